@@ -27,7 +27,7 @@ setup(
     maintainer=PACKAGE.findtext("maintainer"),
     maintainer_email=PACKAGE.find("maintainer").get("email"),
     python_requires=">=3.10",
-    packages=find_packages(include=["scene_description*", "grammar*", "renderer*", "evaluation*", "scene_synth_ros*"]),
+    packages=find_packages(include=["foundation*", "scene_description*", "grammar*", "renderer*", "evaluation*", "scene_synth_ros*"]),
     package_data={
         "scene_description": ["*.csv"],
         "scene_synth_ros.cli.page": ["web/*"],
@@ -40,6 +40,7 @@ setup(
         (SHARE, ["package.xml"]),
         *folder_tree("config", "*"),
         *folder_tree("launch", "*.launch.py"),
+        *folder_tree("docs/schemas", "*.json"),
     ],
     zip_safe=False,
     install_requires=[line for line in Path("requirements.txt").read_text().splitlines() if not line.startswith("#")],
@@ -57,6 +58,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",
+            "pytest-cov>=5",
             "pytest-xdist>=3.6",
             "hypothesis>=6.100",
             "rosbags>=0.10",
@@ -69,6 +71,7 @@ setup(
             "pycolmap>=4",
             "evo>=1.30",
             "scikit-learn>=1.4",
+            "jsonschema>=4.20",
             "opencv-python-headless>=4.8",
             "cyclonedds>=11",
             "ray>=2.40",

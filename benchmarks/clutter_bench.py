@@ -20,12 +20,7 @@ CLUTTER = (0.0, 0.5, 1.0, 2.0, 3.0)
 
 
 def table(found: Sequence[tuple[str, Sequence[Sequence[Judged]]]], clutter: Sequence[float]) -> str:
-    """Return the table as markdown.
-
-    Args:
-        found: for each type its rooms at each clutter.
-        clutter: the levels.
-    """
+    """Return the table as markdown, of each type with its rooms at each level of clutter."""
     lines = [f"| room type | {' | '.join(f'{level:g}' for level in clutter)} |", f"|---|{'---|' * len(clutter)}"]
     for name, levels in found:
         counts = [np.median([room.measures.objects for room in rooms if room.measures]) for rooms in levels]

@@ -20,8 +20,8 @@ from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import SceneSynthError
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.convert.formats import FORMATS, writer_of
-from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source
+from scene_synth_ros.convert.writer import convert
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings
 

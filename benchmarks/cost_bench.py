@@ -24,11 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import DOCS, Row, write_section
+from scene_synth_ros.bags.dataset_files import SHARD_SCHEMA, completion_name
 from scene_synth_ros.cli.parameters.render_settings import PRESETS
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.estimate.estimate import Estimate, sample_indices, size, span
 from scene_synth_ros.estimate.measuring import measure_rooms
-from scene_synth_ros.shards.completion import SCHEMA, Completion, completion_json, completion_name
+from scene_synth_ros.shards.completion import Completion, document_bytes
 from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
@@ -100,13 +101,7 @@ def shard_seconds(dataset: Dataset, rng: np.random.Generator) -> NDArray[np.floa
 
 
 def simulate(dataset: Dataset, cluster: Cluster, rng: np.random.Generator) -> Outcome:
-    """Run a dataset on a cluster.
-
-    Args:
-        dataset: what is made.
-        cluster: where.
-        rng: source of times and failures.
-    """
+    """Run a dataset on a cluster with times and failures drawn at random."""
     seconds = shard_seconds(dataset, rng)
     counts = np.diff(np.append(np.arange(0, dataset.rooms, dataset.rooms_per_shard), dataset.rooms))
     sizes = counts * dataset.room_bytes
@@ -325,7 +320,7 @@ def manifest_figures(rooms: int = _MANIFEST_ROOMS) -> str:
         for shard in range(plan.shards):
             path = store.root / completion_name(shard)
             path.parent.mkdir(exist_ok=True)
-            path.write_bytes(completion_json(_completion(plan, shard)))
+            path.write_bytes(document_bytes(_completion(plan, shard)))
         began = time.perf_counter()
         assert finish_dataset(plan, store)
         seconds, weight = time.perf_counter() - began, (store.root / "manifest.json").stat().st_size
@@ -337,7 +332,7 @@ def _completion(plan: DatasetPlan, shard: int) -> Completion:
     sha256, name = "0" * 64, f"{shard:05d}"
     objects = dict.fromkeys(("bed", "chair", "desk", "lamp", "nightstand", "picture", "plant", "shelf", "wardrobe"), 1)
     return Completion(
-        schema=SCHEMA,
+        schema=SHARD_SCHEMA,
         shard=shard,
         first_room=plan.rooms_of(shard).start,
         rooms=[

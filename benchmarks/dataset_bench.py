@@ -34,11 +34,7 @@ _AHEAD = 3
 def batches(data: Dataset, order: Sequence[int], size: int, workers: int) -> Iterator[dict[str, NDArray[Any]]]:
     """Yield layer -> (size, height, width, ...) in any order; an array is good until the next batch is asked for.
 
-    Args:
-        data: all its frames have the shapes of the first.
-        order: indices of frames; those that fill no whole batch are left out.
-        size: frames of a batch.
-        workers: processes.
+    All frames have the shapes of the first; those that fill no whole batch are left out.
     """
     context: BaseContext = multiprocessing.get_context("fork")
     shapes = {layer: ((size, *pixels.shape), pixels.dtype) for layer, pixels in data.frame(0).items()}

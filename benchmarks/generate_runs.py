@@ -30,9 +30,8 @@ from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.render.room import RenderedRoom
-from scene_synth_ros.shards.make_shard import make_shard
+from scene_synth_ros.shards.make_shard import RoomsAhead, make_shard
 from scene_synth_ros.shards.plan import make_plan
-from scene_synth_ros.shards.room_ahead import RoomsAhead
 from scene_synth_ros.shards.store import LocalStore
 
 SCENE_SYNTH = [sys.executable, "-m", "scene_synth_ros"]
@@ -78,14 +77,7 @@ def killed(out: Path, kills: int, rooms: int, frames: int, seed: int) -> Iterato
     """Make a dataset while every run is ended by SIGKILL at a random moment; yield how many shards were there then.
 
     A moment is so many new shards, 0 to 3, and so many seconds, 0 to 1, after that.  The last run is let through; so is one that ends by
-    itself, whereupon the dataset is begun anew, until there were as many kills.
-
-    Args:
-        out: folder of the dataset.
-        kills: how many.
-        rooms: of the dataset, one a shard.
-        frames: of a room.
-        seed: of the moments.
+    itself, whereupon the dataset is begun anew, until there were as many kills.  A shard has one room.
     """
     rng = random.Random(seed)
     words = dataset_words(out, rooms, frames, *GROUND_TRUTH, *SMALL, "--shard-rooms", "1", "--resume")
@@ -148,14 +140,7 @@ def _resident_mb(pid: int) -> float:
 
 
 def time_of_shard(folder: Path, rooms: int, frames: int, profile: Path) -> dict[str, float]:
-    """Make a shard twice, the second time with a watch; return what was done -> processor seconds.
-
-    Args:
-        folder: of the dataset, which stays.
-        rooms: of the shard.
-        frames: of a room.
-        profile: of the run.
-    """
+    """Make a shard twice, the second time with a watch; return what was done -> processor seconds.  The dataset stays."""
     one_thread = ("renderer_node.render.threads:=1",)
     words = RunWords(rooms=2 * rooms, frames=frames, seed=5, params=profile, record=Path("bag"), overrides=one_thread)
     plan, store = make_plan(run_parameters(words), rooms_per_shard=rooms), LocalStore(folder)

@@ -7,7 +7,6 @@ on what is displayed, at 67 pixels a degree.
 from __future__ import annotations
 
 import hashlib
-import os
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -27,6 +26,7 @@ from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, from_mapping
+from scene_description.whole import whole_file
 from scene_synth_ros.cli.parameters.render_settings import preset_settings
 
 
@@ -141,9 +141,8 @@ class References:
         found = Reference(np.asarray(frame.layers["color"]), np.asarray(frame.layers["color_noisy"]), frame.radiance)
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_suffix(".part.npz")
-            np.savez_compressed(part, **found._asdict(), ev100=room.exposure.ev100, white_xy=np.array(room.exposure.white_xy))
-            os.replace(part, path)
+            with whole_file(path) as partial, partial.open("wb") as file:
+                np.savez_compressed(file, **found._asdict(), ev100=room.exposure.ev100, white_xy=np.array(room.exposure.white_xy))
         return found
 
 

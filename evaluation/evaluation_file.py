@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ from evaluation.confidence import Interval
 from evaluation.core.errors import EvaluationError
 from evaluation.core.task import Task
 from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
+from scene_description.whole import write_whole
 
 SCHEMA: Final = "scene_synth_evaluation/1"
 FactorValue = str | float | bool | None
@@ -112,6 +112,28 @@ def task_row(task: Task) -> TaskRow:
     return TaskRow(name=task.name, metrics=metrics)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameFileRow(FrameKey):
+    """A row of ``frames``: the frame, and the metrics of one task in it by name; all are null where the algorithm estimated nothing."""
+
+    task: Name
+    metrics: MetricValues
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EvaluationFile:
+    """The file of an evaluation: what was judged, the metrics of each frame, and the metrics over frames with confidence intervals."""
+
+    schema: Literal["scene_synth_evaluation/1"]
+    title: Text
+    algorithm: Text
+    created_with: Text
+    tasks: tuple[TaskRow, ...]
+    frames: tuple[FrameFileRow, ...]
+    summary: tuple[SummaryRow, ...]
+    missing: Mapping[str, Count] = field(default_factory=dict)
+
+
 def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
     """Return what the file holds, ready for ``json.dumps``."""
     return {
@@ -121,7 +143,7 @@ def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
         "created_with": evaluation.created_with,
         "tasks": to_mapping(evaluation.tasks),
         "frames": [_frame_mapping(row) for row in evaluation.frames],
-        "summary": [_summary_mapping(row) for row in evaluation.summary],
+        "summary": [dataclasses.asdict(row) for row in evaluation.summary],
         "missing": dict(evaluation.missing),
     }
 
@@ -129,11 +151,6 @@ def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
 def _frame_mapping(row: FrameRow) -> dict[str, Any]:
     key = {name: getattr(row.key, name) for name in ("bag", "variant", "room", "room_type", "seed", "frame", "stamp_ns")}
     return {**key, "factors": dict(row.key.factors), "task": row.task, "metrics": dict(row.metrics)}
-
-
-def _summary_mapping(row: SummaryRow) -> dict[str, Any]:
-    metrics = {name: dataclasses.asdict(interval) for name, interval in row.metrics.items()}
-    return {"task": row.task, "by": row.by, "key": row.key, "metrics": metrics, "rooms": row.rooms, "frames": row.frames}
 
 
 def evaluation_from_mapping(data: object) -> Evaluation:
@@ -146,58 +163,22 @@ def evaluation_from_mapping(data: object) -> Evaluation:
         raise FieldError("", "a mapping (an evaluation)", shorten(data))
     if data.get("schema") != SCHEMA:
         raise FieldError("schema", repr(SCHEMA), shorten(data.get("schema")))
-    content: dict[str, Any] = {name: value for name, value in data.items() if name != "schema"}
-    rows: dict[str, Any] = {
-        "frames": tuple(_read_frame(row, f"frames[{i}]") for i, row in enumerate(_rows(content, "frames"))),
-        "summary": tuple(_read_summary(row, f"summary[{i}]") for i, row in enumerate(_rows(content, "summary"))),
-    }
-    head = from_mapping(Evaluation, {**content, "frames": (), "summary": ()})
-    evaluation = dataclasses.replace(head, **rows)
+    for name in ("frames", "summary"):
+        if name not in data:
+            raise FieldError(name, "a list", "nothing (the key is missing)")
+    document = from_mapping(EvaluationFile, data)
+    fields = {name: getattr(document, name) for name in ("title", "algorithm", "created_with", "tasks", "summary", "missing")}
+    evaluation = Evaluation(**fields, frames=tuple(_frame_row(row) for row in document.frames))
     _check_names(evaluation)
     return evaluation
 
 
-def _rows(content: Mapping[str, Any], name: str) -> list[Any]:
-    rows = content.get(name)
-    if not isinstance(rows, list):
-        raise FieldError(name, "a list", "nothing (the key is missing)" if rows is None else shorten(rows))
-    return rows
+def _frame_row(row: FrameFileRow) -> FrameRow:
+    key = FrameKey(**{name: getattr(row, name) for name in _KEY_NAMES})
+    return FrameRow(key=key, task=row.task, metrics=row.metrics)
 
 
-def _mapping(value: object, path: str) -> dict[str, Any]:
-    if not isinstance(value, Mapping):
-        raise FieldError(path, "a mapping", shorten(value))
-    return dict(value)
-
-
-def _read_frame(value: object, path: str) -> FrameRow:
-    row = _mapping(value, path)
-    factors = _mapping(row.pop("factors", {}), f"{path}.factors")
-    values = {name: _read_factor(item, f"{path}.factors.{name}") for name, item in factors.items()}
-    rest = {name: row.pop(name) for name in ("task", "metrics") if name in row}
-    read = from_mapping(_TaskMetrics, rest, path)
-    key = dataclasses.replace(from_mapping(FrameKey, {**row, "factors": {}}, path), factors=values)
-    return FrameRow(key=key, task=read.task, metrics=read.metrics)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _TaskMetrics:
-    task: Name
-    metrics: MetricValues
-
-
-def _read_summary(value: object, path: str) -> SummaryRow:
-    row = _mapping(value, path)
-    if "key" not in row:
-        raise FieldError(f"{path}.key", "a value", "nothing (the key is missing)")
-    key = _read_factor(row["key"], f"{path}.key")
-    return dataclasses.replace(from_mapping(SummaryRow, {**row, "key": None}, path), key=key)
-
-
-def _read_factor(value: object, path: str) -> FactorValue:
-    if value is None or isinstance(value, (str, bool, int, float)):
-        return value
-    raise FieldError(path, "a string, a number, true, false or null", shorten(value))
+_KEY_NAMES = tuple(field.name for field in dataclasses.fields(FrameKey))
 
 
 def _check_names(evaluation: Evaluation) -> None:
@@ -231,7 +212,5 @@ def read_evaluation(path: Path) -> Evaluation:
 
 def write_evaluation(path: Path, evaluation: Evaluation) -> None:
     """Write the file of an evaluation; it appears under its name when it is whole."""
-    whole = path.with_name(path.name + ".active")
     text = json.dumps(evaluation_to_mapping(evaluation), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    whole.write_text(text + "\n", encoding="utf-8")
-    os.replace(whole, path)
+    write_whole(path, text + "\n")

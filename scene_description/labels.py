@@ -6,8 +6,9 @@ Class ids are stable across runs and versions: 0 is void, 1 to 40 are the standa
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from importlib import resources
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,45 @@ from scene_description.types import Material, Opening, SceneDescription, SceneOb
 
 LabelTable = dict[int, dict[str, object]]
 """Id -> its name, class, display colour: what ids of an image mean, for people and programs."""
+
+
+class _NamedId(TypedDict):
+    name: str
+    color: list[int]
+
+
+_Classed = TypedDict("_Classed", {"class": int}, total=False)
+
+
+class LabelRow(_NamedId, _Classed, total=False):
+    """What an id of an image means.
+
+    ``color``: for people, 8-bit RGB.  ``class`` and ``class_name`` are of the standard.  Parts and lights tell their ``object`` (0: the
+    room), lights their ``kind`` and ``part``, materials their ``family``, whether they are ``textured``, and the values of their BSDF.
+    """
+
+    object: int
+    class_name: str
+    kind: str
+    part: str
+    family: str
+    textured: bool
+
+
+class _Stamp(TypedDict):
+    sec: int
+    nanosec: int
+
+
+class _StampedLabels(TypedDict):
+    stamp: _Stamp
+    labels: Mapping[str, LabelRow]
+
+
+class LabelDocument(_StampedLabels, total=False):
+    """The labels of a layer from ``stamp`` on: id in decimal -> what it means; ``standard``: of the classes, ``nyu40`` is not told."""
+
+    standard: str
 
 
 MATERIAL_VALUES = (

@@ -91,7 +91,8 @@ def from_mapping(cls: type[T], data: object, path: str = "") -> T:
     """Read a mapping into the dataclass ``cls``.
 
     Args:
-        cls: a dataclass whose fields are numbers, strings, booleans, literals, tuples, mappings, optionals or dataclasses.
+        cls: a dataclass whose fields are numbers, strings, booleans, literals, tuples, mappings, dataclasses, one of these or None, or one
+            of several scalars.
         data: what a JSON or YAML reader returned.
         path: where ``data`` stands in its document, for messages.
 
@@ -133,7 +134,7 @@ def _make_reader(annotation: Any) -> tuple[_Read, Any, Limits]:
     bare, limits = split_annotation(annotation)
     origin = get_origin(bare)
     if origin in (Union, types.UnionType):
-        return _read_optional, bare, limits
+        return _read_union, bare, limits
     if origin is Literal:
         return _read_literal, bare, limits
     if origin is tuple:
@@ -170,10 +171,18 @@ def _join(path: str, key: str) -> str:
     return f"{path}.{key}" if path else key
 
 
-def _read_optional(bare: Any, limits: Limits, value: object, path: str) -> Any:
-    if value is None:
+def _read_union(bare: Any, limits: Limits, value: object, path: str) -> Any:
+    """Read what may be None, or one of several scalars, which stays as it is."""
+    kinds = [arg for arg in get_args(bare) if arg is not type(None)]
+    may_be_null = len(kinds) < len(get_args(bare))
+    if value is None and may_be_null:
         return None
-    (inner,) = (arg for arg in get_args(bare) if arg is not type(None))
+    if len(kinds) > 1:
+        if not isinstance(value, (*kinds, *((int,) if float in kinds else ()))):
+            nouns = ", ".join(_NOUNS[kind] for kind in kinds)
+            raise FieldError(path, f"{nouns}{' or null' if may_be_null else ''}", shorten(value))
+        return value
+    (inner,) = kinds
     read, inner_bare, inner_limits = _reader(inner)
     return read(inner_bare, inner_limits if limits is NO_LIMITS else limits, value, path)
 
@@ -268,3 +277,4 @@ def _read_str(bare: Any, limits: Limits, value: object, path: str) -> str:
 
 
 _SCALARS = {float: _read_float, int: _read_int, bool: _read_bool, str: _read_str}
+_NOUNS = {float: "a number", int: "an integer", bool: "true, false", str: "a string"}

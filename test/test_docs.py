@@ -21,6 +21,7 @@ FOLDERS = (
     "launch",
     "test",
     "benchmarks",
+    "foundation",
     "scene_description",
     "grammar",
     "renderer",

@@ -32,13 +32,13 @@ from scene_description import scene_to_json
 from scene_description.strict import field_types, read_value
 from scene_synth_ros.cli.command_line import COMMANDS, main
 from scene_synth_ros.cli.commands.layers_command import layers_page
-from scene_synth_ros.cli.page.run_facts import NODE_GROUPS
+from scene_synth_ros.cli.page.page_file import NODE_GROUPS
 from scene_synth_ros.cli.parameters.run_profile import apply_overrides, load_profile
 from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.record.recorder_config import RecorderConfig, SplitPolicy
 
 COMMANDS_OF_PAGES = doc_commands()
-FOLDERS = ("config", "launch", "examples", "benchmarks", "scene_description", "grammar", "renderer", "scene_synth_ros")
+FOLDERS = ("config", "launch", "examples", "benchmarks", "foundation", "scene_description", "grammar", "renderer", "scene_synth_ros")
 """Their comments and docstrings name commands."""
 PARAMETERS = {**NODE_GROUPS, "recorder_node": {"": RecorderConfig, "split": SplitPolicy, "images": ImageCompression}}
 TESTS = re.compile(r"(test/[\w/]+\.py)(?:::(\w+))?")
@@ -262,15 +262,55 @@ def fill_folder(folder: Path) -> None:
         (programs / program).chmod(0o755)
 
 
-def run_in(folder: Path, line: str) -> str:
-    """Run a line as a user's shell does, with the environment's programs on the PATH; return what it printed."""
+def run_in_shell(folder: Path, line: str) -> None:
+    """Run a line as a user's shell does, with the environment's programs on the PATH."""
     env = environment()
     env |= {"PATH": f"{folder / '.venv' / 'bin'}{os.pathsep}{env['PATH']}"}
     for display in ("DISPLAY", "WAYLAND_DISPLAY"):
         env.pop(display, None)
     done = subprocess.run(["bash", "-c", line], cwd=folder, env=env, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
-    return done.stdout
+
+
+def run_here(folder: Path, line: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    """Run the programs of a line in this process, in the folder: those of ``scene_synth`` and of Python, with ``&&`` and ``>``."""
+    for command in line.split("&&"):
+        words, _, target = command.partition(" > ")
+        program, *rest = shlex.split(words)
+        handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+        path = list(sys.path)
+        capfd.readouterr()
+        with monkeypatch.context() as patch:
+            patch.chdir(folder)
+            for display in ("DISPLAY", "WAYLAND_DISPLAY"):
+                patch.delenv(display, raising=False)
+            patch.setattr(sys, "argv", [program, *rest])
+            try:
+                code = call(program, rest)
+            finally:
+                sys.path[:] = path
+                for number, handler in handlers.items():
+                    signal.signal(number, handler)
+        out, err = capfd.readouterr()
+        assert code == 0, f"{line}\n{out[-2000:]}\n{err[-4000:]}"
+        if target:
+            (folder / target.strip()).write_text(out, encoding="utf-8")
+
+
+def call(program: str, words: list[str]) -> int:
+    """Call a program with words; return its exit status."""
+    try:
+        if program == "scene_synth":
+            main(words)
+        elif words[0] == "-c":
+            exec(compile(words[1], "-c", "exec"), {"__name__": "__main__"})
+        else:
+            sys.argv = words
+            sys.path.insert(0, str(Path(words[0]).parent))
+            runpy.run_path(words[0], run_name="__main__")
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    return 0
 
 
 def check_files(folder: Path, row: Run) -> None:
@@ -290,7 +330,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     fill_folder(folder)
     row = ROWS[RECORD]
     assert isinstance(row, Run)
-    run_in(folder, row.line)
+    run_in_shell(folder, row.line)
     check_files(folder, row)
     return folder
 
@@ -299,14 +339,23 @@ def test_recording(recorded: Path) -> None:
     assert "scene_synth" in (recorded / "page.html").read_text(encoding="utf-8")
 
 
+IN_A_SHELL = ("python3 -m venv", "scene_synth replay")
+"""How lines begin that need a process of their own, as RECORD does: one makes an environment, one is a node, which ends its process."""
+
+
 @pytest.mark.parametrize("command", [command for command in rows_of(Run) if command != RECORD])
-def test_it_runs(command: str, docs_folder: Path, request: pytest.FixtureRequest) -> None:
+def test_it_runs(
+    command: str, docs_folder: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     row = ROWS[command]
     assert isinstance(row, Run)
     line = row.line or command
     if "BAG" in line:
         shutil.copytree(request.getfixturevalue("recorded") / "BAG", docs_folder / "BAG")
-    run_in(docs_folder, line)
+    if line.startswith(IN_A_SHELL):
+        run_in_shell(docs_folder, line)
+    else:
+        run_here(docs_folder, line, monkeypatch, capfd)
     check_files(docs_folder, row)
     if "docs/layers.md" in row.makes:
         assert (docs_folder / "docs" / "layers.md").read_text(encoding="utf-8") == layers_page()

@@ -10,10 +10,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
-    "scene_description": {"scene_description", "numpy", "numba"},
-    "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
-    "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
-    "evaluation": {"evaluation", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
+    "foundation": {"foundation", "numba"},
+    "scene_description": {"scene_description", "numpy"},
+    "grammar": {"grammar", "foundation", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
+    "renderer": {"renderer", "foundation", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
+    "evaluation": {"evaluation", "foundation", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
 }
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},
@@ -68,16 +69,16 @@ FOLDERS = {
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
-        "evaluate": {"bags", "messages", "suite", "sweep"},
+        "evaluate": {"dataset", "bags", "messages", "suite", "sweep"},
         "pages": set(),
         "report": {"bags", "mcap", "messages", "pages", "sweep"},
         "offline": {"bags", "synthesize", "messages", "record", "render", "suite"},
         "sweep": {"bags", "synthesize", "offline", "render", "suite"},
-        "shards": {"bags", "synthesize", "mcap", "messages", "offline", "suite"},
-        "cluster": {"bags", "shards", "suite"},
+        "shards": {"dataset", "bags", "synthesize", "mcap", "messages", "offline", "suite"},
+        "cluster": {"dataset", "bags", "shards", "suite"},
         "estimate": {"synthesize", "mcap", "messages", "offline", "shards", "suite"},
         "convert": {"dataset"},
-        "splits": {"dataset"},
+        "splits": {"bags", "dataset"},
         "cli": {
             "bags",
             "cluster",

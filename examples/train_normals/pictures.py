@@ -19,6 +19,7 @@ from renderer.exposure import exposed, meter
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription, scene_to_json
+from scene_description.whole import whole_file
 
 CAMERA = CameraConfig(width=96, height=64)
 RENDER = RenderConfig(
@@ -49,9 +50,9 @@ def keep_room(scene: SceneDescription, folder: Path) -> Path:
     asked = f"{scene_to_json(scene)}{CAMERA}{RENDER}{SENSOR}{VIEWS}"
     path = folder / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.npz"
     if not path.exists():
-        unfinished = path.with_suffix(".partial.npz")
-        np.savez(unfinished, **render_room(scene)._asdict())
-        unfinished.replace(path)
+        views = render_room(scene)
+        with whole_file(path) as unfinished, unfinished.open("wb") as file:
+            np.savez(file, **views._asdict())
     return path
 
 

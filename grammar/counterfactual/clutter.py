@@ -12,7 +12,7 @@ from grammar.counterfactual.looks import dressed
 from grammar.counterfactual.removal import taken_out
 from grammar.counterfactual.values import number
 from grammar.small_things.fill import Filling, Source
-from grammar.small_things.thinning import small_things
+from grammar.small_things.strew import small_things
 from grammar.spec.request import SceneRequest
 from scene_description import SceneDescription, SceneObject
 from scene_description.types import MAX_OBJECTS

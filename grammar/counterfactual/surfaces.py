@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.appearance.material_pool import MaterialPool
+from grammar.appearance.appearance import MaterialPool
 from grammar.counterfactual.change import Change, ChangeError, random_numbers
 from grammar.counterfactual.factor import Factor, Outcome, Work
 from grammar.counterfactual.targets import ALL, OBJECTS, all_things, chosen_things

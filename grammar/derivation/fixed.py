@@ -15,7 +15,7 @@ import numpy as np
 
 from grammar.derivation.parse_tree import Pinned, RejectedError
 from grammar.geometry.arrays import Boxes, Floats, Ints
-from grammar.geometry.boxes import deepest_penetrations, place_boxes
+from grammar.geometry.boxes import BOX_WIDTH, deepest_penetrations, place_boxes
 from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, rectangle_outside, wall_rows
@@ -253,7 +253,7 @@ def _distance_to_wall(row: Floats, x: float, y: float) -> float:
 
 def _solids(categories: Categories, category: str, size_m: Size, place: Pinned) -> Boxes:
     local = layout_solids(categories[category], size_m)
-    placed = np.empty((len(local), 8))
+    placed = np.empty((len(local), BOX_WIDTH))
     place_boxes(local, 0, len(local), place.x_m, place.y_m, place.z_m, place.yaw_rad, placed)
     return placed
 

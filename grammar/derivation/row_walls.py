@@ -12,7 +12,7 @@ from grammar.derivation.drafts import Draft
 from grammar.derivation.row_fit import reach_m, unit_rule
 from grammar.derivation.slopes import top_m
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import Z_HIGH, penetration
+from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW, penetration
 from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
@@ -85,10 +85,10 @@ class Shell(NamedTuple):
     def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
         box = _box_as_wide(unit, width, pose)
-        box[0, 2:4] = unit.size_m[2], self.line_m
+        box[0, [Z_LOW, Z_HIGH]] = unit.size_m[2], self.line_m
         if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
             return False
-        box[0, 3] = self.room.height_m
+        box[0, Z_HIGH] = self.room.height_m
         return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
 
 
@@ -99,7 +99,7 @@ def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
         x, y, yaw = opening_frame(room, opening)
         for zone in opening_zones(opening, grammar.openings[opening.category]):
             found[zone.kind].append(placed_zones([zone], x, y, opening.sill_m, yaw))
-    boxes = {kind: np.concatenate([np.zeros((0, 8)), *rows]) for kind, rows in found.items()}
+    boxes = {kind: np.concatenate([NO_BOXES, *rows]) for kind, rows in found.items()}
     windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
     line_m = max((top_m(draft.rule, draft.size_m) for draft in drafts if draft.rule.in_line), default=0.0)
     return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows, slope_rows(room), line_m)
@@ -127,7 +127,7 @@ def _box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
     """Return the (1, 8) world box of a unit that is as wide as its unit row asks for, if it stretches."""
     box = box_of(unit, pose)
     if unit_rule(unit).stretches:
-        box[0, 5] = 0.5 * width
+        box[0, HALF_WIDTH] = 0.5 * width
     return box
 
 

@@ -16,7 +16,7 @@ from shapely import Polygon
 
 from grammar.derivation.densities import draw_index, draw_with_log_density
 from grammar.derivation.parse_tree import Attribute, RejectedError
-from grammar.geometry.boxes import footprint_corners
+from grammar.geometry.boxes import NO_BOXES, footprint_corners
 from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.solids import surface_top
 from grammar.geometry.wall_spans import free_spans
@@ -196,7 +196,7 @@ def check_tall(grammar: Grammar, room: Room, things: Sequence[Thing]) -> None:
     sizes = sorted((reach for reach in reaches if reach[0] > tall), reverse=True)
     if not sizes:
         return
-    zones = [np.zeros((0, 8))]
+    zones = [NO_BOXES]
     for opening in room.openings:
         x, y, yaw = opening_frame(room, opening)
         kept = [zone for zone in opening_zones(opening, grammar.openings[opening.category]) if zone.kind in (SWING, VIEW)]

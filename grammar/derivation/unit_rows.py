@@ -19,7 +19,7 @@ from grammar.derivation.parse_tree import Attribute, RejectedError, UnitRowPlan,
 from grammar.derivation.row_fit import across_m, along_m, fit_legs, least_along_m, order_cost, reach_m, unit_rule
 from grammar.derivation.row_walls import OFF_WALL, Aisle, Pose, Shell, UnitRow, box_of, shell_of, spans_beside
 from grammar.geometry.arrays import Boxes
-from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
+from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_LOW
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
 from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.walls import LENGTH
@@ -89,7 +89,7 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
     groups = _groups(grammar, drafts)
     if not groups:
         return ()
-    shell, plans, taken = shell_of(grammar, room, drafts), [], _Taken(np.zeros((0, 8)))
+    shell, plans, taken = shell_of(grammar, room, drafts), [], _Taken(NO_BOXES)
     standing: list[tuple[Draft, Pose]] = []
     in_rows = any(hangs_in_row(draft.rule) for draft in drafts)
     rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}

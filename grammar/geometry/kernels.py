@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit
-
-from scene_description.kernels import KernelCache, LinkedCompiler
+from foundation.kernels import LinkedCompiler, compiled
 
 _COUNTING: dict[str, Any] = {"error_model": "numpy"}
 _SETTINGS: dict[str, Any] = {**_COUNTING, "_nrt": False, "no_cfunc_wrapper": True}
@@ -19,25 +17,19 @@ _INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True, "pipeline_cla
 """Of kernels that only kernels call: a wrapper that unpacks the tables takes longer to compile than most kernels."""
 
 
-def _compiled(function: Callable[..., Any], **settings: Any) -> Any:
-    dispatcher = njit(**settings)(function)
-    dispatcher._cache = KernelCache(function)
-    return dispatcher
-
-
 def making_arrays(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls and that makes arrays."""
-    return _compiled(function, **_COUNTING)
+    return compiled(function, **_COUNTING)
 
 
 def entry(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls."""
-    return _compiled(function, **_SETTINGS)
+    return compiled(function, **_SETTINGS)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that only kernels call."""
-    return _compiled(function, **_INNER)
+    return compiled(function, **_INNER)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -45,4 +37,4 @@ def inlined(function: Callable[..., Any]) -> Any:
 
     Without this on its small kernels the layout chain made a quarter fewer proposals per second.
     """
-    return _compiled(function, forceinline=True, **_INNER)
+    return compiled(function, forceinline=True, **_INNER)

@@ -14,7 +14,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import NamedTuple
 
-from grammar.geometry.walls import LENGTH, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, wall_rows
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import filled_outline, fitting_wall, half_extents, relative_pose
 from grammar.learning.mixtures import place_mixture
@@ -110,7 +110,7 @@ def _seen_beside(room: AssignedRoom, symbol: str) -> list[Beside]:
         others = [other for other in room.objects if other is not item and other.symbol != symbol and other.on is None]
         near = [(gap, other.symbol) for other in others if (gap := _side_gap(item, other)) is not None]
         row = wall_rows(outline)[pose.wall]
-        along = (item.seen.position_m[0] - row[0]) * row[2] + (item.seen.position_m[1] - row[1]) * row[3]
+        along = (item.seen.position_m[0] - row[START_X]) * row[ALONG_X] + (item.seen.position_m[1] - row[START_Y]) * row[ALONG_Y]
         end = min(along, float(lengths[pose.wall]) - along) - 0.5 * item.seen.size_m[1]
         gap, target = min([*near, (max(end, 0.0), CORNER), (_BESIDE_M, NONE)])
         offered = frozenset({other.symbol for other in others} | {CORNER, NONE})

@@ -21,8 +21,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Floats
 from grammar.learning.bag_tables import Bag, Table, product
-from grammar.spec.and_or_graph import Branch, Node
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 
 Bare = dict[str, tuple[float, Floats]]
 

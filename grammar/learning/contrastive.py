@@ -14,11 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
-from grammar.layout.cliques import COUNTERS
 from grammar.layout.energies import full_energy
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import MoveSettings, move_settings
-from grammar.layout.problem import Problem, State, copy_state
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import COUNTERS, MoveSettings, Problem, State, copy_state, move_settings
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.observed_layout import observed_layout
 from grammar.spec.categories import Categories
@@ -127,7 +125,7 @@ def _short_chain(
     """Return the losses of a layout after a few steps from the observed one."""
     chain, moving = Chain(problem._replace(weight=weights), settings), copy_state(state)
     movable, beta = np.arange(len(problem.mount)), grammar.schedule.beta
-    run = Run(options.sweeps * len(movable), beta, beta, grammar.schedule.hard_tolerance, False)
+    run = ChainRun(options.sweeps * len(movable), beta, beta, grammar.schedule.hard_tolerance, False)
     run_chain(rng, chain, moving, run, movable)
     return np.asarray(full_energy(chain.problem, moving))
 

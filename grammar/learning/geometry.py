@@ -10,7 +10,7 @@ import numpy as np
 from shapely.geometry import Polygon
 from shapely.geometry.polygon import orient
 
-from grammar.geometry.walls import WALL_YAW, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
 
@@ -68,9 +68,9 @@ def wall_poses(polygon_m: Sequence[Point2], item: ObservedObject) -> list[WallPo
     """Return the pose of an object relative to every wall that its origin lies before."""
     found = []
     for index, wall in enumerate(wall_rows(polygon_m).tolist()):
-        dx, dy = item.position_m[0] - wall[0], item.position_m[1] - wall[1]
-        along, across = dx * wall[2] + dy * wall[3], dx * wall[5] + dy * wall[6]
-        if 0.0 <= along <= wall[4] and across >= 0.0:
+        dx, dy = item.position_m[0] - wall[START_X], item.position_m[1] - wall[START_Y]
+        along, across = dx * wall[ALONG_X] + dy * wall[ALONG_Y], dx * wall[NORMAL_X] + dy * wall[NORMAL_Y]
+        if 0.0 <= along <= wall[LENGTH] and across >= 0.0:
             turn = wrapped(item.yaw_rad - wall[WALL_YAW])
             found.append(WallPose(across - half_extents(item.size_m, turn)[0], turn, index))
     return found

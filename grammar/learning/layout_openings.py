@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from grammar.geometry.walls import wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_rows
 from grammar.learning.layout_fields import UnfitError, read_numbers
 from grammar.learning.observed import ObservedOpening
 from scene_description.types import Point2
@@ -52,12 +52,12 @@ def _in_wall(kind: str, low: Sequence[float], high: Sequence[float], polygon: Se
     x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
     best: tuple[float, ObservedOpening] | None = None
     for index, wall in enumerate(wall_rows(polygon).tolist()):
-        width = abs(wall[2]) * (high[0] - low[0]) + abs(wall[3]) * (high[1] - low[1])
-        along = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3]
-        across = abs((x - wall[0]) * wall[5] + (y - wall[1]) * wall[6])
-        beyond = max(0.5 * width - along, along + 0.5 * width - wall[4], 0.0)
+        width = abs(wall[ALONG_X]) * (high[0] - low[0]) + abs(wall[ALONG_Y]) * (high[1] - low[1])
+        along = (x - wall[START_X]) * wall[ALONG_X] + (y - wall[START_Y]) * wall[ALONG_Y]
+        across = abs((x - wall[START_X]) * wall[NORMAL_X] + (y - wall[START_Y]) * wall[NORMAL_Y])
+        beyond = max(0.5 * width - along, along + 0.5 * width - wall[LENGTH], 0.0)
         if width >= _LEAST_SIDE_M and across <= _OFF_WALL_M and beyond <= _OFF_WALL_M:
-            offset = min(max(along - 0.5 * width, 0.0), max(wall[4] - width, 0.0))
+            offset = min(max(along - 0.5 * width, 0.0), max(wall[LENGTH] - width, 0.0))
             opening = ObservedOpening(wall=index, offset_m=offset, width_m=width, height_m=high[2] - low[2], sill_m=max(low[2], 0.0))
             if best is None or across + beyond < best[0]:
                 best = across + beyond, opening

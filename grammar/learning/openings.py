@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
-from grammar.geometry.walls import wall_lengths, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
 from grammar.learning.geometry import filled_outline, without_steps
 from grammar.learning.observed import ObservedOpening, ObservedRoom
 from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
 from grammar.spec.values import TruncatedNormal
 
+_START, _ALONG, _NORMAL = [START_X, START_Y], [ALONG_X, ALONG_Y], [NORMAL_X, NORMAL_Y]
 _NEAR_CORNER_M = 0.5
 _LEAST_NEAR = 5
 _NICHE_M = 0.5
@@ -119,11 +120,13 @@ def _walls_with(room: ObservedRoom, kind: str) -> Iterator[tuple[int, Floats, Bo
     """Yield the wall of each opening in the outline without niches, the walls' lengths in metres, and which of them have space for it."""
     rows, own = wall_rows(without_steps(room.polygon_m)), wall_rows(room.polygon_m)
     for opening in room.openings[kind]:
-        middle = own[opening.wall, :2] + (opening.offset_m + 0.5 * opening.width_m) * own[opening.wall, 2:4]
+        middle = own[opening.wall, _START] + (opening.offset_m + 0.5 * opening.width_m) * own[opening.wall, _ALONG]
         delta = middle - rows[:, :2]
-        along = (delta * rows[:, 2:4]).sum(1)
-        off = np.abs((delta * rows[:, 5:7]).sum(1)) + np.maximum(0.0, np.maximum(-along, along - rows[:, 4]) + 0.5 * opening.width_m)
-        yield int(np.argmin(off)), rows[:, 4], rows[:, 4] >= opening.width_m
+        along = (delta * rows[:, _ALONG]).sum(1)
+        off = np.abs((delta * rows[:, _NORMAL]).sum(1)) + np.maximum(
+            0.0, np.maximum(-along, along - rows[:, LENGTH]) + 0.5 * opening.width_m
+        )
+        yield int(np.argmin(off)), rows[:, LENGTH], rows[:, LENGTH] >= opening.width_m
 
 
 def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, TruncatedNormal]:
@@ -156,7 +159,7 @@ def _end_gap(room: ObservedRoom, opening: ObservedOpening) -> tuple[float, float
     say nothing about the place in the wall.
     """
     wall = wall_rows(room.polygon_m)[opening.wall]
-    axis = 0 if abs(wall[2]) > abs(wall[3]) else 1
+    axis = 0 if abs(wall[ALONG_X]) > abs(wall[ALONG_Y]) else 1
     corners = np.array(room.polygon_m)
     low, high = corners.min(0), corners.max(0)
     across = float(wall[1 - axis])

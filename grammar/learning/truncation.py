@@ -24,9 +24,8 @@ from grammar.derivation.shell import COUNT
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
 from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
-from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Grammar, Node
 
 Branching = dict[tuple[str, int], Floats]
 """Probabilities of each Or node, (node, -1), and of the multiplicities of each Set branch, (node, branch)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from grammar.geometry.walls import wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, wall_rows
 from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.learning.read_layouts import LAYOUT_SCHEMA
 from scene_description import SceneDescription
@@ -67,6 +67,9 @@ def layout_line(room: ObservedRoom) -> str:
 def _box(kind: str, opening: ObservedOpening, room: ObservedRoom) -> list[str | float]:
     """Return an opening as its kind and the lower and upper corner of the flat box that it fills in the wall's plane."""
     wall = wall_rows(room.polygon_m)[opening.wall]
-    ends = [(wall[0] + wall[2] * along, wall[1] + wall[3] * along) for along in (opening.offset_m, opening.offset_m + opening.width_m)]
+    ends = [
+        (wall[START_X] + wall[ALONG_X] * along, wall[START_Y] + wall[ALONG_Y] * along)
+        for along in (opening.offset_m, opening.offset_m + opening.width_m)
+    ]
     low, high = [min(pair) for pair in zip(*ends, strict=True)], [max(pair) for pair in zip(*ends, strict=True)]
     return [kind, *map(float, low), opening.sill_m, *map(float, high), opening.sill_m + opening.height_m]

@@ -9,17 +9,11 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
-from scene_description.kernels import KernelCache, LinkedCompiler, OptimizedLibrary
+from foundation.kernels import LinkedCompiler, OptimizedLibrary, compiled
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
 _SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-
-
-def _compiled(function: Function, **settings: Any) -> Function:
-    dispatcher = njit(**settings)(function)
-    dispatcher._cache = KernelCache(function)
-    return cast(Function, dispatcher)
 
 
 class _Apart(LinkedCompiler):
@@ -39,17 +33,17 @@ _INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True, "pipeline_cla
 
 def entry(function: Function) -> Function:
     """Compile a function that Python calls; to its callers it keeps its type.  Its arrays may share memory, as those of packets do."""
-    return _compiled(function, **_SETTINGS)
+    return cast(Function, compiled(function, **_SETTINGS))
 
 
 def kernel(function: Function) -> Function:
     """Compile a function that kernels call, with arrays that are apart."""
-    return _compiled(function, **_INNER)
+    return cast(Function, compiled(function, **_INNER))
 
 
 def inlined(function: Function) -> Function:
     """Compile a function into its callers: passing records of many arrays by value would cost more than the work."""
-    return _compiled(function, forceinline=True, **_INNER)
+    return cast(Function, compiled(function, forceinline=True, **_INNER))
 
 
 def from_python(function: Function) -> Function:

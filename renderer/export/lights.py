@@ -23,12 +23,7 @@ SCHEMA = "scene_synth/lights/1"
 
 
 def lights_table(scene: SceneDescription, flat: FlatScene) -> dict[str, Any]:
-    """Return the lights of a scene; ``docs/truth.md`` tells what each field is.
-
-    Args:
-        scene: the description.
-        flat: the same scene, flattened.
-    """
+    """Return the lights of a scene and of the same one flattened; ``docs/truth.md`` tells what each field is."""
     meshes, numbers = split_parts(flat), part_ids(scene)
     rows = {name: row for row, name in enumerate(flat.part_names)}
     categories = {thing.id: thing.category for thing in scene.objects}

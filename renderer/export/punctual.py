@@ -56,12 +56,7 @@ def punctual_lights(scene: SceneDescription, flat: FlatScene, meshes: Sequence[M
     """Return every lamp of a scene that is on, with its whole flux.
 
     Lamps of objects are points in the middle of the surface that shines.  Luminaires are points, or spots whose cone is the nearest to
-    their profile.
-
-    Args:
-        scene: the description.
-        flat: the same scene, flattened.
-        meshes: of its parts, in the world.
+    their profile.  ``meshes`` are those of the parts, in the world.
     """
     rows = {name: row for row, name in enumerate(flat.part_names)}
     found = []
@@ -105,8 +100,7 @@ def fit_cone(profile: NDArray[np.float64]) -> Cone | None:
 
     Nearest in the mean square over all directions.  A cone ends at a right angle at most.
 
-    Args:
-        profile: (STEPS,) intensity at even angles from the direction to its opposite.
+    ``profile`` (STEPS,): intensity at even angles from the direction to its opposite.
     """
     even = np.ones((1, STEPS))
     best, least = None, float(_misfit(profile, even)[0])

@@ -31,12 +31,7 @@ Y_UP = [-_HALF, 0.0, 0.0, _HALF]
 
 
 def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig) -> bytes:
-    """Return a scene as a GLB file.
-
-    Args:
-        scene: the description.
-        flat: the same scene, flattened.
-        camera: of the view that the file's camera shows; its poses are the scene's camera path, as an animation.
+    """Return a scene, and the same one flattened, as a GLB file; the file's camera moves along the scene's path, as an animation.
 
     Nodes are named ``<category>_<id>`` and ``<category>_<id>/<part>``, the shell's parts ``room/<part>``; ids, labels and materials are in
     their extras: ``id`` is the object's, 0 for the shell, ``part_id`` that of ``scene_description.labels.part_ids``, ``material_id`` the

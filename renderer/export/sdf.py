@@ -44,12 +44,7 @@ class _Model(NamedTuple):
 
 
 def scene_to_sdf(scene: SceneDescription, flat: FlatScene, folder: str) -> SdfWorld:
-    """Return a scene as an SDFormat world.
-
-    Args:
-        scene: the description.
-        flat: the same scene, flattened.
-        folder: of the meshes, relative to the world's file.
+    """Return a scene, and the same one flattened, as an SDFormat world; ``folder`` of the meshes is relative to the world's file.
 
     Models are named ``<category>_<id>`` and ``room``, are static, collide with their meshes and carry their NYU40 class for Gazebo's
     segmentation camera.  Lamps that are on are points or spots (:mod:`renderer.export.punctual`) without a physical unit; daylight is an

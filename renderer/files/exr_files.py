@@ -29,9 +29,7 @@ def is_installed() -> bool:
 def write_exr(path: Path, channels: Mapping[str, NDArray[Any]]) -> None:
     """Write one part of scan lines, compressed losslessly (ZIP).
 
-    Args:
-        path: of the file.
-        channels: name -> image (height, width), float32 or uint32; layers by name, as in ``normals.X``.
+    ``channels``: name -> image (height, width), float32 or uint32; layers by name, as in ``normals.X``.
 
     Raises:
         RenderError: the library is missing or failed.

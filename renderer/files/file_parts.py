@@ -101,10 +101,7 @@ def _turn(reading: FileReading, is_gltf: bool) -> NDArray[np.float64]:
 
 
 def _material_row(
-    piece: Piece,
-    own: Sequence[FileMaterial],
-    materials: list[FileMaterial],
-    rows: dict[tuple[int | None, tuple[float, float, float]], int],
+    piece: Piece, own: Sequence[FileMaterial], materials: list[FileMaterial], rows: dict[tuple[int | None, tuple[float, float, float]], int]
 ) -> int:
     """Return the row of a piece's material; one is added for pieces without, and for those that vertex colours tint."""
     if piece.material is not None and piece.color == WHITE:

@@ -27,10 +27,7 @@ _ANY = FileReading(split="none")
 def file_texture(root: Path, images: FileImages, base_color: Color) -> AppliedTexture:
     """Return the images of a material of a file as a texture, for texture coordinates of which 1 is one image.
 
-    Args:
-        root: folder of the catalogue.
-        images: the file and its material.
-        base_color: linear factor on the base colour image.
+    ``root`` is the catalogue's folder, ``base_color`` a linear factor on the image.
 
     Raises:
         MeshFileError: the file has no such material, or an image does not decode.

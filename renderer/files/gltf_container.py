@@ -47,12 +47,7 @@ class Container(NamedTuple):
 
 
 def read_container(data: bytes, binary: bool, fetch: Fetch) -> Container:
-    """Split a GLB or glTF file into its JSON tree and buffers.
-
-    Args:
-        data: the file.
-        binary: whether it is a GLB.
-        fetch: reads files that it refers to.
+    """Split a GLB (``binary``) or glTF file into its JSON tree and buffers; ``fetch`` reads files that it refers to.
 
     Raises:
         MeshFileError: the form is broken, a count is beyond its limit, or an extension is required that is not known.

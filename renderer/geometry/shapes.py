@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from renderer.core.arrays import Array
+from renderer.geometry.coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
 from renderer.geometry.mesh import UNMAPPED, Mesh
-from renderer.geometry.shape_coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
 
 BEVEL_M = 0.003
 CREASE_COSINE = math.cos(math.radians(38.0))
@@ -256,9 +256,7 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
-def lathe(
-    profile: ArrayLike, segments: int = 28, closed: bool = False, wave: Callable[[Array], Array] | None = None
-) -> Mesh:
+def lathe(profile: ArrayLike, segments: int = 28, closed: bool = False, wave: Callable[[Array], Array] | None = None) -> Mesh:
     """Return a body turned about the z axis.
 
     Args:

@@ -111,9 +111,7 @@ def slats(plan: BedPlan) -> Mesh:
     count = max(4, round((plan.foot - plan.head) / 0.22))
     xs = np.linspace(plan.head + 0.06, plan.foot - 0.06, count)
     return blocks(
-        [(x - 0.035, -plan.half + 0.012, plan.z_low - 0.014) for x in xs],
-        [(x + 0.035, plan.half - 0.012, plan.z_low + 0.004) for x in xs],
-        0.003,
+        points(xs - 0.035, -plan.half + 0.012, plan.z_low - 0.014), points(xs + 0.035, plan.half - 0.012, plan.z_low + 0.004), 0.003
     )
 
 
@@ -263,8 +261,8 @@ def _paneled_board(front: float, half_w: float, post: float, low: float, high: f
     frame = blocks(low_corners, high_corners, 0.005)
     back = block((front - thick + 0.006, -inner, low + 0.02), (front - 0.018, inner, high - 0.02), 0.002)
     raised = blocks(
-        [(front - 0.02, a + stile + 0.03, low + 0.12) for a in edges[:-1]],
-        [(front - 0.008, b - stile - 0.03, high - rail - 0.03) for b in edges[1:]],
+        points(front - 0.02, edges[:-1] + stile + 0.03, low + 0.12),
+        points(front - 0.008, edges[1:] - stile - 0.03, high - rail - 0.03),
         0.008,
     )
     return merged(top_rail, frame, back, raised)

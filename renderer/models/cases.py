@@ -148,9 +148,7 @@ def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> P
     if crowned:
         frames = merged(frames, *(_spandrel(front, a, 0.045) for a in glass), _cornice(back, front + 0.004, half, height, crown))
     levels = np.linspace(split, height - 0.024, max(2, round((height - split) / 0.33)) + 1)
-    shelves = blocks(
-        [(back + 0.006, -inner, z - 0.009) for z in levels[:-1]], [(front - 0.025, inner, z + 0.009) for z in levels[:-1]], 0.002
-    )
+    shelves = blocks(points(back + 0.006, -inner, levels[:-1] - 0.009), points(front - 0.025, inner, levels[:-1] + 0.009), 0.002)
     legs = (
         block((back + 0.02, -half + 0.015, 0.0), (front - 0.02, half - 0.015, leg + 0.002))
         if classic
@@ -274,9 +272,7 @@ def build_bookshelf(rng: np.random.Generator, size_m: Size, style: str) -> Piece
             rod((-half_d + 0.006, half_w - 0.01, zs[0]), (-half_d + 0.006, -half_w + 0.01, zs[-1]), 0.004, segments=6),
         ]
         parts["frame"] = merged(posts, *brace)
-        parts["shelves"] = blocks(
-            [(-half_d + 0.001, -half_w + 0.001, z) for z in zs], [(half_d - 0.001, half_w - 0.001, z + board) for z in zs]
-        )
+        parts["shelves"] = blocks(points(-half_d + 0.001, -half_w + 0.001, zs), points(half_d - 0.001, half_w - 0.001, zs + board))
     else:
         extra = [block((-half_d, -half_w, height - board), (half_d, half_w, height))]
         if style == "classic":
@@ -290,7 +286,7 @@ def build_bookshelf(rng: np.random.Generator, size_m: Size, style: str) -> Piece
             )
         parts["frame"] = merged(blocks(frame_low, frame_high, 0.002), *extra)
         parts["shelves"] = blocks(
-            [(-half_d + 0.003, -half_w + 0.003, z) for z in zs[:-1]], [(half_d - 0.006, half_w - 0.003, z + board) for z in zs[:-1]], 0.002
+            points(-half_d + 0.003, -half_w + 0.003, zs[:-1]), points(half_d - 0.006, half_w - 0.003, zs[:-1] + board), 0.002
         )
         parts["back"] = block((-half_d, -half_w + 0.004, foot + 0.002), (-half_d + 0.007, half_w - 0.004, height - 0.006), 0.001)
     shelves = list(zip(zs[:-1] + board, zs[1:], strict=True))

@@ -23,8 +23,9 @@ CORNERS = ((-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0))
 class Model(NamedTuple):
     """A procedural family of furniture.
 
-    build: (rng, size_m, style) -> part name -> mesh in the object's own frame (origin at the centre of the bottom face, front +x, size =
-    depth along x, width along y, height).  The set of parts depends on the style only.  styles: the known styles; the first is the default.
+    build: (rng, size_m, style) -> part name -> meshes in the object's own frame (origin at the centre of the bottom face, front +x, size =
+    depth along x, width along y, height), before they are fitted to the box.  The set of parts depends on the style only.  styles: the
+    known styles; the first is the default.
     """
 
     build: Callable[[np.random.Generator, Size, str], Pieces]

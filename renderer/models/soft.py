@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from renderer.core.arrays import Array
+from renderer.geometry.coordinates import grid_way
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shape_coordinates import grid_way
 from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, rotated, rounded_template, rounded_uvs, sheet, smooth_normals
 
 

@@ -226,9 +226,7 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Pieces
     ys = np.linspace(-half_w + 0.05, half_w - 0.05, count)
     panels = [block((x, -half_w + 0.02, low), (x + 0.014, half_w - 0.02, height - 0.012), 0.005) for x in (half_d - 0.018, -half_d + 0.012)]
     ribs = blocks([(half_d - 0.008, y - 0.009, low + 0.05) for y in ys], [(half_d, y + 0.009, height - 0.06) for y in ys], 0.004)
-    slots = blocks(
-        [(-half_d + 0.012, y - 0.002, height - 0.012) for y in ys], [(half_d - 0.005, y + 0.004, height - 0.002) for y in ys], 0.001
-    )
+    slots = blocks(points(-half_d + 0.012, ys - 0.002, height - 0.012), points(half_d - 0.005, ys + 0.004, height - 0.002), 0.001)
     sides = blocks(
         [(-half_d + 0.008, s * half_w - (0.022 if s > 0 else 0.0), low - 0.002) for s in (-1.0, 1.0)]
         + [(-half_d + 0.01, -half_w + 0.01, height - 0.012), (half_d - 0.02, -half_w + 0.01, height - 0.012)],

@@ -37,9 +37,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     shelf = 0.2 * height
     rails += [block((x, -half_w + 0.02, shelf - 0.06), (x + 0.03, half_w - 0.02, shelf), 0.003) for x in (-half_d + 0.03, front - 0.08)]
     edges = np.linspace(-half_d + 0.02, front - 0.04, 4)
-    board = blocks(
-        [(a, -half_w + 0.012, shelf) for a in edges[:-1]], [(b - 0.006, half_w - 0.012, shelf + 0.022) for b in edges[1:]], 0.003
-    )
+    board = blocks(points(edges[:-1], -half_w + 0.012, shelf), points(edges[1:] - 0.006, half_w - 0.012, shelf + 0.022), 0.003)
     seams = np.linspace(-half_d, half_d, 5)
     top = blocks([(a, -half_w, under) for a in seams[:-1]], [(b - 0.001, half_w, height) for b in seams[1:]], 0.003)
     boxes, tins = _stored(rng, half_d, half_w - side, shelf + 0.022, 0.5 * height)

@@ -221,9 +221,7 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
         (turn * u + lean * v) * per_u,
         (turn * v - lean * u) * per_v,
         detail,
-        lanes[ln.BASE_R + k],
-        lanes[ln.BASE_G + k],
-        lanes[ln.BASE_B + k],
+        (lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]),
         lanes[ln.ROUGHNESS + k],
         lanes[ln.METALLIC + k],
     )

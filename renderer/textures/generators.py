@@ -1,6 +1,6 @@
 """All texture generators by name."""
 
-from renderer.textures import cloths, masonry, ornaments, pictures, rugs, woods
+from renderer.textures import cloths, masonry, ornaments, pictures, woods
 from renderer.textures.pattern import Generator
 
 GENERATORS: dict[str, Generator] = {
@@ -9,5 +9,4 @@ GENERATORS: dict[str, Generator] = {
     **cloths.GENERATORS,
     **ornaments.GENERATORS,
     **pictures.GENERATORS,
-    **rugs.GENERATORS,
 }

@@ -129,32 +129,25 @@ def _face_rows(vertices: NDArray[np.float32], uvs: NDArray[np.float32], faces: N
 
 
 @inlined
-def evaluate_texture(
-    textures: Textures,
-    row: int,
-    u: np.float32,
-    v: np.float32,
-    detail: np.float32,
-    red: np.float32,
-    green: np.float32,
-    blue: np.float32,
-    roughness: np.float32,
-    metallic: np.float32,
-) -> TextureSample:
-    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this colour and roughness."""
+def _read_texels(
+    textures: Textures, row: int, u: np.float32, v: np.float32, detail: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return the eight channels of a tile at (u, v), means of four texels of one level; the first three of a picture are linear."""
     layout, rows, texels, linear = textures.layout, textures.rows, textures.texels, textures.linear
-    shift, contrast, slope = rows[row, SHIFT], rows[row, CONTRAST], rows[row, SLOPE]
     picture = layout[row, PICTURE] != 0
     last = layout[row, LEVELS] - 1
-    u += shift * np.floor(v)
+    # Shift every other row of tiles and wrap into the first one
+    u += rows[row, SHIFT] * np.floor(v)
     u -= np.floor(u)
     v -= np.floor(v)
+    # Choose the level in proportion to the fraction of ``detail``
     log_w, log_h = layout[row, WIDTH_LOG], layout[row, HEIGHT_LOG]
     dither = u * np.float32(1 << log_w) * _DITHER_U + v * np.float32(1 << log_h) * _DITHER_V
     level = min(int(max(detail, _ZERO) + dither - np.floor(dither)), last) if detail > _ZERO else 0
     offset = layout[row, FIRST]
     for step in range(level):
         offset += 1 << (max(log_w - step, 0) + max(log_h - step, 0))
+    # Weigh the four texels round the place
     w, h = max(log_w - level, 0), max(log_h - level, 0)
     x, y = u * np.float32(1 << w) - _HALF, v * np.float32(1 << h) - _HALF
     fx, fy = np.floor(x), np.floor(y)
@@ -181,10 +174,29 @@ def evaluate_texture(
         a5 += weight * np.float32((high >> 8) & 255)
         a6 += weight * np.float32((high >> 16) & 255)
         a7 += weight * np.float32((high >> 24) & 255)
-    if picture:
+    return a0, a1, a2, a3, a4, a5, a6, a7
+
+
+@inlined
+def evaluate_texture(
+    textures: Textures,
+    row: int,
+    u: np.float32,
+    v: np.float32,
+    detail: np.float32,
+    color: tuple[np.float32, np.float32, np.float32],
+    roughness: np.float32,
+    metallic: np.float32,
+) -> TextureSample:
+    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this colour and roughness."""
+    rows, (red, green, blue) = textures.rows, color
+    contrast, slope = rows[row, CONTRAST], rows[row, SLOPE]
+    a0, a1, a2, a3, a4, a5, a6, a7 = _read_texels(textures, row, u, v, detail)
+    if textures.layout[row, PICTURE] != 0:
         red, green, blue = a0, a1, a2
         roughness, metallic = roughness * a4 * _BYTE, metallic * a3 * _BYTE
     else:
+        # Mix the texture's colours by their weights, shaded, and the surface's own by the rest
         b0, b1, b2 = a0 * _BYTE * contrast, a1 * _BYTE * contrast, a2 * _BYTE * contrast
         total = max(b0 + b1 + b2, _ONE)
         b0, b1, b2 = b0 / total, b1 / total, b2 / total

@@ -84,17 +84,15 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
     shape = boards.number.shape
     fields = np.empty((6, *shape), np.float32)
     numbers = np.array([along_texels, 0.16 * height, gap], np.float32)
-    along, across, edge = (np.ascontiguousarray(field, np.float32) for field in (boards.along, boards.across, boards.edge))
-    _lay_boards(boards.number.astype(np.int32), along, across, edge, starts, tones, np.stack(found).astype(np.float32), numbers, fields)
+    places = np.stack([boards.along, boards.across, boards.edge]).astype(np.float32)
+    _lay_boards(boards.number.astype(np.int32), places, starts, tones, np.stack(found).astype(np.float32), numbers, fields)
     return Pattern((fields[0], fields[1], fields[2]), fields[3], fields[4], fields[5])
 
 
 @entry
 def _lay_boards(
     number: NDArray[np.int32],
-    along: NDArray[np.float32],
-    across: NDArray[np.float32],
-    edge: NDArray[np.float32],
+    places: NDArray[np.float32],
     starts: NDArray[np.int32],
     tones: NDArray[np.float32],
     found: NDArray[np.float32],
@@ -103,8 +101,9 @@ def _lay_boards(
 ) -> None:
     """Fill three weights, shade, roughness and height (6, h, w) of boards cut from the grain ``found`` (3, h, w).
 
-    ``starts`` (n, 2): where each board is cut, column and row; ``tones`` (n, 2): its shade and how much warmer it is; ``numbers``: texels
-    of grain along and across a board's width, half width of a joint.
+    ``places`` (3, h, w): how far along and across its board a texel lies, and off its edge, in widths; ``starts`` (n, 2): where each board
+    is cut, column and row; ``tones`` (n, 2): its shade and how much warmer it is; ``numbers``: texels of grain along and across a board's
+    width, half width of a joint.
     """
     one, zero, two, three = np.float32(1.0), np.float32(0.0), np.float32(2.0), np.float32(3.0)
     _, tall, wide = found.shape
@@ -112,10 +111,10 @@ def _lay_boards(
     for row in range(number.shape[0]):
         for column in range(number.shape[1]):
             board = number[row, column]
-            x = (starts[board, 0] + int(along[row, column] * per_along)) % wide
-            y = (starts[board, 1] + int(across[row, column] * per_across)) % tall
+            x = (starts[board, 0] + int(places[0, row, column] * per_along)) % wide
+            y = (starts[board, 1] + int(places[1, row, column] * per_across)) % tall
             late, dark, shade = found[0, y, x], found[1, y, x], found[2, y, x]
-            rim = edge[row, column]
+            rim = places[2, row, column]
             t = min(max((np.float32(2.2) * gap - rim) / (np.float32(1.6) * gap), zero), one)
             joint = t * t * (three - two * t)
             t = min(max((np.float32(4.0) * gap - rim) / (np.float32(4.0) * gap), zero), one)

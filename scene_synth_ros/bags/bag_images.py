@@ -37,7 +37,8 @@ def layer_picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8
     """Return the picture of a layer, uint8, of pixels as they come out of a bag: distances may be whole millimetres."""
     if layer.dtype == "float32" and pixels.dtype == np.uint16:
         pixels = pixels.astype(np.float32) / np.float32(1000.0)
-    return np.minimum(layer.picture.of(pixels.astype(layer.dtype, copy=False)), 255).astype(np.uint8)
+    picture: NDArray[np.uint8] = np.minimum(layer.picture.of(pixels.astype(layer.dtype, copy=False)), 255).astype(np.uint8)
+    return picture
 
 
 def spread(items: Sequence[Item], count: int) -> list[Item]:

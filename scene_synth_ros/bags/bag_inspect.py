@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
-from scene_synth_ros.bags.camera_streams import FRAME_TYPES, cameras, label_topics
+from scene_synth_ros.bags.whole_frames import FRAME_TYPES, cameras, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
 from scene_synth_ros.messages.streams import SCENE, find_streams, has_own_stamps
 

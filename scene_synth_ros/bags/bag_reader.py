@@ -64,10 +64,7 @@ class BagSummary:
 
 
 class BagReader:
-    """An open bag.  Damaged parts are passed over and listed in ``faults``; memory is bounded by the largest chunk.
-
-    Args:
-        path: folder of a bag, or one of its files.
+    """An open bag.  Damaged parts are passed over and listed in ``faults``; messages of one chunk at a time are in memory.
 
     Attributes:
         types: topic -> type of its messages.
@@ -83,14 +80,16 @@ class BagReader:
         self._metadata: BagMetadata | None = None
         with ExitStack() as stack:
             self._contents: list[McapContents] = []
+            files: list[Path] = []
             for file in self._find_files():
                 try:
                     self._contents.append(stack.enter_context(McapContents(file, self._report)))
+                    files.append(file)
                 except McapReadError as error:
                     self._report(str(error))
             if not self._contents:
                 raise BagReadError(self.faults[-1])
-            self.summary = self._summarize()
+            self.summary = self._summarize(files)
             self.types = {topic.name: topic.type_name for topic in self.summary.topics}
             self._stack = stack.pop_all()
 
@@ -107,21 +106,20 @@ class BagReader:
     def manifests(self) -> list[tuple[Path, bytes]]:
         """Return the manifests of the files that have one, as they were attached."""
         return [
-            (contents.path, contents.attachments[MANIFEST_NAME]) for contents in self._contents if MANIFEST_NAME in contents.attachments
+            (path, contents.attachments[MANIFEST_NAME])
+            for path, contents in zip(self.summary.files, self._contents, strict=True)
+            if MANIFEST_NAME in contents.attachments
         ]
 
     def messages_by_file(self) -> Iterator[tuple[Path, Iterator[BagMessage]]]:
         """Yield every file with its messages as they stand in it."""
-        for contents in self._contents:
-            yield contents.path, self._messages_of(contents, None, 0, True)
+        for path, contents in zip(self.summary.files, self._contents, strict=True):
+            yield path, self._messages_of(contents, None, 0, True)
 
     def messages(self, topics: Collection[str] | None = None, start_ns: int = 0, *, file_order: bool = False) -> Iterator[BagMessage]:
         """Yield messages, file by file, in the order of their log times as far as chunks allow, or as they stand in the files.
 
-        Args:
-            topics: only these; None for all.
-            start_ns: only log times from here on.
-            file_order: as they were written.
+        ``topics``: only these, None for all; ``start_ns``: only log times from here on; ``file_order``: as they were written.
         """
         for contents in self._contents:
             yield from self._messages_of(contents, topics, start_ns, file_order)
@@ -190,7 +188,7 @@ class BagReader:
         known = [by_name[name] for name in dict.fromkeys(names) if name in by_name]
         return known + [file for file in found if file not in known]
 
-    def _summarize(self) -> BagSummary:
+    def _summarize(self, files: list[Path]) -> BagSummary:
         topics: dict[str, TopicInfo] = {}
         definitions: dict[str, MessageDefinition] = {}
         for contents in self._contents:
@@ -202,7 +200,7 @@ class BagReader:
         ranges = [contents.time_range_ns for contents in self._contents if contents.time_range_ns]
         return BagSummary(
             path=self.path,
-            files=tuple(contents.path for contents in self._contents),
+            files=tuple(files),
             size=sum(contents.size for contents in self._contents),
             topics=tuple(topics.values()),
             start_ns=min((start for start, _ in ranges), default=None),

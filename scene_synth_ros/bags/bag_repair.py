@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from scene_description.whole import WholeFolder
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
 from scene_synth_ros.bags.bag_metadata import WRITABLE_VERSIONS
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
@@ -18,7 +19,6 @@ from scene_synth_ros.bags.whole_frames import WholeFrames
 from scene_synth_ros.mcap.file import MAX_TIME_NS
 
 REPAIR_RECORD = "scene_synth.repair"
-PARTIAL_SUFFIX = ".repairing"
 _OWN_RECORDS = ("rosbag2",)
 
 
@@ -50,11 +50,7 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
 
     The frame in which a file was cut is left out, so that the new bag has whole frames only.
 
-    Args:
-        bag: folder of the bag, or one of its files, whole or cut.
-        out: folder of the new bag; must not exist.  It has another name until it is whole.
-        compression: of the new bag's chunks.
-        progress: called now and then with the number of messages saved so far.
+    ``out`` must not exist, and has another name until it is whole; ``progress`` is told how many messages are saved.
 
     Raises:
         BagReadError: there is nothing to read.
@@ -64,22 +60,14 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
     bag = Path(os.path.abspath(bag))
     if out.exists():
         raise BagWriteError(f"{out}: exists already; choose another folder or remove it")
-    unfinished = out.parent / (out.name + PARTIAL_SUFFIX) / out.name
-    if unfinished.parent.exists():
-        shutil.rmtree(unfinished.parent)
-    try:
-        with BagReader(bag) as reader:
-            if not reader.summary.topics:
-                raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{_first(reader.summary.faults)}")
-            whole = WholeFrames(reader.summary.topics)
-            saved = _copy(reader, whole, unfinished, compression, progress)
-            if not sum(saved.values()):
-                raise BagReadError(f"{bag}: no whole frame is left, there is nothing to save{_first(whole.cut or reader.faults)}")
-            report = RepairReport(bag=out, saved=saved, faults=tuple(reader.faults), cut=tuple(whole.cut))
-        unfinished.rename(out)
-    finally:
-        shutil.rmtree(unfinished.parent, ignore_errors=True)
-    return report
+    with WholeFolder(out) as unfinished, BagReader(bag) as reader:
+        if not reader.summary.topics:
+            raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{_first(reader.summary.faults)}")
+        whole = WholeFrames(reader.summary.topics)
+        saved = _copy(reader, whole, unfinished, compression, progress)
+        if not sum(saved.values()):
+            raise BagReadError(f"{bag}: no whole frame is left, there is nothing to save{_first(whole.cut or reader.faults)}")
+        return RepairReport(bag=out, saved=saved, faults=tuple(reader.faults), cut=tuple(whole.cut))
 
 
 def replace_bag(bag: Path, repaired: Path) -> None:

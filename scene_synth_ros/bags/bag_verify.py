@@ -1,29 +1,30 @@
 """Renders the frames of a bag again, from the bag alone, and compares every message with what was recorded.
 
 A frame is made again from its settings (``<renderer>/settings``), the scene that they name and the pose of its stamp.  Messages are
-compared by :mod:`scene_synth_ros.messages.message_digest`.
+compared by :mod:`scene_synth_ros.bags.bag_verify`.
 """
 
 from __future__ import annotations
 
+import hashlib
+import struct
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
-from std_msgs.msg import String
 
 from renderer import Renderer, RenderError
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.scene.flatten import FlattenError, flatten
+from renderer.core.errors import FlattenError
+from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, FieldError, SceneDescription, SceneSynthError, scene_from_json
@@ -31,12 +32,13 @@ from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, re
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
 from scene_synth_ros.bags.verify_scans import ScansAgain
+from scene_synth_ros.messages.cdr import read_text
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.messages.image_codec import compress_image
-from scene_synth_ros.messages.message_digest import message_digest
-from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
+from scene_synth_ros.messages.poses import read_pose
+from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import POSE, SCENE, SETTINGS, Role, Stream, find_streams, parse, untransported
 
 _CACHED_STAMPS = 4
@@ -81,7 +83,7 @@ class _Expected(NamedTuple):
     frame: int
 
 
-class _Room(NamedTuple):
+class _RoomRenderer(NamedTuple):
     """What renders a room, the annotator where its frames have annotations, and what ends both."""
 
     renderer: Renderer
@@ -89,7 +91,7 @@ class _Room(NamedTuple):
     resources: ExitStack
 
 
-class _Frames:
+class _FramesAgain:
     """Settings, poses and scenes of a bag, and the frames made of them; at most a few are held."""
 
     def __init__(self, reader: BagReader, catalog_dir: Path | None) -> None:
@@ -101,7 +103,7 @@ class _Frames:
         self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
         quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
-        self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
+        self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
         streams = find_streams(reader.types, SCENE, SETTINGS, POSE)
         self.namespace = next((stream.base for stream in streams.values() if stream.role is SCENE), "").rstrip("/")
@@ -110,12 +112,10 @@ class _Frames:
 
     def _take(self, message: BagMessage, role: Role) -> None:
         if role is POSE:
-            pose = deserialize_message(message.data, PoseStamped)
-            stamp = pose.header.stamp.sec * NANOSECONDS + pose.header.stamp.nanosec
-            p, q = pose.pose.position, pose.pose.orientation
-            self._poses[message.topic, stamp] = CameraPose(stamp_ns=stamp, position_m=(p.x, p.y, p.z), orientation=(q.x, q.y, q.z, q.w))
+            pose = read_pose(message.data).camera_pose
+            self._poses[message.topic, pose.stamp_ns] = pose
             return
-        text = deserialize_message(message.data, String).data
+        text = read_text(message.data)
         if role is SCENE:
             scene = scene_from_json(text)
             self._scenes[scene.id] = zlib.compress(text.encode(), 1)
@@ -165,7 +165,7 @@ class _Frames:
             self._parsed = scene_from_json(zlib.decompress(self._scenes[scene_id]).decode())
         return self._parsed
 
-    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _Room:
+    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _RoomRenderer:
         camera, render, streams = settings.camera, settings.render, settings.streams
         switches = (streams.semantic_classes, streams.annotations, streams.annotation_masks)
         key = (settings.scene, repr((camera, render, settings.sensor, settings.depth_sensor, switches)))
@@ -174,13 +174,13 @@ class _Frames:
                 self._renderers.popitem(last=False)[1].resources.close()
             stack = ExitStack()
             flat = with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes)
-            sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
-            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), **sensors))
+            sensor, depth_sensor = settings.sensor, settings.depth_sensor
+            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), sensor=sensor, depth_sensor=depth_sensor))
             annotator = None
             if streams.annotations:
-                told = {"masks": streams.annotation_masks, "portable": render.portable, "classes": streams.semantic_classes}
-                annotator = stack.enter_context(Annotator(flat, scene, camera, **told))
-            self._renderers[key] = _Room(renderer, annotator, stack)
+                masks, classes = streams.annotation_masks, streams.semantic_classes
+                annotator = stack.enter_context(Annotator(flat, scene, camera, masks=masks, portable=render.portable, classes=classes))
+            self._renderers[key] = _RoomRenderer(renderer, annotator, stack)
         return self._renderers[key]
 
     def close(self) -> None:
@@ -192,10 +192,7 @@ class _Frames:
 def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None) -> VerifyReport:
     """Compare a bag with its manifests and with what its frames are when they are rendered again.
 
-    Args:
-        bag: folder of the bag, or one of its files.
-        catalog_dir: folder of the user's models, where the run had one.
-        progress: called with frames done and frames in all.
+    ``catalog_dir``: folder of the user's models, where the run had one; ``progress`` is told frames done and frames in all.
 
     Raises:
         BagReadError: the bag cannot be read.
@@ -205,7 +202,7 @@ def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[i
     with BagReader(bag) as reader:
         report.damaged += _manifest_faults(reader, report)
         try:
-            frames = _Frames(reader, catalog_dir)
+            frames = _FramesAgain(reader, catalog_dir)
             if not frames.count:
                 raise VerifyError(f"{bag}: no frame has settings beside it; expected a topic <renderer>/settings, as recorders write it")
             try:
@@ -240,7 +237,7 @@ def _manifest_faults(reader: BagReader, report: VerifyReport) -> Iterator[str]:
                 yield f"{path.name}: {topic[:200]} is not what was recorded"
 
 
-def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progress: Callable[[int, int], None]) -> None:
+def _compare(message: BagMessage, frames: _FramesAgain, report: VerifyReport, progress: Callable[[int, int], None]) -> None:
     stamp = stamp_ns(message.type_name, message.data)
     base = untransported(message.topic) or message.topic
     stream = parse(base)
@@ -294,3 +291,40 @@ def _detail(recorded: Any, made: Any) -> str:
 
 
 __all__ = ["BagReadError", "Difference", "VerifyError", "VerifyReport", "verify_bag"]
+
+
+class _Digest(Protocol):
+    def update(self, data: bytes | memoryview, /) -> None: ...
+
+
+def message_digest(message: Any) -> str:
+    """Return the SHA-256 of a message's fields in their order, in hexadecimal."""
+    digest = hashlib.sha256()
+    _add(digest, message)
+    return digest.hexdigest()
+
+
+def _add(digest: _Digest, value: Any) -> None:
+    """Add a value: its kind and length, then its content, so that no two messages give the same stream."""
+    if hasattr(value, "get_fields_and_field_types"):
+        for name in value.get_fields_and_field_types():
+            _add(digest, getattr(value, name))
+    elif isinstance(value, str):
+        data = value.encode()
+        digest.update(b"s" + struct.pack("<Q", len(data)) + data)
+    elif isinstance(value, bool):
+        digest.update(b"1" if value else b"0")
+    elif isinstance(value, int):
+        digest.update(b"i" + value.to_bytes(9, "little", signed=True))
+    elif isinstance(value, float):
+        digest.update(b"f" + struct.pack("<d", value))
+    elif isinstance(value, bytes):
+        digest.update(b"b" + struct.pack("<Q", len(value)) + value)
+    elif hasattr(value, "tobytes"):  # array.array and numpy arrays
+        octets = memoryview(value).cast("B")
+        digest.update(b"a" + struct.pack("<Q", len(octets)))
+        digest.update(octets)
+    else:
+        digest.update(b"l" + struct.pack("<Q", len(value)))
+        for item in value:
+            _add(digest, item)

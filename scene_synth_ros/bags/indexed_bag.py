@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.run_info import RECORD_NAME
-from scene_synth_ros.mcap.block_cache import BlockCache
 from scene_synth_ros.mcap.contents import McapReadError
-from scene_synth_ros.mcap.message_places import PLACE, FileIndex, Places, find_messages, read_index
+from scene_synth_ros.mcap.message_places import PLACE, BlockCache, FileIndex, Places, find_messages, read_index
 from scene_synth_ros.mcap.records import RecordError, message_at
 from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns
@@ -48,10 +47,6 @@ CACHE_SIZE = 64 * 2**20
 
 def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> IndexedBag:
     """Return the bag at a path, a folder or one of its files.
-
-    Args:
-        path: of the bag.
-        report: called with one line for everything that is wrong.
 
     Raises:
         BagReadError: there is nothing to read, with the reason.
@@ -104,8 +99,8 @@ class IndexedBag:
                 refused.append(error)
         if refused and not indexes:
             raise refused[0]
-        for error in refused:
-            report(str(error))
+        for refusal in refused:
+            report(str(refusal))
         self._files = tuple(indexes)
         self.types = {channel.topic: channel.type_name for index in indexes.values() for channel in index.channels.values()}
         self._by_stamp = all(RECORD_NAME in index.records for index in indexes.values())

@@ -14,10 +14,13 @@ NAMED_QOS_VERSION = 9
 INFINITE_NS = 2**63 - 1
 
 _SECOND_NS = 1_000_000_000
-_HISTORY = ("system_default", "keep_last", "keep_all", "unknown")
-_RELIABILITY = ("system_default", "reliable", "best_effort", "unknown", "best_available")
-_DURABILITY = ("system_default", "transient_local", "volatile", "unknown", "best_available")
-_LIVELINESS = ("system_default", "automatic", "manual_by_node", "manual_by_topic", "unknown", "best_available")
+_POLICIES = {
+    "history": ("system_default", "keep_last", "keep_all", "unknown"),
+    "reliability": ("system_default", "reliable", "best_effort", "unknown", "best_available"),
+    "durability": ("system_default", "transient_local", "volatile", "unknown", "best_available"),
+    "liveliness": ("system_default", "automatic", "manual_by_node", "manual_by_topic", "unknown", "best_available"),
+}
+"""Policy -> its values; the place of each is its number."""
 
 
 class QosMetadataError(SceneSynthError):
@@ -63,15 +66,14 @@ def offered_qos(profile: RosQosProfile) -> OfferedQos:
 
     What the profile leaves open is stored as DDS decides it: infinite durations, automatic liveliness.
     """
-    liveliness = _name(_LIVELINESS, int(profile.liveliness), "liveliness")
+    policies = {name: _policy(name, int(getattr(profile, name))) for name in _POLICIES}
+    if policies["liveliness"] == "system_default":
+        policies["liveliness"] = "automatic"
     return OfferedQos(
-        history=_name(_HISTORY, int(profile.history), "history"),
+        **policies,
         depth=profile.depth,
-        reliability=_name(_RELIABILITY, int(profile.reliability), "reliability"),
-        durability=_name(_DURABILITY, int(profile.durability), "durability"),
         deadline_ns=profile.deadline.nanoseconds or INFINITE_NS,
         lifespan_ns=profile.lifespan.nanoseconds or INFINITE_NS,
-        liveliness="automatic" if liveliness == "system_default" else liveliness,
         liveliness_lease_ns=profile.liveliness_lease_duration.nanoseconds or INFINITE_NS,
         avoid_ros_namespace_conventions=profile.avoid_ros_namespace_conventions,
     )
@@ -79,16 +81,19 @@ def offered_qos(profile: RosQosProfile) -> OfferedQos:
 
 def qos_items(profiles: Iterable[OfferedQos], version: int) -> list[dict[str, Any]]:
     """Return the profiles as the plain mappings of a metadata version."""
-    named = version >= NAMED_QOS_VERSION
+
+    def value(name: str, policy: str) -> str | int:
+        return policy if version >= NAMED_QOS_VERSION else _POLICIES[name].index(policy)
+
     return [
         {
-            "history": qos.history if named else _HISTORY.index(qos.history),
+            "history": value("history", qos.history),
             "depth": qos.depth,
-            "reliability": qos.reliability if named else _RELIABILITY.index(qos.reliability),
-            "durability": qos.durability if named else _DURABILITY.index(qos.durability),
+            "reliability": value("reliability", qos.reliability),
+            "durability": value("durability", qos.durability),
             "deadline": _duration_item(qos.deadline_ns),
             "lifespan": _duration_item(qos.lifespan_ns),
-            "liveliness": qos.liveliness if named else _LIVELINESS.index(qos.liveliness),
+            "liveliness": value("liveliness", qos.liveliness),
             "liveliness_lease_duration": _duration_item(qos.liveliness_lease_ns),
             "avoid_ros_namespace_conventions": qos.avoid_ros_namespace_conventions,
         }
@@ -124,13 +129,10 @@ def _read_profile(item: object) -> OfferedQos:
         raise QosMetadataError(f"offered_qos_profiles: expected a mapping, got {type(item).__name__}")
     try:
         return OfferedQos(
-            history=_policy(_HISTORY, item["history"], "history"),
+            **{name: _policy(name, item[name]) for name in _POLICIES},
             depth=_integer(item["depth"], "depth"),
-            reliability=_policy(_RELIABILITY, item["reliability"], "reliability"),
-            durability=_policy(_DURABILITY, item["durability"], "durability"),
             deadline_ns=_read_duration(item["deadline"]),
             lifespan_ns=_read_duration(item["lifespan"]),
-            liveliness=_policy(_LIVELINESS, item["liveliness"], "liveliness"),
             liveliness_lease_ns=_read_duration(item["liveliness_lease_duration"]),
             avoid_ros_namespace_conventions=bool(item["avoid_ros_namespace_conventions"]),
         )
@@ -138,16 +140,13 @@ def _read_profile(item: object) -> OfferedQos:
         raise QosMetadataError(f"offered_qos_profiles: key {error} is missing") from None
 
 
-def _policy(names: Sequence[str], value: object, what: str) -> str:
-    if isinstance(value, str) and value in names:
+def _policy(name: str, value: object) -> str:
+    values = _POLICIES[name]
+    if isinstance(value, str) and value in values:
         return value
-    return _name(names, value, what)
-
-
-def _name(names: Sequence[str], value: object, what: str) -> str:
-    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(names):
-        return names[value]
-    raise QosMetadataError(f"offered_qos_profiles: {what}: expected one of {', '.join(names)} or its number, got {shorten(value)}")
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
+        return values[value]
+    raise QosMetadataError(f"offered_qos_profiles: {name}: expected one of {', '.join(values)} or its number, got {shorten(value)}")
 
 
 def _integer(value: object, what: str) -> int:

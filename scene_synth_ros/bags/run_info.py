@@ -48,9 +48,7 @@ def _processor() -> str:
 def run_record(nodes: NodeValues, *, machine: bool = True) -> dict[str, str]:
     """Return the metadata record of a run: versions, and seed and room type of its grammar node.
 
-    Args:
-        nodes: their parameters.
-        machine: whether Python, system and processor are told, too, so that the record is of this machine.
+    Without ``machine`` Python, system and processor are left out, so that the record is of no machine.
     """
     record = {f"version.{name}": version for name, version in versions().items() if machine or name not in _MACHINE}
     for name, values in sorted(nodes.items()):

@@ -27,10 +27,6 @@ class ScansAgain:
     """Makes the messages of scans again.
 
     Rooms whose camera was driven, or asked for frames off its path, are left out: where the rig has gone is not in the bag.
-
-    Args:
-        scene_of: returns the description of the room of some settings.
-        renderer_of: returns the renderer of a room, by settings and description.
     """
 
     def __init__(

@@ -6,13 +6,48 @@ every group with an image had.  Bags whose log times differ within a frame, as t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
+from renderer import LAYERS
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagMessage
-from scene_synth_ros.bags.camera_streams import cameras, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS
-from scene_synth_ros.messages.streams import derived_streams
+from scene_synth_ros.messages.streams import (
+    CLOUD_TYPE,
+    COMPRESSED_TYPE,
+    IMAGE_FORMS,
+    IMAGE_TYPE,
+    INFO_TYPE,
+    LABELS,
+    POSE_TYPE,
+    derived_streams,
+    find_streams,
+    parse,
+)
+
+FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, INFO_TYPE, CLOUD_TYPE, POSE_TYPE)
+_IMAGE_TYPES = FRAME_TYPES[:3]
+
+
+def cameras(topics: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
+    found: dict[str, list[str]] = {}
+    for topic, type_name in topics.items():
+        if type_name in _IMAGE_TYPES:
+            stream = parse(topic, type_name)
+            found.setdefault(stream.base if stream is not None else topic.rsplit("/", 2)[0], []).append(topic)
+    for topic, type_name in topics.items():
+        stream = parse(topic, type_name)
+        if stream is not None and stream.role.of == "camera" and stream.base in found:
+            found[stream.base].append(topic)
+    return found
+
+
+def label_topics(topics: Mapping[str, str]) -> list[str]:
+    """Return the topics that tell what the ids in the images of these topics mean."""
+    labelled = {name for name, row in LAYERS.items() if row.labels is not None}
+    return [stream.beside(LABELS).topic for stream in find_streams(topics, *IMAGE_FORMS).values() if stream.layer in labelled]
+
 
 MAX_HELD = 512 * 2**20
 """Bytes of a group that may wait for its end; a larger one is no frame and passes."""
@@ -41,9 +76,7 @@ class WholeFrames:
     def of_file(self, messages: Iterable[BagMessage], is_cut: Callable[[], bool]) -> Iterator[BagMessage]:
         """Yield the messages of a file, without the group at its end if the file was cut within that.
 
-        Args:
-            messages: as they stand in the file.
-            is_cut: asked at the end, whether more had been in the file.
+        ``is_cut`` is asked at the end, whether more had been in the file.
         """
         held: list[BagMessage] = []
         names: set[str] = set()

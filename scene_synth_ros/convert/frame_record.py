@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from renderer import LAYERS
 from scene_description import scene_to_json
-from scene_synth_ros.convert.shutter import row_time_s
+from scene_synth_ros.convert.camera import row_time_s
 from scene_synth_ros.dataset import DatasetError
 
 if TYPE_CHECKING:

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from renderer import LAYERS
-from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.formats import Format
-from scene_synth_ros.convert.writer import Role, Sequence, Source
+from scene_synth_ros.convert.writer import ConvertError, Role, Sequence, Source
 from scene_synth_ros.dataset import Dataset, open_dataset
 
 
@@ -177,8 +176,8 @@ def _rooms(frames: Dataset) -> Iterator[tuple[int, tuple[int, ...]]]:
     if len(set(rooms)) == len(rooms):
         yield from ((room, tuple(indices)) for room in rooms if len(indices := frames.frames_of(room)))
     else:
-        for info, indices in groupby(range(len(frames)), lambda index: frames.frame(index).info):
-            yield info.index, tuple(indices)
+        for info, run in groupby(range(len(frames)), lambda index: frames.frame(index).info):
+            yield info.index, tuple(run)
 
 
 def room_name(room: int, again: int = 1) -> str:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import CameraPose
-from scene_synth_ros.convert.lens import Lens
-from scene_synth_ros.convert.poses import camera_from_world, world_from_camera
+from scene_synth_ros.convert.camera import Lens, camera_from_world, world_from_camera
 
 CELL_PX = 16
 """Side of the cells."""

@@ -1,6 +1,6 @@
-"""What the writer of a format does, and what it is told of its source.
+"""What the writer of a format does, what it is told of its source, and what runs it.
 
-Frames come in *sequences*: those of one room by one camera, in the order of their stamps.  :mod:`scene_synth_ros.convert.pipeline` calls
+Frames come in *sequences*: those of one room by one camera, in the order of their stamps.  :func:`convert` calls
 
     begin(out, source)
     for each sequence: begin_sequence(sequence) -> state, then for each frame encode(frame, number, state) -> item and take(item, state),
@@ -15,12 +15,19 @@ frames of the sequence before are still encoded.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from scene_description import SceneSynthError
 from scene_synth_ros.dataset import Camera, Dataset, Frame
+
+
+class ConvertError(SceneSynthError):
+    """A source that lacks what a format needs, or has what a format cannot carry; one line: what, where, got, expected, what to do."""
 
 
 class Role(NamedTuple):
@@ -99,20 +106,37 @@ class Source:
 
 
 class Writer(ABC):
-    """Writes one format; made anew for each conversion."""
+    """Writes one format; made anew for each conversion.
 
-    @abstractmethod
+    Attributes:
+        name: of the format, as of ``--to``.
+        out: the folder, new and empty.
+        source: what is converted.
+        notes: lines for people, each once: what the format has no place for.
+    """
+
+    out: Path
+    source: Source
+
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+        self.notes: dict[str, None] = {}
+
     def begin(self, out: Path, source: Source) -> None:
-        """Take the folder, which is new and empty, and the source.
+        """Take the folder and the source.
 
         Raises:
-            ConvertError: the source has what the format cannot carry.
+            ConvertError: the source has what the format cannot carry, or a library is missing.
         """
+        self.out, self.source = out, source
 
     def begin_sequence(self, sequence: Sequence) -> Any:
-        """Return the state of a sequence; None where a format knows no sequences."""
-        del sequence
-        return None
+        """Return the state of a sequence, by itself the sequence.
+
+        Raises:
+            ConvertError: it has what the format cannot carry.
+        """
+        return sequence
 
     @abstractmethod
     def encode(self, frame: Frame, number: int, state: Any) -> Any:
@@ -126,6 +150,72 @@ class Writer(ABC):
         """Write what belongs to a whole sequence."""
         del state
 
-    @abstractmethod
     def finish(self) -> tuple[str, ...]:
         """Write what belongs to the whole; return lines for people, as what the format could not hold of single pixels."""
+        return tuple(self.notes)
+
+
+_AHEAD = 2
+"""Frames for each thread that are encoded, or wait to be, before the oldest is taken: bounds memory."""
+
+
+class _Step(NamedTuple):
+    """A frame on its way; ``last``: the sequence ends with it."""
+
+    encoded: Future[Any]
+    state: Any
+    last: bool
+
+
+def convert(
+    out: Path, source: Source, writer: Writer, *, threads: int = 2, progress: Callable[[int], None] = lambda _: None
+) -> tuple[str, ...]:
+    """Write a source into a folder; return lines for people, the source's and the writer's.
+
+    Args:
+        out: the folder, empty.
+        source: what is converted.
+        writer: of the format.
+        threads: that decode and encode frames; the output is the same with any number.
+        progress: called after every frame with how many are done.
+
+    Raises:
+        SceneSynthError: the source has what the format cannot carry, or a frame cannot be read.
+        OSError: a file cannot be written.
+    """
+    writer.begin(out, source)
+    done = 0
+    pool = ThreadPoolExecutor(threads, "encode")
+    try:
+        for step in _ahead(_steps(source, writer, pool), _AHEAD * threads):
+            writer.take(step.encoded.result(), step.state)
+            if step.last:
+                writer.end_sequence(step.state)
+            done += 1
+            progress(done)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+    return source.notes + writer.finish()
+
+
+def _steps(source: Source, writer: Writer, pool: ThreadPoolExecutor) -> Iterator[_Step]:
+    """Yield every frame, handed over to the pool."""
+
+    def encode(sequence: Sequence, number: int, state: Any) -> Any:
+        return writer.encode(source.frame(sequence, number), number, state)
+
+    for sequence in source.sequences:
+        state = writer.begin_sequence(sequence)
+        for number in range(len(sequence.frames)):
+            yield _Step(pool.submit(encode, sequence, number, state), state, number == len(sequence.frames) - 1)
+
+
+def _ahead(steps: Iterator[_Step], count: int) -> Iterator[_Step]:
+    """Yield steps in their order, with up to ``count`` of them begun."""
+    begun: deque[_Step] = deque()
+    for step in steps:
+        begun.append(step)
+        if len(begun) >= count:
+            yield begun.popleft()
+    while begun:
+        yield begun.popleft()

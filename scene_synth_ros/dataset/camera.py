@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_synth_ros.messages.cdr_reader import CdrReader
+from scene_synth_ros.messages import poses
+from scene_synth_ros.messages.cdr import CdrReader
 
 _STAMP_SIZE = 12
 """Bytes of encapsulation header and stamp, before what is the same in every frame."""
@@ -114,8 +115,7 @@ def read_pose(data: bytes | memoryview) -> Pose:
     """Return what a serialised PoseStamped says.
 
     Raises:
-        CdrReadError: the message is cut off.
+        PoseReadError: the message is cut off.
     """
-    reader = CdrReader(data)
-    world, numbers = reader.header().frame_id, reader.numbers("d", 7)
-    return Pose(np.array(numbers[:3], np.float64), np.array(numbers[3:], np.float64), world)
+    pose = poses.read_pose(data)
+    return Pose(np.array(pose.position_m, np.float64), np.array(pose.quaternion, np.float64), pose.world)

@@ -17,10 +17,9 @@ from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.folders import Folder, open_folder
 from scene_synth_ros.dataset.frame import Frame
 from scene_synth_ros.dataset.part import Part
-from scene_synth_ros.dataset.places import BagPlace, find_bags
+from scene_synth_ros.dataset.places import BagPlace, find_bags, read_split
 from scene_synth_ros.dataset.rooms import RoomInfo
-from scene_synth_ros.dataset.splits import read_split
-from scene_synth_ros.mcap.block_cache import BlockCache
+from scene_synth_ros.mcap.message_places import BlockCache
 
 OPEN_BAGS = 512
 """Bags whose index a process keeps."""

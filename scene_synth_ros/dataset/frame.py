@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,14 @@ from scene_synth_ros.bags.indexed_bag import MessageReadError
 from scene_synth_ros.dataset.camera import Camera, Pose, read_camera, read_pose
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.part import Part
-from scene_synth_ros.dataset.rooms import RoomInfo, read_string
+from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.contents import McapReadError
-from scene_synth_ros.messages.cdr_reader import CdrReadError
+from scene_synth_ros.messages.cdr import CdrReadError, read_text
 from scene_synth_ros.messages.image_reader import CodecError, read_compressed, read_image
+from scene_synth_ros.messages.poses import PoseReadError
 from scene_synth_ros.messages.streams import COMPRESSED, POSE, Stream, parse
+
+Value = TypeVar("Value")
 
 _FORMS = {b"\x89PNG": "png", b"\xff\xd8\xff": "jpeg"}
 """First bytes of a file -> its form."""
@@ -163,7 +166,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         if not len(part.starts):
             raise DatasetError(f"{self}: expected a scene description on a topic that ends in /scene, got none; record that topic")
         try:
-            return _scene(read_string(part.scene_message(int(part.starts[place]))))
+            return _scene(read_text(part.scene_message(int(part.starts[place]))))
         except (CdrReadError, SceneSynthError) as error:
             raise DatasetError(f"{self}: scene description: {error}") from None
 
@@ -181,7 +184,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         place = max(int(np.searchsorted(stamps, self.stamp_ns, side="right")) - 1, 0)
         stamp = int(stamps[place]) if len(stamps) else self.stamp_ns
         try:
-            table = json.loads(read_string(self._message(topic, stamp)))["labels"]
+            table = json.loads(read_text(self._message(topic, stamp)))["labels"]
             return {int(key): dict(row) for key, row in table.items()}
         except (CdrReadError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             raise DatasetError(f"{self}, labels of {layer}: expected JSON with 'labels', id -> name, got other text") from None
@@ -198,7 +201,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         if not topic or (topic, self.stamp_ns) not in part.bag:
             return None
         try:
-            return annotations_from_json(read_string(self._message(topic)))
+            return annotations_from_json(read_text(self._message(topic)))
         except (CdrReadError, SceneSynthError) as error:
             raise DatasetError(f"{self}: annotations: {error}") from None
 
@@ -212,7 +215,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         part = self._open()
         there = [topic for topic in part.topics.settings if (topic, self.stamp_ns) in part.bag]
         try:
-            found = [json.loads(read_string(self._message(topic))) for topic in there]
+            found = [json.loads(read_text(self._message(topic))) for topic in there]
             own = [told for told in found if told["streams"]["camera"] == part.camera.rsplit("/", 1)[-1]]
         except (CdrReadError, ValueError, KeyError, TypeError, RecursionError):
             raise DatasetError(f"{self}: expected JSON of settings on {' or '.join(there)}, got other text") from None
@@ -242,10 +245,10 @@ class Frame(Mapping[str, NDArray[Any]]):
         except (MessageReadError, McapReadError, OSError) as error:
             raise DatasetError(f"{self}: {error_line(error)}") from None
 
-    def _decode(self, topic: str, read: Any) -> Any:
+    def _decode(self, topic: str, read: Callable[[memoryview], Value]) -> Value:
         try:
             return read(self._message(topic))
-        except CdrReadError as error:
+        except (CdrReadError, PoseReadError) as error:
             raise DatasetError(f"{self}: topic {topic}: {error}") from None
 
 

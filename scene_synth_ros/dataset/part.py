@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +11,49 @@ from numpy.typing import NDArray
 from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.rooms import UNKNOWN_ROOM, RoomInfo, room_of_scene
-from scene_synth_ros.dataset.topics import CameraTopics, find_cameras
-from scene_synth_ros.mcap.block_cache import BlockCache
 from scene_synth_ros.mcap.contents import McapReadError
+from scene_synth_ros.mcap.message_places import BlockCache
 from scene_synth_ros.mcap.stored_file import StoredFile
-from scene_synth_ros.messages.streams import SCENE, find_streams
+from scene_synth_ros.messages.streams import ANNOTATIONS, INFO, LABELS, POSE, SCENE, SETTINGS, Role, Stream, find_images, find_streams
+
+
+@dataclass(slots=True, kw_only=True)
+class CameraTopics:
+    """The topics of one camera: layer -> image, layer -> camera info, layer -> labels; "" where there is none; all settings."""
+
+    images: dict[str, str] = field(default_factory=dict)
+    infos: dict[str, str] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
+    pose: str = ""
+    annotations: str = ""
+    settings: tuple[str, ...] = ()
+
+
+def find_cameras(types: Mapping[str, str]) -> dict[str, CameraTopics]:
+    """Return the cameras of a bag by their names with namespace (``/synth/camera``), in the order of these."""
+    cameras: dict[str, CameraTopics] = {}
+    for image, topic in find_images(types).items():
+        if image.camera:
+            cameras.setdefault(image.base, CameraTopics()).images[image.layer] = topic
+    there = set(find_streams(types, INFO, LABELS, POSE, ANNOTATIONS).values())
+    settings = tuple(sorted(find_streams(types, SETTINGS)))
+
+    def of_layers(camera: str, role: Role) -> dict[str, str]:
+        streams = [Stream(camera, role, layer) for layer in cameras[camera].images]
+        return {stream.layer: stream.topic for stream in streams if stream in there}
+
+    for camera, topics in cameras.items():
+        topics.infos, topics.labels, topics.settings = of_layers(camera, INFO), of_layers(camera, LABELS), settings
+        pose, annotations = Stream(camera, POSE), Stream(camera, ANNOTATIONS)
+        topics.pose = pose.topic if pose in there else ""
+        topics.annotations = annotations.topic if annotations in there else ""
+    return dict(sorted(cameras.items()))
 
 
 class Part:
     """An open bag of a dataset; holds no open file.
 
-    Args:
-        name: of the bag, for messages.
-        files: of it.
-        layers: that every frame has; None for all of the camera.
-        camera: its name, alone or with its namespace; None for the first that has all layers.
-        cache: of decompressed chunks.
-        report: called with one line for everything that is wrong.
+    ``layers`` and ``camera`` are chosen as :func:`open_dataset` says; ``report`` gets one line for everything that is wrong.
 
     Attributes:
         bag: its messages.

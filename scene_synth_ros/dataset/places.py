@@ -1,21 +1,32 @@
-"""What lies at a path: a bag, a file of one, a folder of bags, or a dataset whose shards say what is in them."""
+"""What lies at a path: a bag, a file of one, a folder of bags, or a dataset whose shards say what is in them, and its splits."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scene_description import SceneSynthError
 from scene_description.strict import FieldError, from_mapping
+from scene_synth_ros.bags.dataset_files import (
+    DATASET_MANIFEST_NAME,
+    DATASET_MANIFEST_SCHEMA,
+    PLAN_NAME,
+    SHARD_SCHEMA,
+    SHARDS_NAME,
+    SPLITS_NAME,
+    SPLITS_SCHEMA,
+    shard_name,
+)
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.folders import Folder
 from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.stored_file import StoredFile
 
-PLAN_NAME, MANIFEST_NAME, SHARDS_NAME = "dataset.json", "manifest.json", "shards"
-SHARD_SCHEMA, MANIFEST_SCHEMA = "scene_synth_shard/1", "scene_synth_manifest/1"
 _ENDINGS = (".mcap", ".mcap.active")
 _MAX_SHARD = 2**30
 
@@ -32,9 +43,7 @@ class BagPlace:
 def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
     """Return the bags at a place in the order of their names, shards in the order of their numbers.
 
-    Args:
-        folder: the place, a folder or a single file.
-        report: called with one line for everything that is not whole.
+    ``report`` gets one line for everything that is not whole.
 
     Raises:
         DatasetError: there is nothing to read.
@@ -48,7 +57,7 @@ def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
         raise DatasetError(f"{folder}: expected a bag, the folder of a dataset, or an .mcap file, got {got}; check the path")
     if any(name.endswith(_ENDINGS) for name in names):
         return [_bag(folder, names, report)]
-    if PLAN_NAME in names or MANIFEST_NAME in names or SHARDS_NAME in names:
+    if PLAN_NAME in names or DATASET_MANIFEST_NAME in names or SHARDS_NAME in names:
         return _shards(folder, names, report)
     bags = [(child, inner) for name in sorted(names) for child in [folder / name] if (inner := child.names()) is not None]
     found = [_bag(child, inner, report) for child, inner in bags if any(name.endswith(_ENDINGS) for name in inner)]
@@ -75,10 +84,10 @@ def _in_order(names: Iterable[str]) -> list[str]:
 def _shards(folder: Folder, names: list[str], report: Callable[[str], None]) -> list[BagPlace]:
     """Return the shards that are complete, by the manifest where there is one, else by their completion files."""
     below = folder / SHARDS_NAME if SHARDS_NAME in names else folder
-    if MANIFEST_NAME in names:
-        manifest = read_json(folder.file(MANIFEST_NAME), MANIFEST_SCHEMA)
+    if DATASET_MANIFEST_NAME in names:
+        manifest = read_json(folder.file(DATASET_MANIFEST_NAME), DATASET_MANIFEST_SCHEMA)
         rows = manifest.get("shards")
-        where = str(folder / MANIFEST_NAME)
+        where = str(folder / DATASET_MANIFEST_NAME)
     else:
         inside = below.names() or []
         told = sorted(name for name in inside if name.removesuffix(".json").isdecimal() and name.endswith(".json"))
@@ -108,7 +117,7 @@ def _shard(below: Folder, row: Any, where: str) -> BagPlace:
     try:
         rooms = tuple(_room(room, f"rooms[{number}]") for number, room in enumerate(row["rooms"]))
         files = tuple(below.file(name) for name in _in_order(_inside(file["name"]) for file in row["files"]))
-        name = f"{below / format(row['shard'], '05d')}"
+        name = f"{below / shard_name(row['shard'])}"
     except (LookupError, TypeError, ValueError, SceneSynthError) as error:
         raise DatasetError(f"{where}: expected rooms and files of a shard, got {' '.join(str(error).split())[:200]}") from None
     return BagPlace(name=name, files=files, rooms=rooms)
@@ -127,9 +136,7 @@ def _room(room: Any, where: str) -> RoomInfo:
 def read_json(file: StoredFile, schema: str) -> dict[str, Any]:
     """Return the JSON object in a file.
 
-    Args:
-        file: at most 1 GiB.
-        schema: that it must have; empty for any.
+    It has at most 1 GiB, and the schema that is asked for, if one is.
 
     Raises:
         DatasetError: it is another.
@@ -145,3 +152,52 @@ def read_json(file: StoredFile, schema: str) -> dict[str, Any]:
         got = found.get("schema") if isinstance(found, dict) else None
         raise DatasetError(f"{file}: expected schema {schema or 'of an object'}, got {got!r:.60}; make the dataset again")
     return found
+
+
+def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[np.int64]:
+    """Return the frames of a split, (frames,) indices in the dataset, in the order of the split.
+
+    Rooms that are not in the dataset yet, because their shards are not complete, are left out.
+
+    Raises:
+        DatasetError: there is no such split, or it does not fit.
+        OSError: it cannot be read.
+    """
+    if SPLITS_NAME not in (folder.names() or ()):
+        raise DatasetError(f"{folder}: expected {SPLITS_NAME} for the split '{name}', got none; make it with scene_synth split")
+    file = folder.file(SPLITS_NAME)
+    splits = read_json(file, SPLITS_SCHEMA).get("splits")
+    if not isinstance(splits, dict) or name not in splits:
+        raise DatasetError(f"{file}: expected split '{name}', got {', '.join(splits) if isinstance(splits, dict) else 'no splits'}")
+    starts = np.concatenate([[0], np.cumsum([room.frames for room in rooms])]).astype(np.int64)
+    places: dict[tuple[int, str | None], list[int]] = {}
+    for place, info in enumerate(rooms):
+        places.setdefault((info.index, info.scene_id), []).append(place)
+        places.setdefault((info.index, None), []).append(place)
+    chosen = [np.empty(0, np.int64)]
+    for number, row in enumerate(splits[name]):
+        room, scene, copy, frames = _row(row, f"{file}: splits.{name}[{number}]")
+        alike = places.get((room, scene), [])
+        if copy < len(alike):
+            place = alike[copy]
+            count = rooms[place].frames
+            own = np.arange(count) if frames is None else np.array(frames, np.int64)
+            if own.size and (own.min() < 0 or own.max() >= count):
+                raise DatasetError(
+                    f"{file}: splits.{name}[{number}]: expected frames of room {room} from 0 to {count - 1}, got {own.max()}"
+                )
+            chosen.append(starts[place] + own)
+    return np.concatenate(chosen)
+
+
+def _row(row: Any, where: str) -> tuple[int, str | None, int, list[int] | None]:
+    """Return a room's index, the id of its scene (None: any), how many rooms of both come before it, and its frames (None: all)."""
+    found: dict[str, Any] = row if isinstance(row, dict) else {}
+    room, scene, copy, frames = found.get("room"), found.get("scene"), found.get("copy", 0), found.get("frames")
+    numbers = [room, copy, *(frames if isinstance(frames, list) else ())]
+    fits = (
+        all(isinstance(item, int) and item >= 0 for item in numbers) and isinstance(scene, str | None) and isinstance(frames, list | None)
+    )
+    if not fits or room is None:
+        raise DatasetError(f"{where}: expected a room and its frames or null, got {row!r:.80}")
+    return room, scene, copy, frames

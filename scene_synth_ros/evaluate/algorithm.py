@@ -21,7 +21,7 @@ DEFAULT_INPUTS = ("color",)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Frame:
+class AlgorithmFrame:
     """One view, as an algorithm gets it.
 
     Attributes:
@@ -50,13 +50,10 @@ class Frame:
 class Algorithm:
     """The callable or class ``NAME`` of ``FILE.py:NAME``.
 
-    A callable is called with each :class:`Frame`; a class is constructed, without arguments, for each room, and its object is called.  Its
-    attribute ``inputs`` names what it is given: layers of the camera (``color``, ``depth_sensed``), of another camera (``right/color``),
-    and ``pose`` for the true pose; without it, ``color``.  It returns a mapping task -> estimate; a task that is left out, or None in place
-    of the mapping, is no estimate of the frame.
-
-    Args:
-        words: ``FILE.py:NAME``.
+    A callable is called with each :class:`AlgorithmFrame`; a class is constructed, without arguments, for each room, and its object is
+    called. Its attribute ``inputs`` names what it is given: layers of the camera (``color``, ``depth_sensed``), of another camera
+    (``right/color``), and ``pose`` for the true pose; without it, ``color``. It returns a mapping task -> estimate; a task that is left
+    out, or None in place of the mapping, is no estimate of the frame.
 
     Raises:
         EvaluateError: there is no such file or name, or the file cannot be loaded.
@@ -82,7 +79,7 @@ class Algorithm:
             raise EvaluateError(f"--algorithm {words}: expected inputs as a tuple of names such as ('color', 'pose'), got {inputs!r:.80}")
         self.inputs: tuple[str, ...] = tuple(inputs)
         self._made: Callable[..., Any] = made
-        self._call: Callable[[Frame], Any] = made
+        self._call: Callable[[AlgorithmFrame], Any] = made
 
     @property
     def layers(self) -> tuple[str, ...]:
@@ -101,7 +98,7 @@ class Algorithm:
             except Exception as error:
                 self._refuse(error, f"when it was constructed for room {room}")
 
-    def estimate(self, frame: Frame) -> Mapping[str, Any]:
+    def estimate(self, frame: AlgorithmFrame) -> Mapping[str, Any]:
         """Return task -> estimate of a frame; empty if there is none.
 
         Raises:

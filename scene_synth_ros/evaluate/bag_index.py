@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from scene_synth_ros.bags.indexed_bag import IndexedBag
+from scene_synth_ros.dataset.rooms import RoomsByStart
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import StampedPose, read_message
-from scene_synth_ros.evaluate.rooms import Rooms, json_object
 from scene_synth_ros.evaluate.task_streams import POSES
 from scene_synth_ros.evaluate.topics import TypedTopic
+from scene_synth_ros.messages.cdr import json_object
 from scene_synth_ros.messages.stamps import CdrBytes
 from scene_synth_ros.messages.streams import SCENE, find_streams
 
@@ -31,7 +32,7 @@ class BagIndex:
     """
 
     path: Path
-    rooms: Rooms = field(default_factory=Rooms)
+    rooms: RoomsByStart = field(default_factory=RoomsByStart)
     stamps: dict[str, Counter[int]] = field(default_factory=dict)
     unstamped: Counter[str] = field(default_factory=Counter)
     poses: dict[str, dict[int, StampedPose]] = field(default_factory=dict)
@@ -41,11 +42,7 @@ class BagIndex:
 def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], labels: str = "") -> BagIndex:
     """Find out what a bag holds; of images nothing is read where the bag's own index tells their stamps.
 
-    Args:
-        bag: what is read.
-        path: of the bag.
-        topics: whose stamps are asked for.
-        labels: topic of the JSON labels of classes; empty for none.
+    ``labels``: topic of the JSON labels of classes; empty for none.
     """
     index = BagIndex(path=path)
     scenes = list(find_streams(bag.types, SCENE))

@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo
 from evaluation.metrics.instance import Instances
 from scene_description.poses import quaternion_from_rotation, world_from_optical
 from scene_synth_ros.bags.indexed_bag import IndexedBag
-from scene_synth_ros.evaluate.algorithm import Algorithm, Frame
+from scene_synth_ros.evaluate.algorithm import Algorithm, AlgorithmFrame
 from scene_synth_ros.evaluate.bag_index import BagIndex
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.measuring import Estimates
@@ -37,13 +37,7 @@ class EstimateSource(Protocol):
 
 
 class BagEstimates:
-    """Estimates on topics of a bag.
-
-    Args:
-        bag: what is read.
-        topics: task -> topic.
-        index: of the bag.
-    """
+    """Estimates on topics of a bag."""
 
     def __init__(self, bag: IndexedBag, topics: Mapping[str, TypedTopic], index: BagIndex) -> None:
         self._bag, self._topics, self._index = bag, topics, index
@@ -61,19 +55,15 @@ class BagEstimates:
                 if pose is not None:
                     estimates[task] = Reading((pose,), None)
             elif topic.name in found:
-                estimates[task] = _tried(lambda task=task, topic=topic: read_for_task(task, topic.type_name, found[topic.name], topic.name))
+                estimates[task] = _tried(read_for_task, task, topic.type_name, found[topic.name], topic.name)
         return estimates
 
 
 class AlgorithmEstimates:
     """Estimates of a user's Python algorithm.
 
-    Args:
-        algorithm: what is called.
-        tasks: what is asked of it.
-        images: its inputs, by name.
-        infos: topics of their camera infos, by the same names, and by ``OWN_CAMERA`` of the camera that is judged.
-        poses: stamp -> true pose; empty unless it asks for them.
+    ``infos`` are by the names of its images, and by ``OWN_CAMERA`` of the camera that is judged; ``poses`` is empty unless it asks for
+    them.
     """
 
     def __init__(
@@ -112,12 +102,12 @@ class AlgorithmEstimates:
             raise EvaluateError(f"--algorithm {self._algorithm.words}: expected tasks of {', '.join(TASK_STREAMS)}, got '{unknown[0]}'")
         values = {task: found.get(task, found.get(TASK_STREAMS[task].name)) for task in self._tasks}
         return {
-            task: _tried(lambda task=task, value=value: returned_estimate(task, value, stamp_ns))
+            task: _tried(returned_estimate, task, value, stamp_ns)
             for task, value in values.items()
             if value is not None
         }
 
-    def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Frame:
+    def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> AlgorithmFrame:
         images = {name: read_message(topic.type_name, messages[topic.name], topic.name).value for name, topic in self._images.items()}
         for image in images.values():
             image.flags.writeable = False
@@ -128,7 +118,7 @@ class AlgorithmEstimates:
         }
         own = infos.get(OWN_CAMERA) or next(iter(infos.values()), CameraInfo())
         pose = self._poses.get(stamp_ns)
-        return Frame(
+        return AlgorithmFrame(
             stamp_ns=stamp_ns,
             K=np.array(own.k, np.float64).reshape(3, 3),
             width=own.width,
@@ -199,9 +189,9 @@ _RETURNED: dict[str, Callable[[str, Any, int], Any]] = {"poses": _pose, "points"
 """Task -> how what is returned for it is taken; images otherwise."""
 
 
-def _tried(read: Callable[[], Reading]) -> Reading | EstimateError:
+def _tried(read: Callable[..., Reading], *values: Any) -> Reading | EstimateError:
     try:
-        return read()
+        return read(*values)
     except EstimateError as error:
         return error
     except (TypeError, ValueError) as error:  # numpy's, for what an algorithm returns in place of numbers

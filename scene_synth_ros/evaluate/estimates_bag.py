@@ -17,7 +17,7 @@ from scene_description import CameraPose
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.evaluate.readings import BoxList, Cloud, StampedPose
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
-from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.cdr import CdrWriter
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, header, image_to_msg, pose_to_msg
 
 WORLD = "map"
@@ -27,8 +27,7 @@ _MILLIMETRES_A_METRE = 1000.0
 class EstimatesBag:
     """A bag of estimates on the topics that ``scene_synth evaluate --estimates`` looks for first.
 
-    Args:
-        folder: of the bag; must not exist.
+    The folder must not exist.
 
     Raises:
         BagWriteError: it exists, or cannot be made.
@@ -48,11 +47,7 @@ class EstimatesBag:
     def add(self, task: str, value: Any, stamp_ns: int, frame_id: str) -> None:
         """Write the estimate of a task.
 
-        Args:
-            task: a key of ``TASK_STREAMS``.
-            value: as the task measures it; images of the dtype that the task reads.
-            stamp_ns: of the frame.
-            frame_id: of the truth.
+        ``value`` is as the task measures it, an image of the dtype that the task reads; ``frame_id`` is that of the truth.
 
         Raises:
             BagWriteError: the disk refused it.

@@ -17,11 +17,9 @@ from evaluation.evaluation_file import write_evaluation
 from evaluation.summary import make_evaluation
 from scene_description import SceneSynthError, error_line
 from scene_synth_ros.evaluate.errors import EvaluateError
-from scene_synth_ros.evaluate.evaluator_config import EvaluatorConfig, check_tasks
+from scene_synth_ros.evaluate.evaluator_config import LIVE_TYPES, EvaluatorConfig, check_tasks, estimate_names, truth_names
 from scene_synth_ros.evaluate.live_scores import LiveScores
-from scene_synth_ros.evaluate.live_topics import LIVE_TYPES, estimate_names, truth_names
-from scene_synth_ros.evaluate.measuring_thread import MeasuringThread
-from scene_synth_ros.evaluate.stamp_buffer import Gathered, StampBuffer
+from scene_synth_ros.evaluate.stamp_buffer import Gathered, MeasuringThread, StampBuffer
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.messages.stamps import stamp_ns

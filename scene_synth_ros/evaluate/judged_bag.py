@@ -15,13 +15,11 @@ from evaluation.tasks import TASKS
 from scene_synth_ros.bags.indexed_bag import IndexedBag, open_bag
 from scene_synth_ros.evaluate.algorithm import POSE_INPUT, Algorithm
 from scene_synth_ros.evaluate.bag_index import index_bag, refuse_empty
-from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
+from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError, Notes
 from scene_synth_ros.evaluate.estimate_sources import OWN_CAMERA, AlgorithmEstimates, BagEstimates, EstimateSource
 from scene_synth_ros.evaluate.estimates_bag import EstimatesBag
 from scene_synth_ros.evaluate.measuring import GROUP_LAYERS, Estimates, TruthFrame, measure_frame, measure_room, needed_layers
-from scene_synth_ros.evaluate.notes import Notes
 from scene_synth_ros.evaluate.readings import Reading
-from scene_synth_ros.evaluate.stamp_match import match_stamps, stamp_notes
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS
 from scene_synth_ros.evaluate.topics import TypedTopic, camera_of, estimate_topic, image_topics, info_topics, layers_present, truth_topics
 from scene_synth_ros.evaluate.truth_bags import TruthBag
@@ -52,11 +50,6 @@ class Plan:
 
 class JudgedBag:
     """A bag of truth with what is to be judged by it.
-
-    Args:
-        bag: of truth.
-        plan: what is judged.
-        notes: gets what is wrong with estimates.
 
     Raises:
         BagReadError: a bag cannot be read at all.
@@ -101,8 +94,7 @@ class JudgedBag:
     def measure(self, progress: Callable[[], None]) -> Iterator[MeasuredFrame]:
         """Yield the measurements of all frames, in the order of their stamps, those of whole rooms at the end of each room.
 
-        Args:
-            progress: called after each frame.
+        ``progress`` is called after each frame.
 
         Raises:
             EvaluateError: the truth cannot be read, or the algorithm raised something.
@@ -247,3 +239,46 @@ class JudgedBag:
     def _place(self, room: int, frame: int, stamp: int) -> str:
         variant = f"variant {self._bag.variant}, " if self._bag.variant is not None else ""
         return f"{variant}room {room}, frame {frame}, stamp {stamp} ns"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StampMatch:
+    """The stamps of one task.
+
+    Attributes:
+        paired: in both, ascending.
+        missing: of truth without an estimate, ascending.
+        foreign: of estimates whose stamp no truth has, ascending.
+        repeated: messages beyond the first of a stamp of the estimates.
+    """
+
+    paired: tuple[int, ...]
+    missing: tuple[int, ...]
+    foreign: tuple[int, ...]
+    repeated: int
+
+
+def match_stamps(truth: Mapping[int, int], estimates: Mapping[int, int]) -> StampMatch:
+    """Compare two topics.
+
+    Both are stamp -> how many messages have it.
+    """
+    return StampMatch(
+        paired=tuple(sorted(truth.keys() & estimates.keys())),
+        missing=tuple(sorted(truth.keys() - estimates.keys())),
+        foreign=tuple(sorted(estimates.keys() - truth.keys())),
+        repeated=sum(count - 1 for count in estimates.values()),
+    )
+
+
+def stamp_notes(task: str, topic: str, match: StampMatch) -> list[str]:
+    """Return a line for each way in which the stamps do not fit."""
+    lines = []
+    if match.foreign:
+        shown = (
+            f"{len(match.foreign)} of {len(match.foreign) + len(match.paired)} stamps that no truth has, the first {match.foreign[0]} ns"
+        )
+        lines.append(f"{task}: {topic}: expected estimates at the stamps of the truth, got {shown}; copy the stamp of the image")
+    if match.repeated:
+        lines.append(f"{task}: {topic}: {match.repeated} messages repeat a stamp; the first of each stamp counts")
+    return lines

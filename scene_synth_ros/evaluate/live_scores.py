@@ -14,11 +14,10 @@ from evaluation.core.task import Measurement, Tally
 from evaluation.evaluation_file import FrameKey
 from evaluation.summary import MeasuredFrame
 from evaluation.tasks import TASKS
-from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
+from scene_synth_ros.dataset.rooms import RoomInfo, RoomsByStart
+from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError, Notes
 from scene_synth_ros.evaluate.measuring import Estimates, TruthFrame, measure_frame, measure_room
-from scene_synth_ros.evaluate.notes import Notes
 from scene_synth_ros.evaluate.readings import Reading, StampedPose
-from scene_synth_ros.evaluate.rooms import Room, Rooms
 from scene_synth_ros.evaluate.stamp_buffer import Gathered
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
@@ -41,17 +40,14 @@ class LiveScores:
 
     Threads: one thread calls :meth:`measure`, one :meth:`scores`; any thread may call the others.  A lock guards what they share.
 
-    Args:
-        tasks: that are judged.
-        truth: layer -> topic.
-        kept: how many frames of a task are kept, the newest.
+    Of each task the newest ``kept`` frames are kept.
     """
 
     def __init__(self, tasks: Sequence[str], truth: Mapping[str, TypedTopic], kept: int) -> None:
         self._tasks, self._truth = tuple(tasks), truth
         self._estimates: dict[str, TypedTopic] = {}
         self._lock = threading.Lock()
-        self._rooms = Rooms()
+        self._rooms = RoomsByStart()
         self._frames: dict[str, deque[_OfFrame]] = {task: deque(maxlen=kept) for task in tasks}
         self._fresh: dict[str, list[Tally]] = {task: [] for task in tasks}
         self._totals: dict[str, list[Tally]] = {task: [] for task in tasks}
@@ -98,7 +94,7 @@ class LiveScores:
             found += [MeasuredFrame(key=keys[stamp], task=task, measurement=measurement) for stamp, measurement in rows]
         return found
 
-    def room(self) -> Room:
+    def room(self) -> RoomInfo:
         """Return the room of the newest frame."""
         with self._lock:
             return self._rooms[self._rooms.position(self._newest_ns)]
@@ -175,7 +171,7 @@ class LiveScores:
             self._notes.add(f"{task}: {error}", "" if stamp_ns is None else f"stamp {stamp_ns} ns")
 
 
-def _key(room: Room, frame: int, stamp_ns: int) -> FrameKey:
+def _key(room: RoomInfo, frame: int, stamp_ns: int) -> FrameKey:
     return FrameKey(bag="", room=room.index, room_type=room.room_type, seed=room.seed, frame=frame, stamp_ns=stamp_ns)
 
 

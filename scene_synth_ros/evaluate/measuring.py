@@ -34,11 +34,7 @@ def needed_layers(tasks: Sequence[str]) -> tuple[str, ...]:
 class TruthFrame:
     """The truth of a frame; each layer is read once, when it is asked for first.
 
-    Args:
-        topics: layer -> topic.
-        messages: topic -> message.
-        where: the frame, for messages.
-        class_ids: name of a class -> its id, by which detections of named classes are understood.
+    ``class_ids``: name of a class -> its id, by which detections of named classes are understood.
     """
 
     def __init__(
@@ -92,10 +88,7 @@ class TruthFrame:
 def measure_frame(task: str, truth: TruthFrame, estimates: Estimates) -> Measurement:
     """Return the measurement of a frame.
 
-    Args:
-        task: one that is among the estimates.
-        truth: of the frame.
-        estimates: of the frame: where classes are estimated too, objects of an image of ids have those.
+    Where classes are estimated too, objects of an image of ids have those.
 
     Raises:
         EstimateError, EvaluationError: the estimate cannot be laid over the truth.
@@ -105,8 +98,8 @@ def measure_frame(task: str, truth: TruthFrame, estimates: Estimates) -> Measure
     if isinstance(estimate, EstimateError):
         raise estimate
     check_pair(task, truth.of_task(task), estimate)
-    value = _ESTIMATE_FORMS.get(TASK_STREAMS[task].name, lambda value, *_: value)(estimate.value, estimates, truth.class_ids)
-    return TASKS[task].measure(truth.layers(task), value)
+    form, value = _ESTIMATE_FORMS.get(TASK_STREAMS[task].name), estimate.value
+    return TASKS[task].measure(truth.layers(task), value if form is None else form(value, estimates, truth.class_ids))
 
 
 def measure_room(task: str, truth: Sequence[StampedPose], estimate: Sequence[StampedPose]) -> Measurement | None:

@@ -12,15 +12,16 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from geometry_msgs.msg import Pose, PoseStamped
+from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry, Path
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 
 from scene_synth_ros.evaluate.errors import EstimateError
-from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
+from scene_synth_ros.messages.cdr import CdrReader, CdrReadError
 from scene_synth_ros.messages.image_reader import CodecError, read_image
+from scene_synth_ros.messages.poses import PoseReadError, read_pose
 from scene_synth_ros.messages.stamps import NANOSECONDS, CdrBytes
 from scene_synth_ros.messages.streams import (
     CLOUD_TYPE,
@@ -96,7 +97,7 @@ def _read_cloud(data: bytes, topic: str) -> Reading:
     if "label" in fields and fields["label"].datatype in _LABEL_TYPES:
         kinds["label"] = _LABEL_TYPES[fields["label"].datatype]
     order = ">" if message.is_bigendian else "<"
-    record = {
+    record: Any = {
         "names": list(kinds),
         "formats": [f"{order}{kind}" for kind in kinds.values()],
         "offsets": [fields[name].offset for name in kinds],
@@ -122,8 +123,8 @@ def _stamped(header: Any, pose: Pose) -> StampedPose:
 
 
 def _read_pose(data: bytes, topic: str) -> Reading:
-    message = deserialize_message(data, PoseStamped)
-    return Reading((_stamped(message.header, message.pose),), message.header.frame_id)
+    pose = read_pose(data)
+    return Reading((StampedPose(pose.stamp_ns, pose.position_m, pose.quaternion),), pose.world)
 
 
 def _read_odometry(data: bytes, topic: str) -> Reading:
@@ -139,9 +140,7 @@ def _read_path(data: bytes, topic: str) -> Reading:
 def read_transforms(data: bytes, child: str) -> Reading:
     """Return the poses of one frame in a ``tf2_msgs/msg/TFMessage``, in whatever frame is above it.
 
-    Args:
-        data: the message.
-        child: the frame; empty takes every transform.
+    An empty ``child`` takes every transform.
     """
     reader = CdrReader(data)
     poses, parent = [], ""
@@ -210,5 +209,5 @@ def read_message(type_name: str, data: CdrBytes, topic: str) -> Reading:
     """
     try:
         return READERS[type_name](bytes(data), topic)
-    except (RuntimeError, UnicodeDecodeError, CdrReadError, CodecError) as error:  # of Fast CDR, of a frame id that is no text
+    except (RuntimeError, UnicodeDecodeError, CdrReadError, CodecError, PoseReadError) as error:  # the first two of Fast CDR
         raise EstimateError(f"a {type_name} cannot be read ({len(data)} bytes): {' '.join(str(error).split())[:200]}") from None

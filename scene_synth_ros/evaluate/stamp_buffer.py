@@ -1,9 +1,11 @@
-"""Gathers what arrives live, each message in its own time, by equal stamps, with a bound on what waits."""
+"""What waits while an algorithm is judged live: messages for the others of their stamp, and frames for the thread that measures."""
 
 from __future__ import annotations
 
+import queue
+import threading
 from collections import Counter, OrderedDict, deque
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Generic, NamedTuple, TypeVar
 
 Item = TypeVar("Item")
@@ -24,9 +26,7 @@ class StampBuffer(Generic[Item]):
 
     Threads: one thread only.
 
-    Args:
-        names: of the streams; a stamp is whole when each has brought it.
-        window: how many stamps may wait; of more, the one that came first is given up.
+    A stamp is whole when each of ``names`` has brought it; of more than ``window`` stamps the one that came first is given up.
 
     Attributes:
         counts: what was left out: ``late``, messages of a stamp that was whole or given up before; ``repeated``, of one that waits.
@@ -64,3 +64,44 @@ class StampBuffer(Generic[Item]):
     def _release(self, stamp_ns: int) -> Gathered[Item]:
         self._past.append(stamp_ns)
         return Gathered(stamp_ns, self._waiting.pop(stamp_ns))
+
+
+class MeasuringThread(Generic[Item]):
+    """Does one job for each item, in their order, and gives up items when too many wait.
+
+    Threads: one thread calls the methods; jobs run in the thread of this object, which nothing that a job raises ends.
+
+    ``failed`` is called with what a job raised; no more than ``places`` items wait.
+    """
+
+    def __init__(self, job: Callable[[Item], None], failed: Callable[[Exception], object], places: int) -> None:
+        self._job, self._failed = job, failed
+        self._queue: queue.Queue[Item | None] = queue.Queue()
+        self._places = places
+        self._thread = threading.Thread(target=self._run, name="measuring", daemon=True)
+        self._thread.start()
+
+    @property
+    def waiting(self) -> int:
+        """How many items wait."""
+        return self._queue.qsize()
+
+    def offer(self, item: Item) -> bool:
+        """Hand over an item; return False, and forget it, where too many wait."""
+        if self._queue.qsize() >= self._places:
+            return False
+        self._queue.put(item)
+        return True
+
+    def close(self, timeout_s: float) -> bool:
+        """Let the thread do what waits and end; return whether it has ended in time."""
+        self._queue.put(None)
+        self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (item := self._queue.get()) is not None:
+            try:
+                self._job(item)
+            except Exception as error:
+                self._failed(error)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.evaluate.readings import Reading, read_message
+from scene_synth_ros.messages.stamps import CdrBytes
 from scene_synth_ros.messages.streams import (
     COMPRESSED_TYPE,
     DETECTIONS_2D,
@@ -121,7 +122,7 @@ TASK_STREAMS: dict[str, TaskStream] = {row.name: row for row in _ROWS} | {
 """Task of ``evaluation.TASKS`` -> its messages."""
 
 
-def read_for_task(task: str, type_name: str, data: bytes, topic: str) -> Reading:
+def read_for_task(task: str, type_name: str, data: CdrBytes, topic: str) -> Reading:
     """Return what a message says, as the task measures it.
 
     Raises:

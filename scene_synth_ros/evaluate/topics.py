@@ -43,12 +43,7 @@ def parse_mapping(words: Sequence[str]) -> dict[str, str]:
 def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, where: str) -> dict[str, TypedTopic]:
     """Return layer -> topic of its truth, all of one camera.
 
-    Args:
-        types: topic -> type.
-        layers: names of streams in ``TASK_STREAMS``.
-        camera: its name, the last word before ``/depth/image_raw``, or with its namespace; empty takes the only one, or the first that has
-            all that is asked for.
-        where: the bag, for messages.
+    ``camera``: its name alone or with its namespace; empty takes the only one, or the first that has all that is asked for.
 
     Raises:
         EvaluateError: no camera has the truth of a layer.
@@ -69,13 +64,7 @@ def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, w
 
 
 def layers_present(types: Mapping[str, str], camera: str, layers: Sequence[str]) -> dict[str, TypedTopic]:
-    """Return layer -> topic of its truth, of those that a camera has.
-
-    Args:
-        types: topic -> type.
-        camera: with its namespace.
-        layers: names of streams in ``TASK_STREAMS``.
-    """
+    """Return layer -> topic of its truth, of those that a camera has."""
     found = {layer: _truths(types, layer).get(TASK_STREAMS[layer].truth(camera)) for layer in layers}
     return {layer: topic for layer, topic in found.items() if topic is not None}
 
@@ -94,15 +83,6 @@ def estimate_topic(
 
     Without a choice it is, of a bag of estimates, the default name of the task, then the truth's own name, then the only topic of a type
     that fits; of the truth's bag the default name, then what a modelled sensor has read.
-
-    Args:
-        types: topic -> type, of the bag that has the estimates.
-        task: a key of ``TASK_STREAMS``.
-        chosen: by the user; empty for none.
-        truth: of the task.
-        camera: what stands before the truth's names.
-        where: the bag, for messages.
-        same_bag: the bag is that of the truth.
 
     Raises:
         EvaluateError: there is none, or there are several, or it is of a type that is not taken.
@@ -129,11 +109,7 @@ def estimate_topic(
 def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], where: str) -> dict[str, TypedTopic]:
     """Return layer -> topic of the images that an algorithm asks for.
 
-    Args:
-        types: topic -> type.
-        camera: of the truth, with its namespace.
-        names: layers of that camera, ``color``, or of another, ``right/color``.
-        where: the bag, for messages.
+    ``names`` are layers of the truth's camera, ``color``, or of another, ``right/color``.
 
     Raises:
         EvaluateError: the bag lacks one.

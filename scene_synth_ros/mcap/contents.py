@@ -13,12 +13,12 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
 
 from scene_description import SceneSynthError
-from scene_synth_ros.mcap.checksum import crc32
 from scene_synth_ros.mcap.records import (
     PREFIX_SIZE,
     ChunkContent,
     RawMessage,
     RecordError,
+    crc32,
     decode,
     open_chunk,
     read_prefix,
@@ -65,7 +65,7 @@ class OpenableFile(Protocol):
 
 
 class McapContents:
-    """One open MCAP file; memory is bounded by its largest chunk.
+    """One open MCAP file; of its messages one chunk at a time is in memory, of the rest what its index, metadata and attachments hold.
 
     Args:
         path: the file; its text is its whole path.

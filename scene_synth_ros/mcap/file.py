@@ -34,7 +34,7 @@ from mcap.records import (
 )
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
-from scene_synth_ros.mcap.checksum import crc32
+from scene_synth_ros.mcap.records import crc32
 from scene_synth_ros.mcap.synced_file import SyncedFile
 from scene_synth_ros.mcap.written_chunks import WrittenChunks
 

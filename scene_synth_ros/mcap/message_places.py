@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import struct
+from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterator, Mapping
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -56,9 +58,7 @@ class MessagePlaces(NamedTuple):
 def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
     """Read what a file says of itself.
 
-    Args:
-        file: finished, unfinished or damaged.
-        report: called with one line for everything that is wrong.
+    It may be finished, unfinished or damaged; ``report`` gets one line for everything that is wrong.
 
     Raises:
         McapReadError: it cannot be read, or is no MCAP file.
@@ -71,11 +71,7 @@ def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
 def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], report: Callable[[str], None]) -> MessagePlaces:
     """Find the messages of some topics.
 
-    Args:
-        file: where they are.
-        index: of the file.
-        topics: names.
-        report: called with one line for every part of the index that is damaged.
+    ``report`` gets one line for every part of the index that is damaged.
 
     Raises:
         OSError: the file cannot be read.
@@ -83,7 +79,7 @@ def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], r
     wanted = {channel_id: channel.topic for channel_id, channel in index.channels.items() if channel.topic in topics}
     parts: dict[str, list[Places]] = {}
     if index.chunks is None:
-        blocks = []
+        blocks: list[Span] = []
         for block, records in _read_through(file):
             _take(parts, wanted, _walk(records), len(blocks))
             blocks.append(block)
@@ -169,3 +165,42 @@ def _read_through(file: StoredFile) -> Iterator[tuple[Span, bytes]]:
                         continue
         except RecordError:
             return
+
+
+class BlockCache:
+    """Reads blocks and keeps the last ones; what is larger than all that may be kept is kept alone.
+
+    Threads: any may read; two that ask for the same block at once may both decompress it.
+
+    ``most``: bytes that are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most, self._size = most, 0
+        self._kept: OrderedDict[tuple[str, Span], bytes] = OrderedDict()
+        self._lock = Lock()
+
+    def read(self, file: StoredFile, block: Span) -> bytes:
+        """Return the records of a block.
+
+        Raises:
+            RecordError: it is damaged.
+            OSError: the file cannot be read.
+        """
+        key = (str(file), block)
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        records = read_block(file, block)
+        with self._lock:
+            if key not in self._kept:
+                self._kept[key] = records
+                self._size += len(records)
+            while self._size > self._most and len(self._kept) > 1:
+                self._size -= len(self._kept.popitem(last=False)[1])
+        return records
+
+    def __reduce__(self) -> tuple[type[BlockCache], tuple[int]]:
+        """Pickle without what is kept."""
+        return BlockCache, (self._most,)

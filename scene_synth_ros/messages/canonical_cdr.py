@@ -19,7 +19,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from renderer.camera.config import CameraConfig
-from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.cdr import CdrWriter
 from scene_synth_ros.messages.conversions import camera_info_to_msg, image_step
 from scene_synth_ros.messages.stamps import NANOSECONDS
 
@@ -63,7 +63,7 @@ def image_cdr(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id
         ValueError: dtype, channels or memory layout do not fit the encoding.
     """
     step = image_step(image, encoding)
-    return _image(stamp_ns, frame_id, image.shape[0], image.shape[1], encoding, 0, step, memoryview(image).cast("B"))
+    return _image(stamp_ns, frame_id, image.shape[0], image.shape[1], encoding, 0, step, image.data.cast("B"))
 
 
 def camera_info_cdr(camera: CameraConfig, stamp_ns: int, frame_id: str) -> bytes:

@@ -74,17 +74,13 @@ def image_step(image: NDArray[np.generic], encoding: str) -> int:
     shape_channels = image.shape[2] if image.ndim == 3 else 1
     if image.dtype != dtype or shape_channels != channels or not image.flags.c_contiguous:
         raise ValueError(f"image for {encoding}: expected contiguous {np.dtype(dtype)} x {channels}, got {image.dtype} x {shape_channels}")
-    return image.shape[1] * channels * np.dtype(dtype).itemsize
+    return int(image.shape[1] * channels * np.dtype(dtype).itemsize)
 
 
 def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id: str) -> Image:
     """Return an image as a message.
 
-    Args:
-        image: (height, width) or (height, width, channels), C-contiguous, of the encoding's dtype.
-        encoding: a key of ``ENCODING_CHANNELS``.
-        stamp_ns: simulated time of the frame.
-        frame_id: the optical frame.
+    It is (height, width) or (height, width, channels), C-contiguous, of the dtype of its encoding, a key of ``ENCODING_CHANNELS``.
 
     Raises:
         ValueError: dtype, channels or memory layout do not fit the encoding.
@@ -92,7 +88,7 @@ def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame
     step = image_step(image, encoding)
     message = Image(header=header(stamp_ns, frame_id), height=image.shape[0], width=image.shape[1], encoding=encoding, is_bigendian=0)
     message.step = step
-    message.data.frombytes(memoryview(image).cast("B"))
+    message.data.frombytes(image.data.cast("B"))
     return message
 
 
@@ -168,7 +164,7 @@ def occupancy_to_msg(
     message.info.resolution = resolution_m
     message.info.height, message.info.width = cells.shape
     message.info.origin.position = Point(x=origin_m[0], y=origin_m[1], z=0.0)
-    message.data.frombytes(memoryview(np.ascontiguousarray(cells)).cast("B"))
+    message.data.frombytes(np.ascontiguousarray(cells).data.cast("B"))
     return message
 
 

@@ -8,8 +8,11 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2, PointField
 
+from renderer.camera.cloud_fields import cloud_fields
 from renderer.camera.config import CameraConfig
+from renderer.camera.point_cloud import cloud_points
 from renderer.camera.rig import mounted_path
 from renderer.film.frame import Frame
 from renderer.film.layer import Layer
@@ -19,18 +22,19 @@ from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.canonical_cdr import camera_info_cdr, image_cdr
-from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers, cloud_of_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
+    header,
     image_to_msg,
     labels_to_msg,
     layer_encoding,
     pose_to_msg,
 )
-from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES, ANNOTATIONS
-from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
-from scene_synth_ros.messages.streams import FRAME_PREFIX, ROLES, Role, Stream, camera_frames
+from scene_synth_ros.messages.detections import ANNOTATIONS, annotations_to_msg
+from scene_synth_ros.messages.label_info import label_info_to_msg
+from scene_synth_ros.messages.message_definitions import installed_class
+from scene_synth_ros.messages.streams import FRAME_PREFIX, POINTS, POINTS_SENSED, ROLES, Role, Stream, camera_frames
 
 _STREAMS_FIXED = "publishers are made at the start"
 
@@ -152,9 +156,13 @@ class CameraRole(NamedTuple):
     make: Callable[[FrameMessages, Frame, CameraPose, Role], object]
 
 
+def _is_enabled(config: StreamConfig, role: Role) -> bool:
+    return getattr(config, role.switch) and installed_class(role.type_name) is not None
+
+
 def camera_streams(config: StreamConfig, camera: CameraConfig) -> dict[Stream, tuple[str, ...]]:
     """Return the enabled ones of ``CAMERA_ROLES`` -> layers that they need, enabled or not; no depth sensor has the lens of a panorama."""
-    needed = {Stream(config.camera, role): row.layers(config, role) for role, row in CAMERA_ROLES.items() if getattr(config, role.switch)}
+    needed = {Stream(config.camera, role): row.layers(config, role) for role, row in CAMERA_ROLES.items() if _is_enabled(config, role)}
     sensed = camera.model != "equirectangular"
     return {stream: layers for stream, layers in needed.items() if sensed or "depth_sensed" not in layers}
 
@@ -162,12 +170,10 @@ def camera_streams(config: StreamConfig, camera: CameraConfig) -> dict[Stream, t
 def layer_streams(config: StreamConfig, layer: str) -> dict[Role, Stream]:
     """Return what is published of an enabled layer beside its compressed form, by role."""
     row = LAYERS[layer]
-    roles = [streams.INFO, streams.RAW]
-    if row.labels is not None:
-        roles += [streams.LABELS, streams.LABEL_INFO] if LabelInfo is not None else [streams.LABELS]
-    if has_companion(row) and config.color_companions:
-        roles.append(streams.PICTURE)
-    return {role: Stream(config.camera, role, layer) for role in roles}
+    pictures = [streams.PICTURE] if has_companion(row) and config.color_companions else []
+    labels = [streams.LABELS, streams.LABEL_INFO] if row.labels is not None else []
+    roles = [streams.RAW, *pictures, streams.INFO, *labels]
+    return {role: Stream(config.camera, role, layer) for role in roles if installed_class(role.type_name) is not None}
 
 
 class MessageForm(NamedTuple):
@@ -184,10 +190,7 @@ SERIALISED = MessageForm(image_cdr, camera_info_cdr)
 class FrameMessages:
     """Makes the messages of frames; the same pixels, pose and configuration give the same messages.
 
-    Args:
-        config: names and encodings.
-        camera: for the camera info.
-        form: of images and camera infos; nothing else is ever serialised here.
+    Images and camera infos have the ``form`` that is asked for; nothing else is ever serialised here.
 
     Attributes:
         layers: enabled ones.
@@ -212,19 +215,13 @@ class FrameMessages:
         """Take the label tables of a room, and its path."""
         self.path = mounted_path(self.camera, scene.camera_path)
         tables = {layer: self._rows[layer].labels for layer in self.layers}
-        self.begin_labels({layer: table(scene) for layer, table in tables.items() if table is not None})
-
-    def begin_labels(self, labels: Mapping[str, LabelTable]) -> None:
-        """Take the label tables of the layers that hold ids."""
-        self._labels = labels
+        self._labels: Mapping[str, LabelTable] = {layer: table(scene) for layer, table in tables.items() if table is not None}
 
     def of_frame(self, frame: Frame, pose: CameraPose, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         """Yield topic below the namespace and message, all with the stamp of the pose.
 
-        Args:
-            frame: its layers, or some of them; the others are represented by what needs no pixels.
-            pose: of the optical frame.
-            wanted: whether a picture for people, or what goes with a layer that the frame lacks, given by topic, are to be made.
+        What the frame lacks is represented by what needs no pixels.  ``wanted`` says, by topic, whether what nobody must have is to be
+        made.
         """
         if self.config.publish_pose:
             yield Stream(self.config.camera, streams.POSE).topic, pose_to_msg(pose, self.config.world_frame)
@@ -263,7 +260,7 @@ class FrameMessages:
 
 
 def _annotation(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> object:
-    return None if frame.annotations is None else ANNOTATION_MESSAGES[role](frame.annotations, maker.frame_id)
+    return None if frame.annotations is None else annotations_to_msg(role, frame.annotations, maker.frame_id)
 
 
 def _cloud(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> object:
@@ -272,8 +269,49 @@ def _cloud(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> 
     return cloud_of_layers(maker.camera, pose, maker.path, frame.layers, role, maker.config.points_color, maker.frame_id)
 
 
+CLOUDS = {POINTS: "range", POINTS_SENSED: "depth_sensed"}
+"""Role of a cloud -> the layer that says how far its points are."""
+
+
+def cloud_layers(role: Role, color: bool) -> tuple[str, ...]:
+    """Return the layers that a cloud is made of."""
+    return (CLOUDS[role], "semantic", "instance", *(("color",) if color else ()))
+
+
+def cloud_of_layers(
+    camera: CameraConfig,
+    pose: CameraPose,
+    path: Sequence[CameraPose],
+    layers: Mapping[str, NDArray[Any]],
+    role: Role,
+    color: bool,
+    frame_id: str,
+) -> PointCloud2:
+    """Return a cloud of a frame's ``cloud_layers``, organised as its images are, in the optical frame at the pose's stamp."""
+    distance = CLOUDS[role]
+    values = {"color": layers["color"] if color else None, "label": layers["semantic"], "instance": layers["instance"]}
+    points = cloud_points(camera, pose, path, layers[distance], along_ray=distance == "range", **values)
+    return cloud_to_msg(points, color, pose.stamp_ns, frame_id)
+
+
+def cloud_to_msg(points: NDArray[np.uint8], color: bool, stamp_ns: int, frame_id: str) -> PointCloud2:
+    """Return points with label and instance, and with rgb if ``color``, as ``cloud_points`` makes them, as a message."""
+    places = cloud_fields(color=color, label=True, instance=True)
+    message = PointCloud2(header=header(stamp_ns, frame_id), height=points.shape[0], width=points.shape[1], is_dense=False)
+    message.fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, name in enumerate("xyz")]
+    for name, datatype in (("rgb", PointField.FLOAT32), ("label", PointField.UINT16), ("instance", PointField.UINT16)):
+        offset = getattr(places, name)
+        if offset >= 0:
+            message.fields.append(PointField(name=name, offset=offset, datatype=datatype, count=1))
+    message.point_step, message.row_step = places.size, places.size * points.shape[1]
+    message.data.frombytes(points.data.cast("B"))
+    return message
+
+
 CAMERA_ROLES: Mapping[Role, CameraRole] = {
-    **dict.fromkeys(ANNOTATION_MESSAGES, CameraRole(lambda config, role: (ANNOTATIONS,), _annotation)),
+    **dict.fromkeys(
+        (streams.ANNOTATIONS, streams.DETECTIONS_2D, streams.DETECTIONS_3D), CameraRole(lambda config, role: (ANNOTATIONS,), _annotation)
+    ),
     **dict.fromkeys(CLOUDS, CameraRole(lambda config, role: cloud_layers(role, config.points_color), _cloud)),
 }
 """Role of a camera -> how it is filled, in the order in which they are published; its pose comes with every frame."""

@@ -97,11 +97,7 @@ def _setting(stream: Stream | None) -> str:
 def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
     """Return the serialised CompressedImage of a serialised Image.
 
-    Args:
-        cdr: sensor_msgs/Image.
-        topic: where it was published; says whether it is depth.
-        form: ``png`` or ``jpeg``.
-        quality: of JPEG.
+    The topic, where it was published, says whether it is depth; ``form`` is ``png`` or ``jpeg``.
 
     Raises:
         CodecError: the image's encoding has no such form.
@@ -117,13 +113,7 @@ def compress_image(
 ) -> CompressedImage:
     """Return the compressed form of an image for a compressed topic.
 
-    Args:
-        image: header and encoding.
-        pixels: of the image.
-        topic: compressed; says whether it is depth.
-        form: ``png`` or ``jpeg``.
-        quality: of JPEG.
-        coding: of depth in metres.
+    The compressed topic says whether it is depth; ``form`` is ``png`` or ``jpeg``, ``coding`` that of depth in metres.
 
     Raises:
         CodecError: the image's encoding has no such form.

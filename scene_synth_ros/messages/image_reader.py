@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from scene_description import SceneSynthError
-from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError, Header
+from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, Header
 from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE, TRANSPORTS
 
 _ENCODINGS: Mapping[str, tuple[str, int]] = {
@@ -42,10 +42,7 @@ class ReadImage(NamedTuple):
 def read_image(type_name: str, data: bytes | memoryview, topic: str) -> ReadImage:
     """Return the image in a serialised message; ``bgr8`` as red, green, blue.
 
-    Args:
-        type_name: a key of ``IMAGE_READERS``.
-        data: the message as plain CDR.
-        topic: says of a compressed image whether it is depth.
+    The topic says of a compressed image whether it is depth.
 
     Raises:
         CodecError: the message is cut off, or its pixels cannot be decoded.
@@ -97,9 +94,7 @@ IMAGE_READERS: Mapping[str, Callable[[CdrReader, str], ReadImage]] = {IMAGE_TYPE
 def decode_pixels(topic: str, data: bytes | memoryview) -> NDArray[Any]:
     """Return the pixels of a compressed image.
 
-    Args:
-        topic: compressed; says whether it is depth.
-        data: of the message.
+    The compressed topic says whether it is depth.
 
     Raises:
         CodecError: it is neither PNG nor JPEG.

@@ -8,23 +8,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
 
 from renderer.film.layers import LAYERS
 from scene_description import SceneSynthError
 from scene_description.labels import LabelTable
-from scene_synth_ros.messages.cdr_writer import CdrWriter
-from scene_synth_ros.messages.conversions import header
+from scene_synth_ros.messages.cdr import CdrReadError, CdrWriter, read_text
+from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.messages.stamps import stamp_ns
-from scene_synth_ros.messages.streams import LABELS, STRING_TYPE, parse
-
-try:
-    from vision_msgs.msg import LabelInfo, VisionClass
-except ImportError:  # not among the PyPI wheels; live there are the JSON labels only
-    LabelInfo = VisionClass = None
+from scene_synth_ros.messages.streams import LABEL_INFO_TYPE, LABELS, STRING_TYPE, parse
 
 _LARGEST_ID = 2**16 - 1
 
@@ -46,10 +40,10 @@ def is_labels(topic: str, type_name: str) -> bool:
     return stream is not None and stream.role is LABELS and stream.layer in LAYERS and LAYERS[stream.layer].labels is not None
 
 
-def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> LabelInfo:
-    """Return an id table as a message; ``LabelInfo`` must be there."""
-    classes = [VisionClass(class_id=key, class_name=str(value["name"])) for key, value in labels.items()]
-    return LabelInfo(header=header(stamp, frame_id), class_map=classes)
+def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> Any:
+    """Return an id table as a message; the class of its type must be installed."""
+    data = encode_label_info(stamp, frame_id, {key: str(value["name"]) for key, value in labels.items()})
+    return deserialize_message(data, message_class(LABEL_INFO_TYPE))
 
 
 def read_labels(data: bytes) -> TimedLabels:
@@ -60,9 +54,9 @@ def read_labels(data: bytes) -> TimedLabels:
     """
     try:
         stamp = stamp_ns(STRING_TYPE, data)
-        table = json.loads(deserialize_message(data, String).data)["labels"]
+        table = json.loads(read_text(data))["labels"]
         names = {int(key): value["name"] for key, value in table.items()}
-    except (RuntimeError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (CdrReadError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise LabelReadError(f"labels cannot be read ({len(data)} bytes): {' '.join(str(error).split())[:200]}") from None
     if stamp is None or not all(0 <= key <= _LARGEST_ID and isinstance(name, str) for key, name in names.items()):
         raise LabelReadError(f"labels cannot be read: expected a stamp and names by ids from 0 to {_LARGEST_ID}")

@@ -71,6 +71,15 @@ def message_class(type_name: str) -> Any:
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
+@lru_cache(maxsize=64)
+def installed_class(type_name: str) -> Any:
+    """Return what :func:`message_class` returns, None where the package is not installed: vision_msgs and tf2_msgs are no PyPI wheels."""
+    try:
+        return message_class(type_name)
+    except ImportError:
+        return None
+
+
 def type_name_of(message_type: type) -> str:
     """Return ``package/msg/Type`` of a message's Python class."""
     return f"{message_type.__module__.partition('.')[0]}/msg/{message_type.__name__}"
@@ -108,7 +117,7 @@ def _dependencies(text: str, package: str) -> list[str]:
 
 def _own_text(type_name: str, folders: tuple[str, ...], root: str) -> str:
     package, name = _split(type_name, root)
-    for folder in (*folders, _INTERFACES):
+    for folder in (*folders, str(_INTERFACES)):
         path = Path(folder, package, "msg", f"{name}.msg")
         if path.is_file():
             return path.read_bytes().decode()

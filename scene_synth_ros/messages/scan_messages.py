@@ -42,8 +42,8 @@ def _scan_to_msg(
     }
     for name, value in values.items():  # rounded, as on the way, so that what comes back is equal
         setattr(message, name, float(np.float32(value)))
-    message.ranges.frombytes(memoryview(ranges).cast("B"))
-    message.intensities.frombytes(memoryview(intensities).cast("B") if len(intensities) else b"")
+    message.ranges.frombytes(ranges.data.cast("B"))
+    message.intensities.frombytes(intensities.data.cast("B") if len(intensities) else b"")
     return message
 
 

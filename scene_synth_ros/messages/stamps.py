@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeGuard
 
 from scene_synth_ros.messages.streams import CLOCK_TYPE, MARKERS_TYPE, STRING_TYPE, TF_TYPE
@@ -27,9 +28,7 @@ _MAX_STAMP_NS = 2**63
 def stamp_ns(type_name: str, cdr: CdrBytes) -> int | None:
     """Return the stamp of a message in nanoseconds, or None if it has none or is cut off.
 
-    Args:
-        type_name: ``package/msg/Type``.
-        cdr: the whole serialised message, plain CDR of either endianness (XCDR1 or final XCDR2 types).
+    It is plain CDR of either endianness (XCDR1 or final XCDR2 types).
     """
     reader = STAMP_READERS.get(type_name)
     if reader is None or len(cdr) < _ENCAPSULATION_SIZE or cdr[0] != 0 or cdr[1] not in _ENDIANNESS:
@@ -68,7 +67,8 @@ def _json_time(cdr: CdrBytes, endianness: str) -> int | None:
     return next(iter(_path_stamps(data)), None)
 
 
-class AnnouncedRoom(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class AnnouncedRoom:
     """What a scene description says of the frames to come: number of the room (None if it has none), stamps of its camera path."""
 
     index: int | None

@@ -6,7 +6,6 @@ found its topics.
 
 from __future__ import annotations
 
-import shutil
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -18,6 +17,7 @@ from typing import Any
 from grammar.synthesize import FloorMap
 from renderer.film.tone import Exposure
 from scene_description import SceneDescription, scene_to_json
+from scene_description.whole import WholeFolder
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.message_definitions import type_name_of
@@ -72,22 +72,25 @@ class OfflineBag:
     ) -> None:
         if directory.exists():
             raise BagWriteError(f"{directory} exists; choose another name or remove it")
-        self._directory, self._partial = directory, directory.with_name(f".{directory.name}.partial")
+        self._directory = directory
         self._settings, self._floor_of, self._records = settings, floor_of, dict(records or {})
         self._namespace = f"{settings.namespace}/"
         self._renderers = {
             name: OfflineRenderer(groups, lambda topic, name=name: self._is_recorded(self._full_name(name, topic)))  # type: ignore[misc]
             for name, groups in settings.renderers.items()
         }
-        with suppress(FileNotFoundError):  # of a run that was interrupted
-            shutil.rmtree(self._partial)
         self._recording = Recording(self._make_writer, recording_options(settings.recorder), warn, repr, jobs_waiting=_JOBS_WAITING)
         self._takers: dict[str, Callable[[bytes], None]] = {}
         self._add_topics()
         describe_run(self._recording, settings.recorder, settings.nodes, machine=machine)
         self.rooms = 0
         try:
-            self._recording.begin(self._partial / directory.name).result()
+            self._folder = WholeFolder(directory)
+        except OSError as error:
+            self._recording.close()
+            raise BagWriteError(f"cannot make bag folder {directory}: {error.strerror or error}") from None
+        try:
+            self._recording.begin(self._folder.partial).result()
         except BaseException:
             self.discard()
             raise
@@ -131,17 +134,16 @@ class OfflineBag:
         """
         try:
             self._recording.close()
-            (self._partial / self._directory.name).rename(self._directory)
+            self._folder.finish()
         except BaseException:
             self.discard()
             raise
-        self._partial.rmdir()
 
     def discard(self) -> None:
         """Remove what there is of the bag."""
         with suppress(BagWriteError):
             self._recording.close()
-        shutil.rmtree(self._partial, ignore_errors=True)
+        self._folder.discard()
 
     def __enter__(self) -> OfflineBag:
         return self

@@ -15,11 +15,11 @@ from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg
 from scene_synth_ros.messages.frame_messages import SERIALISED, FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
-from scene_synth_ros.offline.settings import Groups, catalog_of
-from scene_synth_ros.render.renderer_config import RendererNodeConfig
+from scene_synth_ros.render.renderer_config import RendererNodeConfig, catalog_folder
 from scene_synth_ros.render.room import RenderedRoom, RoomMeter, frame_index, room_settings
 from scene_synth_ros.render.room_scans import RoomScans, scan_messages, scans_wanted
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, stream_topics
+from scene_synth_ros.suite.parameters import Groups
 
 Message = tuple[str, object]
 """Topic as in ``stream_topics``, and message; images and camera infos as CDR bytes."""
@@ -46,7 +46,7 @@ class OfflineRenderer:
 
     def __init__(self, groups: Groups, is_recorded: Callable[[str], bool]) -> None:
         self._groups, self._is_recorded = groups, is_recorded
-        self._catalog_dir = catalog_of(groups)
+        self._catalog_dir = catalog_folder("renderer_node", groups)
         self._streams: StreamConfig = groups["streams"]
         self.topics = stream_topics(self._streams, groups["camera"], groups["scan"])
         self._messages = FrameMessages(self._streams, groups["camera"], SERIALISED)
@@ -123,4 +123,4 @@ def meter_room(scene: SceneDescription, groups: Groups) -> Exposure:
     Raises:
         SceneSynthError: the room cannot be made.
     """
-    return RenderedRoom(scene, room_settings(groups, catalog_of(groups))).metered
+    return RenderedRoom(scene, room_settings(groups, catalog_folder("renderer_node", groups))).metered

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from renderer.exposure import sensor_ev100
 from scene_description import SceneSynthError, error_line
 from scene_synth_ros.record.recorder_config import RECORDER_GROUPS
-from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig, refuse_contradictions
+from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, refuse_contradictions
 from scene_synth_ros.suite.parameters import ParameterError, parameter_values, read_groups
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
-
-Groups = Mapping[str, Any]
-"""Prefix -> frozen dataclass."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,9 +26,9 @@ class OfflineSettings:
     """
 
     namespace: str
-    grammar: Groups
-    renderers: Mapping[str, Groups]
-    recorder: Groups
+    grammar: Mapping[str, Any]
+    renderers: Mapping[str, Mapping[str, Any]]
+    recorder: Mapping[str, Any]
 
     @property
     def run(self) -> RunConfig:
@@ -45,19 +41,6 @@ class OfflineSettings:
         """The parameters of the nodes, by fully qualified name, as bags keep them."""
         nodes = {"grammar_node": self.grammar, **self.renderers}
         return {f"{self.namespace}/{name}": parameter_values(groups) for name, groups in nodes.items()}
-
-
-def catalog_of(groups: Groups) -> Path | None:
-    """Return the folder of the user's models of a renderer, None for none.
-
-    Raises:
-        ParameterError: it is no folder.
-    """
-    config: RendererNodeConfig = groups[""]
-    folder = Path(config.catalog_dir) if config.catalog_dir else None
-    if folder is not None and not folder.is_dir():
-        raise ParameterError(f"renderer_node: parameter catalog_dir: expected a folder, got '{folder}'")
-    return folder
 
 
 def read_settings(parameters: Mapping[str, Mapping[str, Any]], namespace: str = "/synth") -> OfflineSettings:

@@ -71,20 +71,6 @@ def web_file(package: str, name: str) -> str:
     return resources.files(package).joinpath("web", name).read_text(encoding="utf-8")
 
 
-def write_whole(path: Path, document: bytes) -> None:
-    """Write a file as a whole: an earlier one stays until all of it is written.
-
-    Raises:
-        OSError: it cannot be written.
-    """
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_bytes(document)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
 def open_page(path: Path) -> str:
     """Open a page in the user's browser; return the line that says what to do where that is not possible, else nothing."""
     graphical = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")

@@ -14,6 +14,7 @@ from scene_description.annotations import FrameAnnotations
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
 from scene_synth_ros.messages.detections import AnnotationsReadError, encode_detections, read_annotations
 from scene_synth_ros.messages.label_info import LabelReadError, TimedLabels, encode_label_info, is_labels, read_labels
+from scene_synth_ros.messages.poses import PoseReadError, StampedTransform, TimedPose, encode_tf_message, read_pose
 from scene_synth_ros.messages.streams import (
     ANNOTATIONS,
     LASER,
@@ -27,8 +28,6 @@ from scene_synth_ros.messages.streams import (
     laser_frame,
     parse,
 )
-from scene_synth_ros.messages.timed_pose import PoseReadError, TimedPose, read_pose
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
 

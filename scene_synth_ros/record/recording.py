@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
 
 from rclpy.qos import QoSProfile
 
@@ -22,7 +21,7 @@ from scene_synth_ros.record.frame_intake import FrameIntake
 from scene_synth_ros.record.frame_sorter import OrderedMessage
 from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
 from scene_synth_ros.record.senders import Origin
-from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.parameters import Groups
 
 MAX_EARLY = 1000
 """How many messages without stamps wait for the first frame."""
@@ -249,10 +248,6 @@ class Recording:
             self._warn(f"no frame has come yet; of the messages without stamps only the newest {MAX_EARLY} are kept")
             self._early.pop(0)
         self._early.append((topic, data, time.time_ns()))
-
-
-Groups = Mapping[str, Any] | Parameters
-"""Prefix -> dataclass, those of ``RECORDER_GROUPS``."""
 
 
 def recording_options(values: Groups) -> RecordingOptions:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated
 
 from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from renderer.lidar.config import ScanConfig
@@ -13,7 +13,7 @@ from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.messages.streams import LASER
 from scene_synth_ros.render.teleop import DriveConfig
-from scene_synth_ros.suite.parameters import ParameterError
+from scene_synth_ros.suite.parameters import Groups, ParameterError
 
 _SHARE_FIXED = "the rooms of a run are shared once"
 
@@ -61,7 +61,7 @@ RENDERER_GROUPS: dict[str, type] = {
 """Prefix of a renderer's parameters -> dataclass that defines them."""
 
 
-def refuse_contradictions(owner: str, values: Mapping[str, Any]) -> None:
+def refuse_contradictions(owner: str, values: Groups) -> None:
     """Refuse what is fixed at the start and does not go together.
 
     Raises:
@@ -72,3 +72,16 @@ def refuse_contradictions(owner: str, values: Mapping[str, Any]) -> None:
         raise ParameterError(f"{owner}: parameter share_index: expected less than share_count = {own.share_count}, got {own.share_index}")
     if values["scan"].enabled and values["streams"].camera == LASER:
         raise ParameterError(f"{owner}: parameter streams.camera: expected another name than the scanner's, got '{LASER}'")
+
+
+def catalog_folder(owner: str, values: Groups) -> Path | None:
+    """Return the folder of the user's models of a renderer, None for none.
+
+    Raises:
+        ParameterError: it is no folder.
+    """
+    config: RendererNodeConfig = values[""]
+    folder = Path(config.catalog_dir) if config.catalog_dir else None
+    if folder is not None and not folder.is_dir():
+        raise ParameterError(f"{owner}: parameter catalog_dir: expected a folder, got '{folder}'")
+    return folder

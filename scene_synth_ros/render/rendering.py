@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from contextlib import closing
-from pathlib import Path
 
 from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, warm_up
 from renderer.annotations import warm_up as warm_up_annotations
@@ -13,7 +12,7 @@ from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
 from scene_synth_ros.render.inbox import Inbox
 from scene_synth_ros.render.next_room import NextRoom
-from scene_synth_ros.render.renderer_config import RendererNodeConfig
+from scene_synth_ros.render.renderer_config import catalog_folder
 from scene_synth_ros.render.room import RenderedRoom, RoomMeter, RoomSettings, room_settings
 from scene_synth_ros.render.room_loop import Life, RoomLoop
 from scene_synth_ros.render.streams import StreamPublishers
@@ -37,10 +36,7 @@ class Rendering:
     """
 
     def __init__(self, node: SuiteNode, settings: Parameters, inbox: Inbox, output: StreamPublishers, requests: CameraRequests) -> None:
-        config: RendererNodeConfig = settings[""]
-        self._catalog_dir = Path(config.catalog_dir) if config.catalog_dir else None
-        if self._catalog_dir is not None and not self._catalog_dir.is_dir():
-            raise FileNotFoundError(f"{node.get_name()}: catalog_dir: expected a folder, got '{config.catalog_dir}'")
+        self._catalog_dir = catalog_folder(node.get_name(), settings)
         self.warm, self.refused, self.made_ahead = False, 0, 0
         self.scene: SceneDescription | None = None
         self.life = Life(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -30,7 +30,7 @@ from scene_description.label_standards import StandardName
 from scene_synth_ros.messages.detections import ANNOTATIONS
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.suite.heap import trim_heap
-from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.parameters import Groups
 
 OFF_PATH = 2**62
 """Frames beyond the camera path (on demand, driven by hand) are numbered from here on by their stamps."""
@@ -68,7 +68,7 @@ class RoomSettings:
     catalog_dir: Path | None
 
 
-def room_settings(values: Mapping[str, Any] | Parameters, catalog_dir: Path | None) -> RoomSettings:
+def room_settings(values: Groups, catalog_dir: Path | None) -> RoomSettings:
     """Return what rooms are rendered with by a renderer's parameters, prefix -> dataclass."""
     streams: StreamConfig = values["streams"]
     return RoomSettings(
@@ -246,7 +246,7 @@ class RoomMeter:
         settings: ``camera``, ``sensor`` and ``render``; changes of the exposure take effect with the next frame.
     """
 
-    def __init__(self, settings: Mapping[str, Any] | Parameters) -> None:
+    def __init__(self, settings: Groups) -> None:
         self._settings = settings
         self._room: tuple[RenderConfig, Callable[[], Exposure]] | None = None
         self._metered: Exposure | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rclpy.qos import QoSProfile
 
@@ -13,21 +13,12 @@ from renderer.lidar.config import ScanConfig
 from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.frame_messages import StreamConfig, camera_streams, enabled_layers, layer_streams
 from scene_synth_ros.messages.image_codec import compressed_topic
-from scene_synth_ros.messages.message_definitions import message_class
+from scene_synth_ros.messages.message_definitions import installed_class
 from scene_synth_ros.messages.scan_messages import SCAN_STREAMS
-from scene_synth_ros.messages.streams import Role, Stream, parse
+from scene_synth_ros.messages.streams import Stream, parse
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 
-
-def _class_of(role: Role) -> Any:
-    """Return the class of a role's messages, None where its package is not installed; some are not among the PyPI wheels."""
-    try:
-        return message_class(role.type_name)
-    except ImportError:
-        return None
-
-
-TFMessage = _class_of(streams.TF)
+TFMessage = installed_class(streams.TF.type_name)
 CLOCK, SETTINGS = Stream("/", streams.CLOCK).topic, Stream("~", streams.SETTINGS).topic
 TF, TF_STATIC = Stream("/", streams.TF).topic, Stream("/", streams.TF_STATIC).topic
 _OWN_QOS = {streams.CLOCK: stream_qos(), streams.TF: stream_qos(100), streams.TF_STATIC: latched_qos()}
@@ -51,7 +42,7 @@ def stream_topics(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) 
     profile = PROFILES[config.qos]
     topics = {}
     for stream, layers in _published(config, camera, scan):
-        role, message_type = stream.role, _class_of(stream.role)
+        role, message_type = stream.role, installed_class(stream.role.type_name)
         if message_type is not None:
             qos = _OWN_QOS.get(role, latched_qos(profile.depth) if role.latched else profile)
             topics[stream.topic] = StreamTopic(stream.topic, message_type, qos, frozenset(layers))
@@ -67,10 +58,11 @@ def _published(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) -> 
     yield Stream("~", streams.SETTINGS), ()
     for layer in enabled_layers(config, camera):
         for role, stream in layer_streams(config, layer).items():
-            yield stream, (layer,) if role in (streams.RAW, streams.PICTURE) else ()
-            compressed = parse(compressed_topic(stream.topic)) if role is streams.RAW and LAYERS[layer].compression else None
-            if compressed is not None:
+            if role is streams.INFO and LAYERS[layer].compression:
+                compressed = parse(compressed_topic(stream.beside(streams.RAW).topic))
+                assert compressed is not None
                 yield compressed, (layer,)
+            yield stream, (layer,) if role in (streams.RAW, streams.PICTURE) else ()
     yield from camera_streams(config, camera).items()
     for stream in SCAN_STREAMS if scan.enabled else ():
         yield stream, ()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,15 +13,115 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from renderer import LAYERS
-from scene_synth_ros.bags.bag_images import layer_picture
+from scene_synth_ros.bags.bag_images import layer_picture, layer_topics
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_bag
+from scene_synth_ros.mcap.contents import McapReadError
+from scene_synth_ros.messages.cdr import CdrReadError, read_text
+from scene_synth_ros.messages.image_reader import CodecError, read_image
+from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, RAW, Stream, find_streams
 from scene_synth_ros.pages.document import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
-from scene_synth_ros.report.frame_images import Images, TopicsOf, class_names, estimate_topics, fits, frame_images, reduced, truth_topics
+
+Images = dict[int, dict[str, NDArray[Any]]]
+"""Stamp -> layer -> pixels."""
+TopicsOf = Callable[[Mapping[str, str]], Mapping[str, str]]
+"""Topic -> type of a bag -> layer -> the topic to take it from."""
+
+_UNREADABLE = (CodecError, CdrReadError, MessageReadError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
+"""What a message that was damaged, or made to do harm, may raise while it is read."""
+
+
+def _is_estimate(stream: Stream) -> bool:
+    return f"{stream.base}/".startswith(f"{ESTIMATES}/")
+
+
+def truth_topics(camera: str) -> TopicsOf:
+    """Return what finds the topics of the truth, of a camera by its name; empty: of the first."""
+
+    def find(types: Mapping[str, str]) -> Mapping[str, str]:
+        images = {name: stream for name, stream in find_streams(types, *IMAGE_FORMS).items() if not _is_estimate(stream)}
+        return layer_topics({name: types[name] for name, stream in images.items() if not camera or stream.is_of(camera)})
+
+    return find
+
+
+def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> TopicsOf:
+    """Return what finds the topic of the estimates of a layer: the chosen one, else that of estimates.
+
+    Else it is, in a bag of estimates, the layer's own name; in the bag of the truth what the camera's modelled sensor has read.
+    """
+
+    def find(types: Mapping[str, str]) -> Mapping[str, str]:
+        if chosen:
+            return {layer: chosen}
+        named = layer_topics({name: types[name] for name, stream in find_streams(types, *IMAGE_FORMS).items() if _is_estimate(stream)})
+        if layer in named or not same_bag:
+            return named if layer in named else layer_topics(types)
+        own = sorted((name, stream) for name, stream in find_streams(types, RAW).items() if stream.layer == f"{layer}_sensed")
+        return {layer: next((name for name, stream in own if not camera or stream.is_of(camera)), "")}
+
+    return find
+
+
+def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], topics_of: TopicsOf) -> tuple[Images, list[str]]:
+    """Return the images of some frames, and lines for people about what is missing."""
+    found: Images = {stamp: {} for stamp in stamps}
+    notes: list[str] = []
+    try:
+        opened = open_bag(bag)
+        topics = {layer: topic for layer, topic in topics_of(opened.types).items() if layer in layers and topic in opened.types}
+        opened.prepare(topics.values())
+        for layer, topic in topics.items():
+            for stamp in stamps:
+                try:
+                    if (topic, stamp) in opened:
+                        found[stamp][layer] = _image(opened, topic, stamp)
+                except _UNREADABLE as error:
+                    notes.append(f"{bag}: {topic}: an image cannot be shown ({' '.join(str(error).split())[:100]})")
+    except (BagReadError, McapReadError, OSError) as error:
+        notes.append(" ".join(str(error).split())[:300])
+    return found, notes
+
+
+def _image(bag: IndexedBag, topic: str, stamp: int) -> NDArray[Any]:
+    pixels = read_image(bag.types[topic], bag.read(topic, stamp), topic).pixels
+    if not pixels.size or pixels.dtype.kind not in "uif":
+        raise ValueError("an image without numbers")
+    return pixels
+
+
+def class_names(bag: Path) -> dict[int, str]:
+    """Return the names of the classes as the labels of a bag tell them, nothing where it has none."""
+    try:
+        with BagReader(bag) as reader:
+            topics = [topic for topic, stream in find_streams(reader.types, LABELS).items() if stream.layer == "semantic"]
+            message = next(reader.messages(topics), None) if topics else None
+            labels = json.loads(read_text(message.data))["labels"] if message else {}
+            return {int(key): str(row["name"])[:100].replace("_", " ") for key, row in labels.items()}
+    except (BagReadError, OSError, AttributeError, *_UNREADABLE):
+        return {}
+
+
+def fits(pixels: NDArray[Any] | None, layer: str) -> bool:
+    """Return whether there is an image, and it has the channels of its layer."""
+    return pixels is not None and (pixels.shape[2] if pixels.ndim == 3 else 1) == LAYERS[layer].channels
+
+
+def reduced(pixels: NDArray[Any], max_size: int) -> NDArray[Any]:
+    """Return an image whose longer side has at most so many pixels; whole rows and columns are left out, evenly."""
+    step = max(1.0, max(pixels.shape[:2]) / max_size)
+    rows, columns = (np.minimum(((np.arange(max(1, round(n / step))) + 0.5) * step).astype(np.int64), n - 1) for n in pixels.shape[:2])
+    smaller: NDArray[Any] = pixels[rows][:, columns]
+    return smaller
+
 
 Pixels = NDArray[Any]
 COLOR = "color"
 _Request = tuple[Path, list[str], int, str, TopicsOf]
 """Bag, layers, stamp, what tells the topics apart, what finds them."""
+_ImagesOf = Mapping[tuple[Path, str], Images]
+"""(bag, name of the topics) -> images."""
 
 
 class Wanted(NamedTuple):
@@ -59,7 +160,7 @@ class FramePictures:
 
 
 @dataclass(slots=True)
-class _Frame:
+class _FramePixels:
     """Pixels of a frame, reduced."""
 
     color: Pixels | None = None
@@ -72,11 +173,7 @@ class _Frame:
 def frame_pictures(wanted: Sequence[Wanted], max_size: int, max_bytes: int, progress: Callable[[str], None]) -> FramePictures:
     """Take the images of frames from their bags and return their pictures.
 
-    Args:
-        wanted: the frames.
-        max_size: pixels of a picture's longer side.
-        max_bytes: of all pictures; later frames have none.
-        progress: told the bag that is read.
+    ``max_bytes`` bounds all pictures; later frames have none.
     """
     notes: list[str] = []
     truths = _read([(w.bag, _layers(w.task), w.stamp_ns, w.camera, truth_topics(w.camera)) for w in wanted], notes, progress)
@@ -106,7 +203,7 @@ def frame_pictures(wanted: Sequence[Wanted], max_size: int, max_bytes: int, prog
     )
 
 
-def _words(wanted: Wanted, frame: _Frame) -> str:
+def _words(wanted: Wanted, frame: _FramePixels) -> str:
     if wanted.task != "semantic" or frame.truth is None or frame.estimate is None:
         return ""
     return confusions(frame.truth, frame.estimate, class_names(wanted.bag))
@@ -143,9 +240,9 @@ def _read(requests: Sequence[_Request], notes: list[str], progress: Callable[[st
     return images
 
 
-def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: Mapping[tuple[Path, str], Images], max_size: int) -> _Frame:
+def _frame(wanted: Wanted, truths: _ImagesOf, guesses: _ImagesOf, max_size: int) -> _FramePixels:
     images = truths[wanted.bag, wanted.camera][wanted.stamp_ns]
-    frame, color, row = _Frame(), images.get(COLOR), ERROR_IMAGES.get(wanted.task)
+    frame, color, row = _FramePixels(), images.get(COLOR), ERROR_IMAGES.get(wanted.task)
     if color is not None and (color.ndim == 2 or color.shape[2] == 3):
         frame.color = reduced(color, max_size)
     if row is None or not fits(images.get(row.layer), row.layer):
@@ -160,7 +257,7 @@ def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: M
     return frame
 
 
-def _pictures(frame: _Frame, row: ErrorImage | None, end: float) -> dict[str, str]:
+def _pictures(frame: _FramePixels, row: ErrorImage | None, end: float) -> dict[str, str]:
     """Return the pictures of a frame; truth and estimate are coloured as one image, so that equal colours mean equal values."""
     found = {}
     if frame.color is not None:

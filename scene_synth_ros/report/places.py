@@ -12,7 +12,8 @@ from evaluation.evaluation_file import Evaluation, FrameKey
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.run_info import RECORD_NAME
 from scene_synth_ros.report.samples import RoomKey
-from scene_synth_ros.report.sweep_file import MAX_TEXT, Sweep, find_sweep, read_sweep
+from scene_synth_ros.report.sweep_file import MAX_TEXT, Sweep, read_sweep
+from scene_synth_ros.sweep.sweep_json import find_sweep
 
 MOST_NAMED = 3
 _ESTIMATES = ("--estimates-out", "--estimates")

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from evaluation.effects import DRAWS
-from evaluation.evaluation_file import Evaluation, FrameRow, MetricRow, read_evaluation
+from evaluation.evaluation_file import Evaluation, FrameRow, MetricRow, TaskRow, read_evaluation
 from renderer import LAYERS
 from scene_description import SceneSynthError
-from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
-from scene_synth_ros.report.breakdowns import KINDS, breakdowns
+from scene_description.whole import write_whole
+from scene_synth_ros.pages.document import WebFiles, page_document
 from scene_synth_ros.report.design import HOW, Design, find_design, value_text
 from scene_synth_ros.report.error_images import ERROR_IMAGES
 from scene_synth_ros.report.frame_pictures import Wanted, frame_pictures
 from scene_synth_ros.report.places import Places
-from scene_synth_ros.report.reactions import Part, comparison, ranking, response_curves, rounded
+from scene_synth_ros.report.reactions import KINDS, Part, breakdowns, comparison, ranking, response_curves, rounded
 from scene_synth_ros.report.samples import RoomKey, take_samples
-from scene_synth_ros.report.worst_frames import command_of, ordering_metric, worst_frames
 
 FILES = WebFiles("scene_synth_ros.report", "report.html", "report.css", ("charts.js", "curves.js", "bars.js", "frames.js", "report.js"))
 MOST_FILES = 6
@@ -63,14 +63,8 @@ def write_report(
 ) -> ReportSummary:
     """Write the report of evaluation files.
 
-    Args:
-        paths: of the files; the first is what the others are compared with.
-        out: the page, replaced as a whole.
-        bag_root: what the bags' paths are relative to, in place of each file's folder.
-        estimates: folder of the estimates of all evaluations, in place of the one that each names.
-        worst: frames to show of each task of each evaluation.
-        max_size: pixels of a picture's longer side.
-        progress: told what is done.
+    The first file is what the others are compared with; ``bag_root`` stands for each file's folder, ``estimates`` for the folder that
+    each names.
 
     Raises:
         ReportError: there are too many files, or one has neither frames nor a summary.
@@ -214,3 +208,28 @@ def _frame_row(one: _Shown, place: Places, design: Design, images: Mapping[str, 
         "command": command_of(str(place.bag(key)), place.command(key)),
         "images": images,
     }
+
+
+def ordering_metric(task: TaskRow, frames: Sequence[FrameRow]) -> MetricRow | None:
+    """Return the first metric of a task that frames have a value of, None where none has."""
+    return next((metric for metric in task.metrics if any(frame.metrics.get(metric.name) is not None for frame in frames)), None)
+
+
+def worst_frames(frames: Sequence[FrameRow], metric: MetricRow, count: int) -> list[FrameRow]:
+    """Return the worst frames, the worst first: of each room of each bag its worst, then, where these are too few, the next worst."""
+    sign = -1.0 if metric.better == "lower" else 1.0
+    known = [(value, frame) for frame in frames if (value := frame.metrics.get(metric.name)) is not None]
+    ordered = [frame for _, frame in sorted(known, key=lambda pair: sign * pair[0])]
+    seen: dict[tuple[str, int], int] = {}
+    turns = []
+    for frame in ordered:
+        place = frame.key.bag, frame.key.room
+        turn = seen[place] = seen.get(place, -1) + 1
+        turns.append(turn)
+    chosen = sorted(range(len(ordered)), key=lambda k: (turns[k], k))[:count]
+    return [ordered[k] for k in sorted(chosen)]
+
+
+def command_of(bag: str, variant_command: str | None) -> str:
+    """Return the shell command that makes a frame again: that of its variant, else the one that renders its bag again."""
+    return variant_command or f"scene_synth verify {shlex.quote(bag)}"

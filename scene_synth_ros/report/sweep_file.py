@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from evaluation.evaluation_file import FactorValue
+from scene_synth_ros.sweep.sweep_json import SWEEP_SCHEMA
 
-NAME = "sweep.json"
-SCHEMA = "scene_synth_sweep/1"
 DESIGNS = ("one_at_a_time", "grid", "latin_hypercube")
 AS_IT_IS = "as it is"
 """Stands for the value of a factor in a base room, where base rooms differ in it."""
@@ -61,17 +60,12 @@ def factor_value(value: object) -> FactorValue:
     return (value if isinstance(value, str) else json.dumps(value))[:MAX_TEXT]
 
 
-def find_sweep(bag: Path) -> Path | None:
-    """Return the file of the sweep that a bag belongs to: in the folder above it, or in that above ``variants``."""
-    return next((path for path in (bag.parent / NAME, bag.parent.parent / NAME) if path.is_file()), None)
-
-
 def read_sweep(path: Path) -> tuple[Sweep, str]:
     """Return what the file says, and a line for people where it cannot be used, else an empty one."""
     try:
         document = json.loads(path.read_bytes())
-        if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-            return Sweep(), f"{path.name}: expected schema {SCHEMA!r}; labels and commands of the variants are missing"
+        if not isinstance(document, dict) or document.get("schema") != SWEEP_SCHEMA:
+            return Sweep(), f"{path.name}: expected schema {SWEEP_SCHEMA!r}; labels and commands of the variants are missing"
         design = json.dumps(document.get("spec", {}).get("design", ""))
         variants = [row for row in document.get("variants", ()) if isinstance(row.get("id"), str)]
         return Sweep(

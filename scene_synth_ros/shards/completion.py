@@ -1,6 +1,7 @@
-"""The completion file of a shard, ``shards/00000.json``: written last, so that a shard is done when it is there.
+"""What a dataset says of its shards: a completion file each, ``shards/00000.json``, and all of them in order, ``manifest.json``.
 
-Nothing in it depends on when, by whom or on what machine the shard was made.
+A completion file is written last, so that a shard is done when it is there; the manifest when every shard is complete.  Both are the same
+bytes whoever has made the shards, when, on what machine, in whatever order and however often interrupted.
 """
 
 from __future__ import annotations
@@ -8,18 +9,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, BinaryIO, TypedDict
+from typing import Any, BinaryIO, Literal, TypedDict
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
+from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_SCHEMA, SHARD_SCHEMA, SHARDS_NAME, completion_name, shard_name
 from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
-SCHEMA = "scene_synth_shard/1"
-FOLDER = "shards"
 _PIECE = 2**20
+_READERS = 16
 
 
 class ShardError(SceneSynthError):
@@ -62,7 +64,7 @@ class Completion(TypedDict):
     little-endian 64-bit integers, then the CDR bytes (:mod:`scene_synth_ros.bags.bag_manifest`).
     """
 
-    schema: str
+    schema: Literal["scene_synth_shard/1"]
     shard: int
     first_room: int
     rooms: list[RoomRow]
@@ -72,14 +74,15 @@ class Completion(TypedDict):
     messages: int
 
 
-def shard_name(shard: int) -> str:
-    """Return the name of a shard's folder, and of its completion file without its ending."""
-    return f"{shard:05d}"
+class Manifest(TypedDict):
+    """A manifest; ``rooms`` and ``frames`` count what is there, ``failed`` lists what is not."""
 
-
-def completion_name(shard: int) -> str:
-    """Return the name of a completion file in the folder of its dataset."""
-    return f"{FOLDER}/{shard_name(shard)}.json"
+    schema: Literal["scene_synth_manifest/1"]
+    plan_sha256: str
+    rooms: int
+    frames: int
+    failed: list[FailedRow]
+    shards: list[Completion]
 
 
 def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], failed: Sequence[FailedRow], bag: Path | None) -> Completion:
@@ -104,7 +107,7 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
                 sha256 = _sha256(written)
             files.append(FileRow(name=f"{bag.name}/{path.name}", bytes=path.stat().st_size, sha256=sha256))
     return Completion(
-        schema=SCHEMA,
+        schema=SHARD_SCHEMA,
         shard=shard,
         first_room=plan.rooms_of(shard).start,
         rooms=list(rooms),
@@ -115,9 +118,9 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
     )
 
 
-def completion_json(completion: Completion) -> bytes:
-    """Return the file's bytes."""
-    return (json.dumps(completion, indent=1) + "\n").encode()
+def document_bytes(document: Completion | Manifest) -> bytes:
+    """Return the bytes of a completion file or a manifest."""
+    return (json.dumps(document, indent=1) + "\n").encode()
 
 
 def read_completion(store: Store, plan: DatasetPlan, shard: int) -> Completion | None:
@@ -130,7 +133,7 @@ def read_completion(store: Store, plan: DatasetPlan, shard: int) -> Completion |
         document: Any = json.loads(data) if data is not None else None
         rooms = plan.rooms_of(shard)
         indices = [row["index"] for row in (*document["rooms"], *document["failed"])]
-        fits = document["schema"] == SCHEMA and document["shard"] == shard and sorted(indices) == list(rooms)
+        fits = document["schema"] == SHARD_SCHEMA and document["shard"] == shard and sorted(indices) == list(rooms)
         complete = isinstance(document["files"], list) and isinstance(document["layers"], dict) and document["messages"] >= 0
     except (ValueError, TypeError, LookupError, RecursionError):
         return None
@@ -140,15 +143,15 @@ def read_completion(store: Store, plan: DatasetPlan, shard: int) -> Completion |
 def faults_of(store: Store, completion: Completion) -> Iterator[str]:
     """Yield a line for every file of a shard that is missing or not what its completion file says; reads them whole."""
     for row in completion["files"]:
-        name = f"{FOLDER}/{row['name']}"
+        name = f"{SHARDS_NAME}/{row['name']}"
         try:
             with store.open(name) as file:
-                found = _sha256(file)
+                sha256 = _sha256(file)
         except FileNotFoundError:
             yield f"{name}: expected a file, got none"
             continue
-        if found != row["sha256"]:
-            yield f"{name}: expected SHA-256 {row['sha256'][:16]}..., got {found[:16]}..."
+        if sha256 != row["sha256"]:
+            yield f"{name}: expected SHA-256 {row['sha256'][:16]}..., got {sha256[:16]}..."
 
 
 def _refuse(fault: str) -> None:
@@ -160,3 +163,40 @@ def _sha256(file: BinaryIO) -> str:
     while size := file.readinto(piece):  # type: ignore[attr-defined]
         digest.update(piece[:size])
     return digest.hexdigest()
+
+
+def missing_shards(plan: DatasetPlan, store: Store, shards: Sequence[int] | None = None) -> list[int]:
+    """Return the shards, of some or of all, that are not complete.
+
+    One of whose completion file the folder of files is gone is not complete either.
+    """
+    files = set(store.names(SHARDS_NAME))
+    asked = range(plan.shards) if shards is None else shards
+    there = [shard for shard in asked if f"{shard_name(shard)}.json" in files]
+    complete = {
+        shard
+        for shard, completion in zip(there, read_completions(store, plan, there), strict=True)
+        if completion is not None and (not completion["files"] or shard_name(shard) in files)
+    }
+    return [shard for shard in asked if shard not in complete]
+
+
+def read_completions(store: Store, plan: DatasetPlan, shards: Sequence[int]) -> Iterator[Completion | None]:
+    """Yield the completion files of shards in their order, several read at once: an object store takes its time for each."""
+    with ThreadPoolExecutor(_READERS, "completion") as readers:
+        yield from readers.map(lambda shard: read_completion(store, plan, shard), shards)
+
+
+def make_manifest(plan: DatasetPlan, store: Store) -> Manifest | None:
+    """Return the manifest of a dataset; None while a shard is missing."""
+    complete = [completion for completion in read_completions(store, plan, range(plan.shards)) if completion is not None]
+    if len(complete) < plan.shards:
+        return None
+    return Manifest(
+        schema=DATASET_MANIFEST_SCHEMA,
+        plan_sha256=plan.sha256,
+        rooms=sum(len(completion["rooms"]) for completion in complete),
+        frames=sum(row["frames"] for completion in complete for row in completion["rooms"]),
+        failed=[row for completion in complete for row in completion["failed"]],
+        shards=complete,
+    )

@@ -1,37 +1,75 @@
-"""Makes one shard by itself: the bag of its rooms, its hashes, and last its completion file."""
+"""Makes one shard by itself: its rooms, each sampled while the one before is rendered, their bag, and last its completion file."""
 
 from __future__ import annotations
 
 import hashlib
+import os
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from pathlib import Path
+from types import TracebackType
 from typing import NamedTuple
 
 from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription, SceneSynthError, error_line
 from scene_description.polygons import signed_area_m2
 from scene_synth_ros.bags.bag_writer import BagWriteError
+from scene_synth_ros.bags.dataset_files import completion_name, shard_folder, shard_name
 from scene_synth_ros.offline.offline_bag import OfflineBag
-from scene_synth_ros.offline.rules import rules_of
+from scene_synth_ros.offline.rules import rules_of, sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
-from scene_synth_ros.shards.completion import (
-    FOLDER,
-    Completion,
-    FailedRow,
-    RoomRow,
-    completion_json,
-    completion_name,
-    describe_shard,
-    shard_name,
-)
+from scene_synth_ros.shards.completion import Completion, FailedRow, RoomRow, describe_shard, document_bytes
 from scene_synth_ros.shards.plan import DatasetPlan
-from scene_synth_ros.shards.room_ahead import RoomsAhead
 from scene_synth_ros.shards.store import Store
+from scene_synth_ros.suite.daemon_job import start_daemon_job
 
 MAX_ATTEMPTS = 3
 """How often a room is tried before it is listed as failed."""
+
+
+class RoomsAhead:
+    """Samples rooms; what is sampled does not depend on when.
+
+    On one processor nothing is sampled ahead: it would take from the frames what it saves.
+
+    Threads: one calls every method; a room is sampled ahead in a thread of its own.
+
+    Args:
+        rules: that rooms are sampled by.
+        settings: of the run.
+        indices: of the rooms.
+    """
+
+    def __init__(self, rules: SceneSynthesizer, settings: OfflineSettings, indices: range) -> None:
+        self._rules, self._settings, self._indices = rules, settings, indices
+        self._ahead: dict[int, Future[SceneDescription]] = {}
+        self._has_processor = len(os.sched_getaffinity(0)) > 1
+
+    def take(self, index: int) -> SceneDescription:
+        """Return a room, and begin with the next one.
+
+        Raises:
+            SceneSynthError: it cannot be sampled; asked for again, it is sampled again.
+        """
+        ahead = self._ahead.pop(index, None)
+        try:
+            return ahead.result() if ahead is not None else self._sample(index)
+        finally:
+            if self._has_processor and index + 1 in self._indices and index + 1 not in self._ahead:
+                self._ahead = {index + 1: start_daemon_job("next room", lambda: self._sample(index + 1))}
+
+    def _sample(self, index: int) -> SceneDescription:
+        return sample_room(self._rules, self._settings, index)
+
+    def __enter__(self) -> RoomsAhead:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        for ahead in self._ahead.values():  # no thread goes on behind the back of who is done
+            ahead.exception()
+        self._ahead = {}
 
 
 class Progress(NamedTuple):
@@ -79,10 +117,10 @@ def make_shard(
         completion = describe_shard(plan, shard, rooms, refused, bag)
         store.remove(completion_name(shard))
         if bag is None:
-            store.remove(f"{FOLDER}/{shard_name(shard)}")
+            store.remove(shard_folder(shard))
         else:
-            store.put_folder(bag, f"{FOLDER}/{shard_name(shard)}")
-        store.write(completion_name(shard), completion_json(completion))
+            store.put_folder(bag, shard_folder(shard))
+        store.write(completion_name(shard), document_bytes(completion))
     return completion
 
 

@@ -10,11 +10,10 @@ from typing import Any
 
 from scene_description import FieldError, SceneSynthError
 from scene_description.strict import read_value
+from scene_synth_ros.bags.dataset_files import PLAN_SCHEMA
 from scene_synth_ros.bags.run_info import MADE_BY, parameters_note, versions
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 
-PLAN_NAME = "dataset.json"
-SCHEMA = "scene_synth_dataset/1"
 MAX_ROOMS, MAX_FRAMES, MAX_SHARDS = 10**9, 100_000, 10**6
 _MAX_DEFAULT_ROOMS, _DEFAULT_SHARDS = 16, 32
 
@@ -80,7 +79,7 @@ class DatasetPlan:
 
     def to_json(self) -> bytes:
         """Return the file's bytes."""
-        document = {"schema": SCHEMA, **asdict(self), "shards": self.shards}
+        document = {"schema": PLAN_SCHEMA, **asdict(self), "shards": self.shards}
         return (json.dumps(document, indent=1, sort_keys=True) + "\n").encode()
 
     @property
@@ -164,8 +163,8 @@ def read_plan(data: bytes, where: str) -> DatasetPlan:
         document = json.loads(data)
     except (ValueError, RecursionError):
         raise PlanError(f"{where}: expected JSON, got bytes that are none") from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise PlanError(f"{where}: expected a plan with schema {SCHEMA}")
+    if not isinstance(document, dict) or document.get("schema") != PLAN_SCHEMA:
+        raise PlanError(f"{where}: expected a plan with schema {PLAN_SCHEMA}")
     try:
         numbers = {
             name: read_value(int, document.get(name), name) for name in ("rooms", "frames", "seed", "rooms_per_shard", "shard_bytes")

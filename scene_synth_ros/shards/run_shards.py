@@ -1,14 +1,20 @@
-"""Makes what is missing of a dataset with worker processes on this machine."""
+"""Makes what is missing of a dataset with worker processes on this machine; begins it, checks it, finishes it."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
-from scene_synth_ros.shards.completion import completion_name, faults_of, read_completion
-from scene_synth_ros.shards.manifest import MANIFEST_NAME, Manifest, make_manifest, manifest_json
-from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, PlanError, read_plan
-from scene_synth_ros.shards.store import Store
+from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME, completion_name
+from scene_synth_ros.shards.completion import Manifest, ShardError, document_bytes, faults_of, make_manifest, read_completion
+from scene_synth_ros.shards.plan import DatasetPlan, PlanError, read_plan
+from scene_synth_ros.shards.store import LocalStore, Store
 from scene_synth_ros.shards.workers import Told, Workers
+
+_UNITS = {"": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KIB": 2**10, "MIB": 2**20, "GIB": 2**30, "TIB": 2**40}
+_SIZE = re.compile(r"([0-9]+(?:\.[0-9]+)?) *([KMGT]?I?B|)")
+_ROOMS_TRIED = 5
 
 
 def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) -> None:
@@ -79,5 +85,42 @@ def finish_dataset(plan: DatasetPlan, store: Store) -> Manifest | None:
     """Write the manifest if every shard is complete, and return it; None while one is missing."""
     manifest = make_manifest(plan, store)
     if manifest is not None:
-        store.write(MANIFEST_NAME, manifest_json(manifest))
+        store.write(DATASET_MANIFEST_NAME, document_bytes(manifest))
     return manifest
+
+
+def read_size(text: str) -> int:
+    """Return a size like ``1GB`` or ``256 MiB`` in bytes.
+
+    Raises:
+        PlanError: it is none.
+    """
+    found = _SIZE.fullmatch(text.strip().upper())
+    size = round(float(found[1]) * _UNITS[found[2]]) if found and found[2] in _UNITS else 0
+    if size <= 0:
+        raise PlanError(f"--shard-size {text}: expected a number of bytes with a unit, 1GB or 256MiB, say")
+    return size
+
+
+def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, lock: int) -> DatasetPlan:
+    """Return a plan whose shards are about as large as its ``shard_bytes``: the first room that can be made is made to know its bytes.
+
+    Args:
+        plan: with ``shard_bytes``.
+        store: of the dataset; the room is made in a workspace of it.
+        threads: processors of the worker that makes it.
+        lock: descriptor of the folder's lock.
+
+    Raises:
+        ShardError: none of the first rooms can be made.
+    """
+    single = replace(plan, rooms_per_shard=1)
+    with store.workspace("size") as folder:
+        trial = LocalStore(folder)
+        for room in range(min(_ROOMS_TRIED, plan.rooms)):
+            run_shards(single, trial, [room], workers=1, threads=threads, lock=lock)
+            completion = read_completion(trial, single, room)
+            size = sum(row["bytes"] for row in completion["files"]) if completion else 0
+            if size:
+                return replace(plan, rooms_per_shard=max(1, min(plan.rooms, round(plan.shard_bytes / size))))
+    raise ShardError(f"none of the first {min(_ROOMS_TRIED, plan.rooms)} rooms can be made: {completion['failed'][0]['error']}")  # type: ignore[index]

@@ -6,13 +6,15 @@ What is temporary in a store has a name that begins with a dot.
 from __future__ import annotations
 
 import contextlib
-import os
 import shutil
 from collections.abc import Collection, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Protocol
+
+from scene_description.whole import SUFFIX, move_folder, temporary_path, write_whole
+from scene_synth_ros.bags.dataset_files import SHARDS_NAME
 
 
 class Store(Protocol):
@@ -84,17 +86,7 @@ class LocalStore:
         """Do as the protocol says."""
         path = self.root / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-        try:
-            with partial.open("wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            partial.replace(path)
-        except BaseException:
-            partial.unlink(missing_ok=True)
-            raise
-        _sync_folder(path.parent)
+        write_whole(path, data, sync=True)
 
     def names(self, folder: str) -> list[str]:
         """Do as the protocol says."""
@@ -106,7 +98,7 @@ class LocalStore:
     @contextlib.contextmanager
     def workspace(self, shard: str) -> Iterator[Path]:
         """Do as the protocol says."""
-        folder = self.root / "shards" / f".{shard}.{os.uname().nodename}.{os.getpid()}.partial"
+        folder = temporary_path(self.root / SHARDS_NAME / shard)
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         try:
@@ -117,10 +109,7 @@ class LocalStore:
     def put_folder(self, made: Path, name: str) -> None:
         """Do as the protocol says."""
         self.remove(name)
-        target = self.root / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        made.rename(target)
-        _sync_folder(target.parent)
+        move_folder(made, self.root / name)
 
     @contextlib.contextmanager
     def fetched(self, name: str) -> Iterator[Path]:
@@ -137,17 +126,8 @@ class LocalStore:
 
     def clean(self, shards: Collection[str] | None = None) -> int:
         """Do as the protocol says."""
-        left = [*(self.root.glob(".*.partial") if shards is None else ()), *self.root.glob("*/.*.partial")]
+        left = [*(self.root.glob(f".*{SUFFIX}") if shards is None else ()), *self.root.glob(f"*/.*{SUFFIX}")]
         mine = [path for path in left if shards is None or path.name[1:].partition(".")[0] in shards]
         for path in mine:
             self.remove(str(path.relative_to(self.root)))
         return len(mine)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from scene_description import SceneSynthError
+from scene_synth_ros.bags.dataset_files import SHARDS_NAME
 
-_SHARDS = "shards"
 _WORKSPACES = "scene_synth_shards"
 _LOCK = ".lock"
 
@@ -112,11 +112,11 @@ class UrlStore:
 
     def clean(self, shards: Collection[str] | None = None) -> int:
         """Remove the files of shards that have no completion file, and the parts of uploads that were interrupted."""
-        there = set(self.names(_SHARDS))
+        there = set(self.names(SHARDS_NAME))
         unfinished = {name for name in there if not name.endswith(".json") and f"{name}.json" not in there}
         for name in sorted(unfinished if shards is None else unfinished & set(shards)):
-            self.remove(f"{_SHARDS}/{name}")
-        with self._told(_SHARDS) as (files, path):
+            self.remove(f"{SHARDS_NAME}/{name}")
+        with self._told(SHARDS_NAME) as (files, path):
             aborted = _abort_uploads(files, path, shards)
         return len(unfinished if shards is None else unfinished & set(shards)) + aborted
 

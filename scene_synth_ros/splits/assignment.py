@@ -13,23 +13,34 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
-from scene_synth_ros.splits.errors import SplitError
+from scene_description import SceneSynthError
 
 STEP = 0.618_033_988_749_894_9
 """The golden ratio's fractional part: of all numbers the worst to approximate by fractions."""
 _NAME_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyz0123456789_-")
 
 
-class RoomKey(NamedTuple):
+class SplitError(SceneSynthError):
+    """Words of a split, or a source, that cannot be used; one line."""
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class RoomKey:
     """What makes a room the room it is: type, seed of the run, index in the run."""
 
     room_type: str
     seed: int
     index: int
+
+    @property
+    def run(self) -> tuple[str, int]:
+        """The rooms of its type in its run."""
+        return self.room_type, self.seed
 
 
 class Shares(NamedTuple):
@@ -50,11 +61,11 @@ def assign(keys: Iterable[RoomKey], rule: Shares | Ranges) -> dict[RoomKey, str 
     rooms = sorted(set(keys))
     distance: dict[tuple[str, int], int] = {}
     for before, after in pairwise(rooms):
-        if before[:2] == after[:2]:
-            distance[after[:2]] = math.gcd(distance.get(after[:2], 0), after.index - before.index)
+        if before.run == after.run:
+            distance[after.run] = math.gcd(distance.get(after.run, 0), after.index - before.index)
     if isinstance(rule, Ranges):
         return {key: _in_range(key.index, rule) for key in rooms}
-    numbers = {key: key.index // distance[key[:2]] if key[:2] in distance else 0 for key in rooms}
+    numbers = {key: key.index // distance[key.run] if key.run in distance else 0 for key in rooms}
     return {key: _in_share(room_point(key, numbers[key], rule.seed), rule) for key in rooms}
 
 
@@ -84,7 +95,7 @@ def read_shares(words: str, seed: int = 0) -> Shares:
     Raises:
         SplitError: a name or a number does not fit, or the shares do not add up to 1.
     """
-    shares = {}
+    shares: dict[str, Fraction] = {}
     for name, value in _pairs("--shares", words).items():
         try:
             share = Fraction(value)
@@ -93,7 +104,7 @@ def read_shares(words: str, seed: int = 0) -> Shares:
         if not 0 < share <= 1:
             raise SplitError(f"--shares {words}: {name}: expected a number above 0 and at most 1, got {value}")
         shares[name] = share
-    total = sum(shares.values())
+    total = sum(shares.values(), Fraction(0))
     if abs(total - 1) > Fraction(1, 1000):
         raise SplitError(f"--shares {words}: expected shares that add up to 1, got {float(total):g}; change one of them")
     return Shares({name: float(share) for name, share in shares.items()}, seed)
@@ -112,9 +123,9 @@ def read_ranges(words: str) -> Ranges:
             raise SplitError(f"--ranges {words}: {name}: expected FIRST:END, indices of rooms with FIRST before END, got '{value}'")
         ranges[name] = (int(first), int(last))
     ordered = sorted(ranges.items(), key=lambda item: item[1])
-    for (one, (_, end)), (other, (first, _)) in pairwise(ordered):
-        if first < end:
-            raise SplitError(f"--ranges {words}: expected a room in one split, got room {first} in {one} and {other}")
+    for (one, (_, end)), (other, (next_first, _)) in pairwise(ordered):
+        if next_first < end:
+            raise SplitError(f"--ranges {words}: expected a room in one split, got room {next_first} in {one} and {other}")
     return Ranges(ranges)
 
 

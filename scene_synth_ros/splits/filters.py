@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
-from scene_synth_ros.splits.errors import SplitError
-from scene_synth_ros.splits.frame_facts import FrameFacts, SeenObject
+from scene_synth_ros.splits.assignment import SplitError
+from scene_synth_ros.splits.frame_facts import FrameFacts, Need, SeenObject
 
 Interval = tuple[float, float]
 EVERYTHING: Interval = (-math.inf, math.inf)
-Need = Literal["instance", "color", "settings", "annotations"]
-"""What must be recorded: a layer, or what goes with every frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

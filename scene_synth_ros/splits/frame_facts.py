@@ -1,15 +1,28 @@
-"""What is told of a frame for filters and for the search for near-equal views: a few numbers and two small pictures."""
+"""What filters and the search for near-equal views ask of a frame: a few numbers and two small pictures, read from the dataset."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.labels import instance_labels
+from scene_synth_ros.splits.assignment import SplitError
+
+if TYPE_CHECKING:
+    from scene_synth_ros.dataset import Frame
+
+
 GRID = (24, 32)
 """Rows and columns of the small pictures."""
+Need = Literal["instance", "color", "settings", "annotations"]
+"""What a filter needs: a layer, or what goes with every frame."""
+Wanted = Need | Literal["pose", "ids", "thumbnail"]
+"""What of a frame is read: what filters need, and for near-equal views its pose and small pictures."""
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -58,13 +71,13 @@ def small_luma(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
     rows, columns = _edges(color.shape[0], GRID[0]), _edges(color.shape[1], GRID[1])
     sums = np.add.reduceat(np.add.reduceat(color.astype(np.uint32), rows[:-1], axis=0), columns[:-1], axis=1)
     counts = np.diff(rows)[:, None] * np.diff(columns)[None, :]
-    return np.rint(sums @ _LUMA / counts).astype(np.uint8)
+    return np.asarray(np.rint(sums @ _LUMA / counts), np.uint8)
 
 
 def small_ids(ids: NDArray[np.uint16]) -> NDArray[np.uint16]:
     """Return the ids in the middle of each cell of ``GRID`` of an image (height, width)."""
     rows, columns = _edges(ids.shape[0], GRID[0]), _edges(ids.shape[1], GRID[1])
-    return ids[np.ix_((rows[:-1] + rows[1:]) // 2, (columns[:-1] + columns[1:]) // 2)]
+    return np.asarray(ids[np.ix_((rows[:-1] + rows[1:]) // 2, (columns[:-1] + columns[1:]) // 2)])
 
 
 def seen_objects(
@@ -89,3 +102,42 @@ def seen_objects(
 def _edges(length: int, cells: int) -> NDArray[np.intp]:
     """Return the first pixel of each cell and the end; a side shorter than the grid has a cell for each pixel."""
     return np.linspace(0, length, min(cells, length) + 1).astype(np.intp)
+
+
+def facts_of(frame: Frame, wanted: AbstractSet[Wanted]) -> FrameFacts:
+    """Return what is wanted of a frame.
+
+    Raises:
+        SplitError: the settings or annotations that a filter needs were not recorded.
+        DatasetError: another part of the frame cannot be read.
+    """
+    luma = small_luma(frame["color"]) if wanted & {"color", "thumbnail"} else None
+    pose = frame.matrix if "pose" in wanted else None
+    return FrameFacts(
+        number=frame.number,
+        objects=_objects(frame, "annotations" in wanted) if "instance" in wanted else None,
+        brightness=float(luma.mean()) / 255.0 if luma is not None else None,
+        exposure_ev100=_exposure(frame) if "settings" in wanted else None,
+        **({} if pose is None else {"position_m": pose[:3, 3], "axes": pose[:3, :3]}),
+        ids=small_ids(frame["instance"]) if "ids" in wanted else None,
+        thumbnail=luma if "thumbnail" in wanted else None,
+    )
+
+
+def _objects(frame: Frame, annotated: bool) -> tuple[SeenObject, ...]:
+    categories = {number: str(row["name"]) for number, row in instance_labels(frame.scene).items() if number}
+    fractions = None
+    if annotated:
+        if frame.detections is None:
+            raise SplitError(
+                f"{frame}: --visible-fraction needs annotations, got none; record them: -p renderer_node.streams.annotations:=true"
+            )
+        fractions = {item.id: item.visible_fraction for item in frame.detections.objects}
+    return seen_objects(frame["instance"], categories, fractions)
+
+
+def _exposure(frame: Frame) -> float:
+    told = (frame.settings or {}).get("exposure_ev100")
+    if not isinstance(told, int | float):
+        raise SplitError(f"{frame}: --ev100 needs the exposure in the renderer's settings, got none; record the topic <renderer>/settings")
+    return float(told)

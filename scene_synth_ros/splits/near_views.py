@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import SplitError
 from scene_synth_ros.splits.frame_facts import FrameFacts
 
 _NEIGHBOURS = tuple(product((-1, 0, 1), repeat=3))

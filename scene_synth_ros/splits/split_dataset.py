@@ -8,12 +8,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scene_synth_ros.splits.assignment import Ranges, RoomKey, Shares, assign
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import Ranges, RoomKey, Shares, SplitError, assign
 from scene_synth_ros.splits.filters import Asked, needs_of, refused_by
-from scene_synth_ros.splits.frame_facts import FrameFacts
+from scene_synth_ros.splits.frame_facts import FrameFacts, Wanted, facts_of
 from scene_synth_ros.splits.near_views import KeptViews, Nearness
-from scene_synth_ros.splits.read_facts import Wanted, facts_of
 from scene_synth_ros.splits.split_file import LeftOut, RoomFrames
 
 if TYPE_CHECKING:
@@ -59,9 +57,10 @@ class _Refused:
 
 @dataclass(slots=True)
 class _Room:
-    """A room on its way: its frames that stay."""
+    """A room on its way: where its frames are in the dataset, and the numbers of those that stay."""
 
     info: RoomInfo
+    frames: range
     split: str
     copy: int
     views: KeptViews | None
@@ -70,7 +69,7 @@ class _Room:
 
 def layers_of(asked: Asked, near: Nearness | None, recorded: tuple[str, ...]) -> tuple[tuple[str, ...], set[Wanted]]:
     """Return the layers that must be opened, and what is read of each frame; near views are told by the pictures that there are."""
-    wanted: set[Wanted] = set(needs_of(asked))
+    wanted: set[Wanted] = {*needs_of(asked)}
     if near is not None:
         wanted.add("pose")
         wanted |= {what for what, layer in (("thumbnail", "color"), ("ids", "instance")) if layer in recorded}  # type: ignore[misc]
@@ -109,37 +108,45 @@ def split_dataset(
         SplitError: what a filter needs was not recorded, or no room has a type that is asked for.
         DatasetError: a frame cannot be read.
     """
+    refused: dict[str, _Refused] = {}
+    rooms = _placed_rooms(data, rule, asked, near, refused)
+    categories_seen: Counter[str] = Counter()
+    if wanted:
+        for room, facts in _read(data, rooms, wanted, threads):
+            categories_seen.update({item.category for item in facts.objects or ()})
+            _judge(room, facts, asked, refused)
+            progress()
+    else:
+        for room in rooms:
+            room.kept.extend(range(len(room.frames)))
+    left_out = {name: LeftOut(rooms=it.rooms, frames=it.frames, alone=it.alone) for name, it in refused.items()}
+    return _chosen(rooms, list(rule.of), left_out, categories_seen)
+
+
+def _placed_rooms(data: Dataset, rule: Shares | Ranges, asked: Asked, near: Nearness | None, refused: dict[str, _Refused]) -> list[_Room]:
+    """Return the rooms that go into a split, in their order; the others are counted in ``refused``.
+
+    Raises:
+        SplitError: no room has a type that is asked for.
+    """
     types = {info.room_type for info in data.rooms}
     if unknown := [name for name in asked.room_types if name not in types]:
         raise SplitError(f"--room-types {','.join(unknown)}: expected types that the source has: {', '.join(sorted(types))}")
     keys = [RoomKey(info.room_type, info.seed, info.index) for info in data.rooms]
-    placed = assign(keys, rule)
-    refused: dict[str, _Refused] = {}
-    seen: Counter[str] = Counter()
+    split_of = assign(keys, rule)
     rooms, copies, first = [], Counter[tuple[int, str]](), 0
-    jobs: list[tuple[_Room, range]] = []
     for info, key in zip(data.rooms, keys, strict=True):
-        copy, split = copies[info.index, info.scene_id], placed[key]
+        copy, split = copies[info.index, info.scene_id], split_of[key]
         copies[info.index, info.scene_id] += 1
-        own = range(first, first + info.frames)
-        first = own.stop
-        refusing = "ranges" if split is None else "room_types" if asked.room_types and info.room_type not in asked.room_types else ""
-        if refusing or split is None:
-            refused.setdefault(refusing, _Refused()).whole_room(info.frames)
-            continue
-        room = _Room(info, split, copy, KeptViews(near) if near is not None else None)
-        rooms.append(room)
-        jobs.append((room, own))
-    if wanted:
-        for room, facts in _read(data, jobs, wanted, threads):
-            seen.update({item.category for item in facts.objects or ()})
-            _judge(room, facts, asked, refused)
-            progress()
-    else:
-        for room, own in jobs:
-            room.kept.extend(range(len(own)))
-    left_out = {name: LeftOut(rooms=it.rooms, frames=it.frames, alone=it.alone) for name, it in refused.items()}
-    return _chosen(rooms, list(rule.of), left_out, seen)
+        frames = range(first, first + info.frames)
+        first = frames.stop
+        if split is None:
+            refused.setdefault("ranges", _Refused()).whole_room(info.frames)
+        elif asked.room_types and info.room_type not in asked.room_types:
+            refused.setdefault("room_types", _Refused()).whole_room(info.frames)
+        else:
+            rooms.append(_Room(info, frames, split, copy, KeptViews(near) if near is not None else None))
+    return rooms
 
 
 def _judge(room: _Room, facts: FrameFacts, asked: Asked, refused: dict[str, _Refused]) -> None:
@@ -154,12 +161,12 @@ def _judge(room: _Room, facts: FrameFacts, asked: Asked, refused: dict[str, _Ref
         room.kept.append(facts.number)
 
 
-def _read(data: Dataset, jobs: list[tuple[_Room, range]], wanted: set[Wanted], threads: int) -> Iterator[tuple[_Room, FrameFacts]]:
+def _read(data: Dataset, rooms: list[_Room], wanted: set[Wanted], threads: int) -> Iterator[tuple[_Room, FrameFacts]]:
     """Yield what is wanted of each frame, in order; frames are read in threads, some ahead."""
     begun: deque[tuple[_Room, Future[FrameFacts]]] = deque()
     with ThreadPoolExecutor(threads, "facts") as pool:
-        for room, own in jobs:
-            for index in own:
+        for room in rooms:
+            for index in room.frames:
                 begun.append((room, pool.submit(lambda at: facts_of(data.frame(at), wanted), index)))
                 if len(begun) >= _AHEAD:
                     room_of, facts = begun.popleft()

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-SCHEMA = "scene_synth_splits/1"
+from scene_synth_ros.bags.dataset_files import SPLITS_SCHEMA
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,18 +45,13 @@ def splits_json(
         rows = ",\n".join(f"   {_compact(_row(room))}" for room in rooms)
         lines.append(f"  {json.dumps(name)}: [{chr(10) + rows if rows else ''}]")
     told = {name: {"rooms": it.rooms, "frames": it.frames, "alone": it.alone} for name, it in left_out.items()}
-    parts = [f' "schema": "{SCHEMA}"', f' "rule": {_compact(rule)}', f' "filters": {_compact(filters)}', f' "left_out": {_compact(told)}']
+    parts = [
+        f' "schema": "{SPLITS_SCHEMA}"',
+        f' "rule": {_compact(rule)}',
+        f' "filters": {_compact(filters)}',
+        f' "left_out": {_compact(told)}',
+    ]
     return "{\n" + ",\n".join([*parts, ' "splits": {\n' + ",\n".join(lines) + "\n }"]) + "\n}\n"
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file that gets its name, in place of one that may be there, when all of it is written."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _row(room: RoomFrames) -> dict[str, Any]:

@@ -170,6 +170,10 @@ class Parameters:
             self._on_change(changed)
 
 
+Groups = Mapping[str, Any] | Parameters
+"""Prefix -> frozen dataclass, of a node or where none runs."""
+
+
 def describe(annotation: Any) -> ParameterDescriptor:
     """Return the ROS descriptor of an annotated field: description with unit, range, read-only reason."""
     bare, limits = split_annotation(annotation)

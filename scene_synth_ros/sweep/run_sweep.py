@@ -19,6 +19,7 @@ from typing import NamedTuple
 from grammar.counterfactual import apply_change
 from renderer.film.tone import Exposure
 from scene_description import SceneSynthError, error_line
+from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.offline.offline_bag import OfflineBag
@@ -66,7 +67,7 @@ def run_sweep(
         finally:
             there = [variant.id for variant in plan.variants if is_done(variant, folder, exposure)]
             refused = {done.id: done.refused for done in made if done.refused}
-            _write(folder / SWEEP_NAME, sweep_document(plan, there, refused))
+            write_whole(folder / SWEEP_NAME, json.dumps(sweep_document(plan, there, refused), indent=1) + "\n")
     return Outcome(tuple(found), tuple(made))
 
 
@@ -119,13 +120,6 @@ def _start_worker(number: Synchronized[int], count: int) -> None:
         number.value += 1
     processors = sorted(os.sched_getaffinity(0))
     os.sched_setaffinity(0, processors[place % len(processors) :: count] or processors)
-
-
-def _write(path: Path, document: object) -> None:
-    """Write a file that has its name only once it is whole."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-    partial.replace(path)
 
 
 class Made(NamedTuple):

@@ -10,8 +10,7 @@ from grammar import GrammarError
 from grammar.catalog import entry_faults, read_catalog
 from grammar.synthesize import SceneSynthesizer
 from renderer.core.errors import MeshFileError
-from renderer.files.catalog_check import check_model
-from renderer.files.catalog_models import measure_model
+from renderer.files.catalog_models import check_model, measure_model
 from scene_description.catalog import Catalog, CatalogEntry, CatalogModel, CatalogSurface
 
 SIZE_SLACK = 1.25

@@ -10,7 +10,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.qos_metadata import OfferedQos
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
+from scene_synth_ros.messages.poses import StampedTransform, encode_tf_message
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 T = STORE.types

@@ -22,8 +22,8 @@ from scene_description.labels import instance_labels, semantic_labels
 from scene_description.poses import look_at
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.convert.formats import FORMATS, writer_of
-from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source
+from scene_synth_ros.convert.writer import convert
 from scene_synth_ros.messages.conversions import camera_info_to_msg, image_to_msg, labels_to_msg, layer_encoding, pose_to_msg
 
 TRUTH = ("depth", "semantic", "instance")

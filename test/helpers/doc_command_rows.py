@@ -58,9 +58,7 @@ _CLI = "test/scene_synth_ros/cli"
 _GALLERY = f"{_CLI}/pictures/test_gallery.py draws single models"
 _CATALOG = f"{_CLI}/commands/test_catalog_command.py::test_the_check_names_each_fault"
 _SAMPLE = f"{_CLI}/commands/test_sample_command.py::test_writes_every_kind_of_file_and_a_record_of_the_chain"
-_ROBOTS = (
-    "test/scene_synth_ros/cli/parameters/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
-)
+_ROBOTS = f"{_CLI}/parameters/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 _GENERATE_TESTS = "test/scene_synth_ros/cli/commands/test_generate_command.py"
 _GENERATE = f"{_GENERATE_TESTS}::test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes"
 _EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
@@ -106,7 +104,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "source ~/ws/.venv/bin/activate": Listed("a workspace in the user's home"),
     "source ~/ws/install/setup.bash": Listed("a workspace in the user's home"),
     "apt install libembree-dev": Listed("needs root and the network"),
-    'docker build -t scene_synth_ros . && docker run --rm --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros': Listed("needs Docker"),
+    "docker build -t scene_synth_ros . && mkdir -p runs && "
+    'docker run --rm --user "$(id -u)" --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros': Listed("needs Docker"),
     "ros2 launch scene_synth_ros synth.launch.py rviz:=true": _ROS2CLI,
     "ros2 launch scene_synth_ros synth.launch.py params_file:=main record:=true bag_path:=my_bag": _ROS2CLI,
     "ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=0": _ROS2CLI,
@@ -234,7 +233,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         f"{_SPLIT}_filters_and_what_they_leave_out"
     ),
     "scene_synth convert rooms --split train --to coco --out train_coco": Parsed(
-        "test/scene_synth_ros/convert/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
+        "test/scene_synth_ros/convert/formats/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
     ),
     "scene_synth sweep illumination --only 0017 0021 0022 0025 0026 0029 0031 0033"
     " --out runs/illumination --contact-sheet docs/sweeps.jpg": (
@@ -380,7 +379,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[cloud]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/pip install '.[ray]'": Listed("needs the network; that the extra exists is tested"),
     # the program from within
-    ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),

@@ -13,8 +13,8 @@ from scene_synth_ros.cli.files.new_folder import new_folder
 from scene_synth_ros.cli.lines import counted
 from scene_synth_ros.cli.options import UsageError, add_catalog, add_number, add_readers, add_source, names_in, refuse_missing_folder
 from scene_synth_ros.convert.formats import FORMATS, writer_of
-from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source
+from scene_synth_ros.convert.writer import convert
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

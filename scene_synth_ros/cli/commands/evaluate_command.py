@@ -20,8 +20,8 @@ from evaluation.tasks import TASKS
 from scene_synth_ros.cli.lines import counted, say_progress
 from scene_synth_ros.cli.options import UsageError, add_number, refuse_no_file
 from scene_synth_ros.evaluate.algorithm import Algorithm
+from scene_synth_ros.evaluate.errors import Notes
 from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
-from scene_synth_ros.evaluate.notes import Notes
 from scene_synth_ros.evaluate.topics import parse_mapping
 from scene_synth_ros.evaluate.truth_bags import TruthBag, truth_bags
 

@@ -11,8 +11,8 @@ from renderer.export.scene_glb import scene_to_glb
 from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
+from scene_description.whole import write_whole
 from scene_synth_ros.cli.options import UsageError, add_catalog, refuse_missing_folder
-from scene_synth_ros.pages.document import write_whole
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,6 +10,7 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from scene_synth_ros.bags.dataset_files import PLAN_NAME, shard_name
 from scene_synth_ros.bags.run_info import versions
 from scene_synth_ros.cli.files.dataset_card import write_card
 from scene_synth_ros.cli.lines import counted, say
@@ -19,12 +20,10 @@ from scene_synth_ros.cli.parameters.run_profile import NAMESPACE, check_namespac
 from scene_synth_ros.cli.processes.dataset_progress import DatasetProgress
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
 from scene_synth_ros.offline.rules import rules_of
-from scene_synth_ros.shards.completion import ShardError, shard_name
-from scene_synth_ros.shards.manifest import Manifest, missing_shards
+from scene_synth_ros.shards.completion import Manifest, ShardError, missing_shards
 from scene_synth_ros.shards.open_store import held, open_store
-from scene_synth_ros.shards.plan import MAX_ROOMS, PLAN_NAME, DatasetPlan, make_plan, read_plan
-from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, run_shards
-from scene_synth_ros.shards.shard_size import read_size, sized_plan
+from scene_synth_ros.shards.plan import MAX_ROOMS, DatasetPlan, make_plan, read_plan
+from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, read_size, run_shards, sized_plan
 from scene_synth_ros.shards.store import Store
 
 _OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "grammar", "shard_rooms", "shard_size")

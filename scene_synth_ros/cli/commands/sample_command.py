@@ -21,10 +21,10 @@ from grammar.spec.grammar_file import read_grammar
 from grammar.synthesize import SceneSynthesizer
 from scene_description import from_mapping
 from scene_description.strict import field_types, split_annotation
+from scene_description.whole import write_whole
 from scene_synth_ros.cli.lines import say
 from scene_synth_ros.cli.options import add_field, add_number, add_workers
 from scene_synth_ros.cli.processes.room_sampling import WRITES, SampleJob, sampled_rooms
-from scene_synth_ros.pages.document import write_whole
 from scene_synth_ros.synthesize.catalogs import with_catalog
 from scene_synth_ros.synthesize.run_config import RunConfig
 

@@ -10,23 +10,23 @@ from typing import Any
 
 from tqdm import tqdm
 
+from scene_description.whole import write_whole
+from scene_synth_ros.bags.dataset_files import SPLITS_NAME
 from scene_synth_ros.cli.lines import counted
 from scene_synth_ros.cli.options import UsageError, add_number, add_readers, add_source, names_in
-from scene_synth_ros.splits.assignment import Ranges, Shares, read_ranges, read_shares
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import Ranges, Shares, SplitError, read_ranges, read_shares
 from scene_synth_ros.splits.filters import EVERYTHING, FILTERS, Asked, Interval, read_interval
 from scene_synth_ros.splits.near_views import Nearness, read_nearness
 from scene_synth_ros.splits.split_dataset import Splits, layers_of, split_dataset
-from scene_synth_ros.splits.split_file import splits_json, write_whole
+from scene_synth_ros.splits.split_file import splits_json
 
 SHARES = "train=0.8,val=0.1,test=0.1"
-FILE = "splits.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     add_source(parser)
-    parser.add_argument("--out", type=Path, metavar="FILE", help=f"where the splits go (default: {FILE} in the source's folder)")
+    parser.add_argument("--out", type=Path, metavar="FILE", help=f"where the splits go (default: {SPLITS_NAME} in the source's folder)")
     parser.add_argument("--shares", default=SHARES, metavar="NAME=SHARE,...", help="of the rooms of every type (default: %(default)s)")
     parser.add_argument("--ranges", metavar="NAME=A:B,...", help="rooms from index A to before B, in place of shares; others are left out")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="draws another assignment of rooms (default: %(default)s)")
@@ -116,8 +116,8 @@ def default_out(source: str) -> Path:
         UsageError: the source is no local folder.
     """
     if not Path(source).is_dir():
-        raise UsageError(f"--out: expected a file, because {source} is no folder on this machine that {FILE} could go to")
-    return Path(source) / FILE
+        raise UsageError(f"--out: expected a file, because {source} is no folder on this machine that {SPLITS_NAME} could go to")
+    return Path(source) / SPLITS_NAME
 
 
 def told_rule(rule: Shares | Ranges) -> dict[str, Any]:

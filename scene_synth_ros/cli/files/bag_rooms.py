@@ -8,17 +8,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
 
 from grammar.synthesize import FloorMap
 from scene_description import CameraPose, SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.files.truth_files import floor_of_message
 from scene_synth_ros.cli.options import UsageError
-from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
+from scene_synth_ros.messages.cdr import read_text
+from scene_synth_ros.messages.poses import read_pose
+from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import MAP, POSE, SCENE, find_streams
 
 
@@ -57,12 +57,11 @@ def read_rooms(bag: Path) -> list[BagRoom]:
             start = message.log_ns if stamp is None else stamp
             stream = streams[message.topic]
             if stream.role is SCENE:
-                text = deserialize_message(message.data, String).data
-                rooms[start] = BagRoom(start_ns=start, text=zlib.compress(text.encode(), 1))
+                rooms[start] = BagRoom(start_ns=start, text=zlib.compress(read_text(message.data).encode(), 1))
             elif stream.role is MAP:
                 maps[start] = message.data
             else:
-                poses.append((stream.camera or "camera", _pose(deserialize_message(message.data, PoseStamped))))
+                poses.append((stream.camera or "camera", read_pose(message.data).camera_pose))
     if not rooms:
         got = ", ".join(sorted(reader.types)) or "no topic"
         raise UsageError(f"{bag}: expected scene descriptions on a topic that ends in /scene, got {got}")
@@ -84,8 +83,3 @@ def room_names(rooms: list[BagRoom]) -> Iterator[tuple[str, SceneDescription, Ba
         counts[scene.index] = counts.get(scene.index, 0) + 1
         again = f"_{counts[scene.index]}" if counts[scene.index] > 1 else ""
         yield f"room_{scene.index:04d}{again}", scene, room
-
-
-def _pose(message: PoseStamped) -> CameraPose:
-    p, q, stamp = message.pose.position, message.pose.orientation, message.header.stamp
-    return CameraPose(stamp_ns=stamp.sec * NANOSECONDS + stamp.nanosec, position_m=(p.x, p.y, p.z), orientation=(q.x, q.y, q.z, q.w))

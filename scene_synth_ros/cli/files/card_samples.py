@@ -18,9 +18,9 @@ from std_msgs.msg import String
 from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_images import layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.bags.dataset_files import shard_folder
 from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
-from scene_synth_ros.shards.completion import FOLDER, ShardError, shard_name
-from scene_synth_ros.shards.manifest import Manifest
+from scene_synth_ros.shards.completion import Manifest, ShardError
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.synthesize.room_schedule import FrameTimes
 
@@ -70,7 +70,7 @@ def _opened(bag: Path, shard: int) -> BagReader:
 
 
 def _damaged(shard: int, fault: str) -> ShardError:
-    return ShardError(f"{FOLDER}/{shard_name(shard)}: {fault}; scene_synth generate --resume --check makes a damaged shard again")
+    return ShardError(f"{shard_folder(shard)}: {fault}; scene_synth generate --resume --check makes a damaged shard again")
 
 
 def _frame(reader: BagReader, start_ns: int, stamp_ns: int) -> SampledFrame | None:

@@ -16,12 +16,12 @@ from grammar.drawing.top_view import top_view
 from renderer.film.layer import Layer
 from renderer.film.layers import layers_in
 from scene_synth_ros.bags.bag_images import layer_picture, spread
+from scene_synth_ros.bags.dataset_files import shard_folder
 from scene_synth_ros.cli.files.card_samples import ROOMS_SAMPLED, ImageNumbers, SampledFrame, sampled_frames, spread_row
 from scene_synth_ros.cli.pictures.contact_sheet import small_picture
 from scene_synth_ros.cli.pictures.drawing_png import png_bytes
 from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
-from scene_synth_ros.shards.completion import FOLDER, RoomRow, shard_name
-from scene_synth_ros.shards.manifest import Manifest
+from scene_synth_ros.shards.completion import Manifest, RoomRow
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
@@ -47,7 +47,7 @@ def write_card(plan: DatasetPlan, manifest: Manifest, store: Store) -> None:
     """
     numbers, shown = ImageNumbers(), []
     drawn_rooms = spread(range(min(ROOMS_SAMPLED, manifest["rooms"])), _SHOWN)
-    for number, frame in enumerate(sampled_frames(plan, manifest, lambda shard: store.fetched(f"{FOLDER}/{shard_name(shard)}"))):
+    for number, frame in enumerate(sampled_frames(plan, manifest, lambda shard: store.fetched(shard_folder(shard)))):
         numbers.take(frame)
         shown += [frame] if number in drawn_rooms else []
     rows = layers_in(plan.settings_of(0).renderers["renderer_node"]["streams"].semantic_classes)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from scene_description.whole import WholeFolder
 from scene_synth_ros.cli.options import UsageError
 
 
@@ -22,10 +21,6 @@ def new_folder(out: Path) -> Iterator[Path]:
         raise UsageError(f"--out {out}: exists already; choose another folder or remove it")
     if not out.absolute().parent.is_dir():
         raise UsageError(f"--out {out}: expected a folder in a folder that exists")
-    part = out.with_name(f".{out.name}.{os.getpid()}.part")
-    part.mkdir()
-    try:
-        yield part
-        part.rename(out)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+    with WholeFolder(out) as folder:
+        folder.mkdir()
+        yield folder

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import String
 
 from renderer import LAYERS
-from scene_description import FieldError, scene_from_json
+from renderer.film.false_color import OBJECTS
+from scene_description import FieldError, SceneSynthError, scene_from_json
 from scene_synth_ros.bags.bag_images import read_pixels
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
-from scene_synth_ros.cli.page.bag_index import OTHERS, BagIndex
-from scene_synth_ros.cli.page.id_labels import color_ids, label_rows
+from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
+from scene_synth_ros.messages.cdr import json_object, read_text
 from scene_synth_ros.messages.conversions import msg_to_image
-from scene_synth_ros.messages.image_reader import CodecError
+from scene_synth_ros.messages.poses import read_pose
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import IMAGE_TYPE, INFO, LABELS, MAP, POSE, SCENE, find_streams
 
@@ -32,14 +30,14 @@ MAX_LABELS = 70_000
 _OTHER_FORMS = {"rgb8": "picture", "bgr8": "picture", "mono8": "picture", "16UC1": "distance", "32FC1": "distance"}
 """Encoding of an image that is none of our layers -> its form; REP 118 keeps distances in the last two."""
 
-_UNREADABLE = (CodecError, PageImageError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
+_UNREADABLE = (SceneSynthError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
 
 class BagContents:
     """Rooms and frames of a bag as JSON values; what could not be read is told in ``notes``, lines for people."""
 
-    def __init__(self, reader: BagReader, index: BagIndex, max_size: int, max_bytes: int, progress: Callable[[int], None]) -> None:
+    def __init__(self, reader: BagReader, index: PageIndex, max_size: int, max_bytes: int, progress: Callable[[int], None]) -> None:
         self.notes: list[str] = []
         self._index, self._max_size, self._left = index, max_size, max_bytes
         self._place = {stamp: (r, f) for r, room in enumerate(index.rooms) for f, stamp in enumerate(room.stamps_ns)}
@@ -110,7 +108,7 @@ class BagContents:
         if place is None or self.rooms[place]["plan"] is not None:
             return
         try:
-            scene = scene_from_json(deserialize_message(message.data, String).data)
+            scene = scene_from_json(read_text(message.data))
         except FieldError as error:
             self.note(
                 f"{message.topic}: room {place + 1} of this page has no plan and no objects, its description is refused: {error}"[:400]
@@ -130,8 +128,7 @@ class BagContents:
     def _take_labels(self, message: BagMessage, stamp: int | None) -> None:
         if stamp is not None and stamp not in self._place:
             return
-        table = json.loads(deserialize_message(message.data, String).data)
-        table = table.get("labels") if isinstance(table, Mapping) else None
+        table = json_object(message.data).get("labels")
         if not isinstance(table, Mapping) or len(table) > MAX_LABELS:
             raise PageImageError("expected JSON with 'labels', id -> name and colour")
         layer = self._streams[message.topic].layer
@@ -141,9 +138,8 @@ class BagContents:
     def _take_pose(self, message: BagMessage, stamp: int | None) -> None:
         camera = self._camera_at(stamp, self._streams[message.topic].base)
         if camera is not None:
-            pose = deserialize_message(message.data, PoseStamped).pose
-            p, q = pose.position, pose.orientation
-            camera["pose"] = camera_pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+            pose = read_pose(message.data)
+            camera["pose"] = camera_pose(pose.position_m, pose.quaternion)
 
     def _take_lens(self, message: BagMessage, stamp: int | None) -> None:
         camera = self._camera_at(stamp, self._streams[message.topic].base)
@@ -191,3 +187,32 @@ def _layer_row(layer: str, topic: str) -> dict[str, str]:
 
 def _rank(order: list[str], layer: str) -> tuple[int, str]:
     return (order.index(layer) if layer in order else len(order)), layer
+
+
+MAX_NAME = 120
+
+
+def label_rows(table: Mapping[int, Any]) -> dict[int, dict[str, Any]]:
+    """Return id -> name and colour of a table of unknown origin: texts are cut, colours made three bytes."""
+    rows: dict[int, dict[str, Any]] = {}
+    for key, value in table.items():
+        row = value if isinstance(value, Mapping) else {"name": value}
+        rows[key] = {"name": str(row.get("name", ""))[:MAX_NAME]}
+        color = row.get("color")
+        if isinstance(color, list | tuple) and len(color) == 3 and all(isinstance(c, int) and 0 <= c <= 255 for c in color):
+            rows[key]["color"] = [int(c) for c in color]
+    return rows
+
+
+def color_ids(room: dict[str, Any]) -> None:
+    """Give a row to every id that an image of the room has, and a colour to every row."""
+    for frame in room["frames"]:
+        for camera in frame["cameras"].values():
+            for layer, image in camera["images"].items():
+                table = room["labels"].setdefault(layer, {}) if image["form"] == "ids" else {}
+                for key in image.get("counts", ()):
+                    table.setdefault(key, {"name": ""})
+    for table in room["labels"].values():
+        for key, row in table.items():
+            if "color" not in row:
+                row["color"] = [int(value) for value in OBJECTS.of(np.array([key % 65536], np.uint16))[0]]

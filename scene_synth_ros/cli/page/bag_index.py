@@ -46,7 +46,7 @@ class ShownRoom:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BagIndex:
+class PageIndex:
     """What is in a bag, and what of it is shown.
 
     ``rooms_found`` and ``frames_found`` count those too that are not shown; ``period_ns`` is the median distance of frames, 0 with less
@@ -61,15 +61,8 @@ class BagIndex:
     period_ns: int
 
 
-def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Callable[[int], None]) -> BagIndex:
-    """Read a bag and choose rooms and frames, evenly spread; rooms without frames are left out, unless no room has one.
-
-    Args:
-        reader: the open bag.
-        max_rooms: to show.
-        max_frames: to show of each room.
-        progress: told the number of messages now and then.
-    """
+def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Callable[[int], None]) -> PageIndex:
+    """Read a bag and choose rooms and frames, evenly spread; rooms without frames are left out, unless no room has one."""
     types = reader.types
     streams, scenes = find_layers(types), find_streams(types, SCENE)
     counts, sizes = dict.fromkeys(types, 0), dict.fromkeys(types, 0)
@@ -87,7 +80,7 @@ def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Call
             progress(number)
     frames = np.unique(np.frombuffer(stamps, np.int64))
     rooms = _rooms(frames, sorted(starts), max_frames)
-    return BagIndex(
+    return PageIndex(
         streams=streams,
         topics=tuple(TopicCount(name, types[name], counts[name], sizes[name]) for name in sorted(types)),
         rooms=tuple(rooms[place] for place in spread(range(len(rooms)), max_rooms)),

@@ -75,11 +75,7 @@ def form_of(layer: Layer) -> str:
 def page_image(pixels: Pixels, form: str, layer: Layer | None, max_size: int) -> dict[str, Any]:
     """Return an image as the page's script takes it.
 
-    Args:
-        pixels: (height, width) or (height, width, channels), as a bag has them.
-        form: a key of ``FORMS``.
-        layer: whose pixels they are; None: an image of no known layer.
-        max_size: pixels of the longer side; larger images are reduced.
+    The pixels are as a bag has them, ``form`` is a key of ``FORMS``, ``layer`` None of an image of no known layer.
 
     Returns:
         width, height: in the bag; shown: width and height in the page; type and data: image file, base64; sum: of all its bytes, for

@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
-from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
 
 from renderer.film.layer import Layer
 from renderer.film.layers import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
+from scene_description.whole import whole_file
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.pictures.picture_grid import FORMATS, INK, PAPER
+from scene_synth_ros.messages.cdr import json_object, read_text
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
 
@@ -51,14 +51,13 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
         tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen, layers_in(_standard(reader)))}
     if not tiles:
         raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
-    partial = path.with_name(f".{path.name}.partial")
-    _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
-    partial.replace(path)
+    with whole_file(path) as partial:
+        _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
     return len(rooms)
 
 
 def _read_room(message: BagMessage) -> SheetRoom:
-    scene = json.loads(deserialize_message(message.data, String).data)
+    scene = json.loads(read_text(message.data))
     title = f"room {scene['index']}: {scene['category']}, {len(scene['objects'])} objects, seed {scene['seed']}"
     return SheetRoom(title, tuple(pose["stamp_ns"] for pose in scene["camera_path"]))
 
@@ -67,7 +66,7 @@ def _standard(reader: BagReader) -> StandardName:
     """Return the standard of the class ids of a bag, as its labels tell."""
     topics = [topic for topic, stream in find_streams(reader.types, LABELS).items() if stream.layer == "semantic"]
     for message in reader.messages(topics):
-        told = json.loads(deserialize_message(message.data, String).data).get("standard", "nyu40")
+        told = json_object(message.data).get("standard", "nyu40")
         return next((name for name in STANDARDS if name == told), "nyu40")
     return "nyu40"
 

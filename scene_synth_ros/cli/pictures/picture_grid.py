@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from scene_description.whole import whole_file
 from scene_synth_ros.cli.options import UsageError
 
 INK, PAPER = (30, 30, 34), (250, 250, 248)
@@ -42,6 +43,5 @@ def write_grid(tiles: Sequence[Tile], columns: int, path: Path, quality: int = 8
         x, y = _GAP + index % columns * step_x, _GAP + index // columns * step_y
         sheet.paste(Image.fromarray(tile.picture), (x, y))
         draw.text((x + 2, y + height + 1), tile.label, INK, font)
-    partial = path.with_name(f".{path.name}.partial")
-    sheet.save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=quality, optimize=True)
-    partial.replace(path)
+    with whole_file(path) as partial:
+        sheet.save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=quality, optimize=True)

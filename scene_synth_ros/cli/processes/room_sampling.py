@@ -21,8 +21,8 @@ from grammar.drawing.shapes import to_svg
 from grammar.drawing.top_view import top_view
 from grammar.synthesize import PURPOSES, CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, scene_to_json
+from scene_description.whole import write_whole
 from scene_synth_ros.cli.pictures.drawing_png import png_bytes
-from scene_synth_ros.pages.document import write_whole
 from scene_synth_ros.synthesize.catalogs import with_catalog
 
 WRITES = ("json", "svg", "png")

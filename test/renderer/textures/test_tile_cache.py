@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import pytest
 
-from renderer.textures.tile_cache import TileCache
+from renderer.textures.tile import TileCache
 
 
 class Item(NamedTuple):

@@ -11,7 +11,7 @@ from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_bag
 from scene_synth_ros.dataset import open_dataset
-from scene_synth_ros.mcap.block_cache import BlockCache
+from scene_synth_ros.mcap.message_places import BlockCache
 from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
 
 DEPTH, SCENE = f"{CAMERA}/depth/image_raw", "/synth/scene"

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from scene_synth_ros.bags.run_info import versions
-from scene_synth_ros.cluster.claimed_processors import claimed_processors
-from scene_synth_ros.cluster.ray_task import make_on_node
+from scene_synth_ros.cluster.ray_task import claimed_processors, make_on_node
 from scene_synth_ros.shards.completion import ShardError
 from scene_synth_ros.shards.plan import DatasetPlan
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
+from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray
 from scene_synth_ros.shards.completion import ShardError
 from scene_synth_ros.shards.make_shard import make_shard
-from scene_synth_ros.shards.manifest import MANIFEST_NAME
-from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, read_plan
+from scene_synth_ros.shards.plan import DatasetPlan, read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.suite.environment import environment
@@ -103,7 +103,7 @@ def test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset(
     for shard in range(ROOMS):
         make_shard(plan, shard, alone)
     assert finish_dataset(plan, alone)
-    assert alone.read(MANIFEST_NAME) == (tmp_path / "ray" / MANIFEST_NAME).read_bytes()
+    assert alone.read(DATASET_MANIFEST_NAME) == (tmp_path / "ray" / DATASET_MANIFEST_NAME).read_bytes()
     assert not list((tmp_path / "ray" / "shards").glob(".*"))
 
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from convert_bag import PINHOLE, convert_bag
 
-from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.formats import FORMATS, Format, writer_of
-from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, choose_cameras, choose_layers, open_source
+from scene_synth_ros.convert.writer import ConvertError, convert
 
 ANY = Format("anything", "nothing", (), any_layer=True)
 RECORDED = ("color", "color_sensed", "depth", "flow")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from scene_synth_ros.evaluate.judged_bag import match_stamps, stamp_notes
 from scene_synth_ros.evaluate.stamp_buffer import Gathered, StampBuffer
-from scene_synth_ros.evaluate.stamp_match import match_stamps, stamp_notes
 
 
 def test_a_stamp_is_whole_when_every_stream_has_brought_it() -> None:

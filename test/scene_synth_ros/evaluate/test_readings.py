@@ -15,11 +15,11 @@ from scene_synth_ros.evaluate.estimates_bag import _detections, _image, _points
 from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, StampedPose, read_message
 from scene_synth_ros.evaluate.task_streams import check_pair, read_for_task
 from scene_synth_ros.messages.conversions import header, image_to_msg, pose_to_msg
+from scene_synth_ros.messages.poses import StampedTransform, encode_tf_message
 from scene_synth_ros.messages.streams import CLOUD_TYPE as CLOUD
 from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, IMAGE_TYPE, TF_TYPE
 from scene_synth_ros.messages.streams import ODOMETRY_TYPE as ODOMETRY
 from scene_synth_ros.messages.streams import PATH_TYPE as PATH
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
 STAMP = 1_500_000_001
 

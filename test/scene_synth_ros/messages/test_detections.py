@@ -17,8 +17,8 @@ from scene_description.annotations import FrameAnnotations, annotations_to_json
 from scene_description.labels import NYU40
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.messages.detections import (
-    ANNOTATION_MESSAGES,
     AnnotationsReadError,
+    annotations_to_msg,
     encode_detections,
     read_annotations,
 )
@@ -51,7 +51,7 @@ def told() -> FrameAnnotations:
 def test_what_the_recorder_derives_is_what_the_renderer_publishes(told, name):
     type_name = DETECTION_TYPES[name]
     derived = encode_detections(type_name, read_annotations(bytes(serialize_message(String(data=annotations_to_json(told))))), FRAME)
-    live = bytes(serialize_message(ANNOTATION_MESSAGES[ROLES[name]](told, FRAME)))
+    live = bytes(serialize_message(annotations_to_msg(ROLES[name], told, FRAME)))
     assert derived == bytes(STORE.serialize_cdr(STORE.deserialize_cdr(live, type_name), type_name))  # gaps between fields are zero
 
 

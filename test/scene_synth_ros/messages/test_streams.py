@@ -9,7 +9,7 @@ from sensor_msgs.msg import Temperature
 from renderer import LAYERS, CameraConfig, Frame
 from renderer.lidar.config import ScanConfig
 from scene_description import CameraPose
-from scene_synth_ros.bags.camera_streams import cameras
+from scene_synth_ros.bags.whole_frames import cameras
 from scene_synth_ros.messages import frame_messages
 from scene_synth_ros.messages.frame_messages import CameraRole, FrameMessages, StreamConfig
 from scene_synth_ros.messages.message_definitions import message_definition

@@ -10,8 +10,8 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_verify import message_digest
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.messages.message_digest import message_digest
 from scene_synth_ros.record.frame_intake import SeenFrames
 from scene_synth_ros.record.recorder_config import SplitPolicy
 from scene_synth_ros.record.recording import Recording

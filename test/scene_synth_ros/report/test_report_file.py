@@ -19,7 +19,7 @@ from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.messages.streams import IMAGE_TYPE
 from scene_synth_ros.report import report_file
 from scene_synth_ros.report.error_images import DIVERGING
-from scene_synth_ros.report.frame_images import estimate_topics, truth_topics
+from scene_synth_ros.report.frame_pictures import estimate_topics, truth_topics
 from scene_synth_ros.report.report_file import ReportError, ReportSummary, write_report
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"

@@ -5,11 +5,13 @@ from pathlib import Path
 
 from evaluation_files import write
 
-from scene_synth_ros.report.sweep_file import find_sweep, read_sweep
+from scene_synth_ros.report.sweep_file import read_sweep
+from scene_synth_ros.sweep.sweep_json import find_sweep
 
 
 def test_a_sweep_is_found_beside_its_variants(tmp_path: Path) -> None:
-    variants = [{"id": "0001", "base": {"room_type": "office", "seed": 4, "index": 2}, "command": "scene_synth sweep x"}]
+    base = {"room_type": "office", "seed": 4, "index": 2}
+    variants = [{"id": "0001", "bag": "variants/0001", "base": base, "factors": {"light": 1}, "command": "scene_synth sweep x"}]
     factors = [{"name": "light", "label": "light", "unit": None, "values": [1, [2, 3]], "base": 1}]
     content = {"schema": "scene_synth_sweep/1", "spec": {"design": "grid"}, "factors": factors, "variants": variants}
     path = write(tmp_path / "sweep.json", content)

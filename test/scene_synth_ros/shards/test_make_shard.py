@@ -16,10 +16,8 @@ from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.offline.settings import read_settings
 from scene_synth_ros.shards import make_shard as module
-from scene_synth_ros.shards.completion import faults_of, read_completion
-from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, make_shard
-from scene_synth_ros.shards.manifest import make_manifest, missing_shards
-from scene_synth_ros.shards.room_ahead import RoomsAhead
+from scene_synth_ros.shards.completion import faults_of, make_manifest, missing_shards, read_completion
+from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, RoomsAhead, make_shard
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.synthesize.room_schedule import RoomSchedule
 

@@ -8,8 +8,7 @@ import pytest
 from dataset_plans import tiny_parameters, tiny_plan
 
 from scene_synth_ros.shards.plan import PlanError, default_rooms_per_shard, make_plan, read_plan
-from scene_synth_ros.shards.run_shards import begin_dataset
-from scene_synth_ros.shards.shard_size import read_size
+from scene_synth_ros.shards.run_shards import begin_dataset, read_size
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.suite.parameters import ParameterError
 

@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import pytest
 from dataset_plans import tiny_plan
 
-from scene_synth_ros.shards import folder_lock as lock_module
+from scene_synth_ros.shards import open_store as lock_module
 from scene_synth_ros.shards import workers as module
 from scene_synth_ros.shards.completion import ShardError
-from scene_synth_ros.shards.folder_lock import folder_lock
 from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS
+from scene_synth_ros.shards.open_store import folder_lock
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.shards.worker_start import processors_of, worker_environment
 from scene_synth_ros.shards.workers import Workers
@@ -101,7 +101,7 @@ def test_a_file_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, mon
     def refuse(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("scene_synth_ros.shards.store.os.fsync", refuse)
+    monkeypatch.setattr("scene_description.whole.os.fsync", refuse)
     with pytest.raises(OSError, match="No space left"):
         store.write("manifest.json", b"new")
     assert store.read("manifest.json") == b"old" and [path.name for path in tmp_path.iterdir()] == ["manifest.json"]

@@ -4,8 +4,7 @@ from collections import Counter
 
 import pytest
 
-from scene_synth_ros.splits.assignment import STEP, Ranges, RoomKey, Shares, assign, read_ranges, read_shares, room_point
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import STEP, Ranges, RoomKey, Shares, SplitError, assign, read_ranges, read_shares, room_point
 
 TYPES = ("bathroom", "kitchen", "office")
 SHARES = Shares({"train": 0.8, "val": 0.1, "test": 0.1})

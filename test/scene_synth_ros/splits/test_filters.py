@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import SplitError
 from scene_synth_ros.splits.filters import Asked, needs_of, read_interval, refused_by
 from scene_synth_ros.splits.frame_facts import GRID, FrameFacts, SeenObject, seen_objects, small_ids, small_luma
 

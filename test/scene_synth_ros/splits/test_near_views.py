@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import SplitError
 from scene_synth_ros.splits.frame_facts import GRID, FrameFacts
 from scene_synth_ros.splits.near_views import KeptViews, Nearness, read_nearness, turn_rad
 

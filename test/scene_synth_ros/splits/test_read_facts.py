@@ -14,8 +14,7 @@ from scene_description import scene_to_json
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.dataset import DatasetError, open_dataset
 from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding, pose_to_msg
-from scene_synth_ros.splits.frame_facts import small_ids, small_luma
-from scene_synth_ros.splits.read_facts import facts_of
+from scene_synth_ros.splits.frame_facts import facts_of, small_ids, small_luma
 
 
 def write_bag(folder: Path, *settings: str) -> dict[str, np.ndarray]:

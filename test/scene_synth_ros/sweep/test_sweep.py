@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -132,7 +133,7 @@ def test_a_second_run_makes_only_what_is_missing_damaged_or_of_another_plan(
     out = tmp_path / "s" / "out"
     whole, made = digests(out), []
     shutil.rmtree(out / "variants" / "0001")
-    (out / "variants" / ".0001.partial" / "0001").mkdir(parents=True)
+    (out / "variants" / f".0001.{os.uname().nodename}.{2**22 + 1}.partial" / "0001").mkdir(parents=True)  # of a process that is gone
     file = out / "variants" / "0002" / "0002_0.mcap"
     file.write_bytes(file.read_bytes()[:-2000])
     write = run_sweep.OfflineBag.close

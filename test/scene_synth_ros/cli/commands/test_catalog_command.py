@@ -10,7 +10,7 @@ from glb_files import pack_glb, triangle_tree
 from grammar.catalog import choose_after, choose_before
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from renderer.files.catalog_check import look_at_top, open_edges
+from renderer.files.catalog_models import look_at_top, open_edges
 from renderer.files.file_parts import MeshFile
 from renderer.files.mesh_files import read_mesh_file
 from renderer.scene.flatten import flatten

@@ -7,12 +7,12 @@ import fsspec
 import pytest
 from s3_server import BUCKET, s3_server
 
+from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.commands.generate_command import Share, read_share
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.shards.make_shard import make_shard
-from scene_synth_ros.shards.manifest import MANIFEST_NAME
-from scene_synth_ros.shards.plan import PLAN_NAME, read_plan
+from scene_synth_ros.shards.plan import read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.shards.url_store import UrlStore
@@ -58,7 +58,7 @@ def test_the_last_share_writes_the_manifest_that_a_single_run_writes(url: str, t
     for shard in (0, 1):
         make_shard(plan, shard, alone)
     finish_dataset(plan, alone)
-    assert store.read(MANIFEST_NAME) == alone.read(MANIFEST_NAME)
+    assert store.read(DATASET_MANIFEST_NAME) == alone.read(DATASET_MANIFEST_NAME)
     for name in ("00000/00000_0.mcap", "00001/metadata.yaml"):
         assert store.read(f"shards/{name}") == alone.read(f"shards/{name}")
     assert b"# Dataset of synthetic rooms" in (store.read("README.md") or b"")

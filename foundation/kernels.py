@@ -1,0 +1,126 @@
+"""How kernels are compiled fast and kept on disk.
+
+A kernel that only kernels call needs no machine code of its own: numba links its LLVM module into those of its callers, and optimises and
+translates the whole there.  Left to itself numba does both at every step of a chain of calls, for all that hangs on the kernel.
+
+A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
+changes: no process can run a stale kernel.  Processes that compile at the same time share the files without locks: numba writes its index
+before the data that it points to, under names that count up and are used again, so what a file holds is told by the file itself.
+
+All that is private to numba and used here stands in ``test/foundation/test_numba_interfaces.py``, which names what a new version has lost.
+"""
+
+from __future__ import annotations
+
+import inspect
+import pickle
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from numba import njit
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+from foundation.sources import source_stamp
+
+
+def compiled(function: Callable[..., Any], **settings: Any) -> Any:
+    """Return a function that numba compiles in nopython mode with some settings, when it is first called, and keeps on disk."""
+    dispatcher = njit(**settings)(function)
+    dispatcher._cache = KernelCache(function)
+    return dispatcher
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache of one function on disk, good for the sources of the function's file and of all that this imports from here."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        stamp = source_stamp(inspect.getfile(function))
+        self._cache_file = SealedCacheFile(self._cache_path, self._impl.filename_base, stamp)
+
+
+class _Sealed(NamedTuple):
+    """What a data file holds: the stamp of its sources, and the pickle of its key and its content."""
+
+    stamp: str
+    content: bytes
+
+
+class SealedCacheFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Numba's index and data files, where data of other sources or of another key count as absent.
+
+    What older sources have left is never unpickled either, so classes that it names may be gone.
+    """
+
+    def save(self, key: object, data: object) -> None:
+        """Write an entry."""
+        super().save(key, _Sealed(self._source_stamp, self._dump((key, data))))
+
+    def load(self, key: object) -> Any:
+        """Return the data of an entry, None if there is none."""
+        found = super().load(key)
+        if not isinstance(found, _Sealed) or found.stamp != self._source_stamp:
+            return None
+        of, data = pickle.loads(found.content)
+        return data if of == key else None
+
+    def _save_index(self, overloads: dict[object, str]) -> None:
+        super()._save_index(self._dump(overloads))
+
+    def _load_index(self) -> dict[object, str]:
+        found = super()._load_index()
+        return pickle.loads(found) if found else {}
+
+
+class _NoEnvironment:
+    """Stands where numba tells the machine code of a function its environment; there is none of either."""
+
+    def set_env(self, name: str, environment: object) -> None:
+        """Do nothing."""
+
+
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """The LLVM module of a kernel that only kernels call, to be linked into theirs: neither optimised here nor made machine code."""
+
+    codegen = _NoEnvironment()
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0, numba's word for a function that Python cannot call."""
+        return 0
+
+    def serialize_using_object_code(self) -> Any:
+        """Return what the cache keeps: the LLVM module."""
+        return self.serialize_using_bitcode()
+
+
+class OptimizedLibrary(LinkedLibrary):
+    """One that is optimised first: a caller's loops are smaller for it, which made the path tracer a twentieth faster."""
+
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
+class LinkedCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's compiler, for kernels that only kernels call.
+
+    Attributes:
+        library: the kind of library that it makes.
+    """
+
+    library: type[LinkedLibrary] = LinkedLibrary
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's pipeline, which is to fill such a library."""
+        self.state.library = self.library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]

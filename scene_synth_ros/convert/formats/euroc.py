@@ -1,0 +1,155 @@
+"""EuRoC (the ASL dataset format): a folder a room with ``mav0/cam0``, ``cam1`` ... and the true trajectory, for visual odometry and SLAM.
+
+Burri et al., "The EuRoC micro aerial vehicle datasets" (IJRR 2016), section 3.  Pictures are grey, as the benchmark's are (luma of
+ITU-R BT.601).  The body frame is the optical frame of ``cam0``; ``T_BS`` of the others is their place against it, which must not change.
+``state_groundtruth_estimate0`` has the poses of ``cam0``; velocities are central differences of its positions, biases are 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_description import CameraPose
+from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
+from scene_synth_ros.convert.files import write_png
+from scene_synth_ros.convert.writer import ConvertError, Sequence, Source, Writer
+from scene_synth_ros.dataset import Frame
+
+_LUMA = np.array([0.299, 0.587, 0.114], np.float32)
+_STATE = (
+    "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [],"
+    " v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1],"
+    " b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1],"
+    " b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]"
+)
+_DISTORTION = {"pinhole": "radial-tangential", "brown_conrady": "radial-tangential", "kannala_brandt": "equidistant"}
+_STILL = 1e-6
+"""How far, in metres and as entries of a rotation, a camera may move against the first one: what rounding does."""
+
+
+@dataclass(slots=True)
+class _Camera:
+    """A camera of a room: where it is written, and the poses of its frames."""
+
+    room: Path
+    sequence: Sequence
+    lens: Lens
+    poses: list[CameraPose] = field(default_factory=list)
+
+    @property
+    def path(self) -> Path:
+        """Folder of the camera."""
+        return self.room / "mav0" / f"cam{self.sequence.place}"
+
+
+class FormatWriter(Writer):
+    """Writes sequences in EuRoC's form."""
+
+    def begin(self, out: Path, source: Source) -> None:
+        """Begin with no room."""
+        super().begin(out, source)
+        self._bodies: dict[str, list[CameraPose]] = {}
+
+    def begin_sequence(self, sequence: Sequence) -> _Camera:
+        """Make the folders of a camera.
+
+        Raises:
+            ConvertError: the lens has more coefficients than the format has places.
+        """
+        lens = lens_of(self.source.camera(sequence))
+        if lens.model not in _DISTORTION or (lens.model == "brown_conrady" and lens.coefficients[4]):
+            raise refuse_lens(lens, sequence.camera, self.name, "of plumb_bob without k3, or equidistant", "choose --to colmap")
+        self.notes |= shutter_notes(self.source.frame(sequence, 0), sequence.camera, self.name)
+        state = _Camera(self.out / sequence.folder, sequence, lens)
+        (state.path / "data").mkdir(parents=True)
+        return state
+
+    def encode(self, frame: Frame, number: int, state: _Camera) -> CameraPose:
+        """Write the picture; return the pose."""
+        del number
+        write_png(state.path / "data" / f"{frame.stamp_ns}.png", to_grey(frame[self.source.roles["picture"]]))
+        return camera_pose(frame)
+
+    def take(self, item: CameraPose, state: _Camera) -> None:
+        """Keep the pose."""
+        state.poses.append(item)
+
+    def end_sequence(self, state: _Camera) -> None:
+        """Write what belongs to a camera and, with the first one, to the body.
+
+        Raises:
+            ConvertError: the camera moves against the first one, or has no frame together with it.
+        """
+        place = state.sequence.place
+        body = self._bodies.setdefault(state.sequence.folder, state.poses)
+        mounted = np.eye(4) if place == 0 else self._mounted(body, state)
+        names = "".join(f"{pose.stamp_ns},{pose.stamp_ns}.png\n" for pose in state.poses)
+        (state.path / "data.csv").write_text(f"#timestamp [ns],filename\n{names}", encoding="utf-8")
+        (state.path / "sensor.yaml").write_text(camera_yaml(state.lens, mounted, rate_hz(state.poses)), encoding="utf-8")
+        if place == 0:
+            folder = state.room / "mav0" / "state_groundtruth_estimate0"
+            folder.mkdir()
+            (folder / "data.csv").write_text(states_csv(state.poses), encoding="utf-8")
+            (folder / "sensor.yaml").write_text(_sensor("ground truth of cam0", "visual-inertial", np.eye(4)), encoding="utf-8")
+            (state.room / "mav0" / "body.yaml").write_text("comment: the body frame is the optical frame of cam0\n", encoding="utf-8")
+        if place == state.sequence.cameras - 1:
+            del self._bodies[state.sequence.folder]
+
+    def _mounted(self, body: list[CameraPose], state: _Camera) -> NDArray[np.float64]:
+        """Return where a camera is against the first one, (4, 4)."""
+        where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
+        first = {pose.stamp_ns: pose for pose in body}
+        found = [camera_from_world(first[pose.stamp_ns]) @ world_from_camera(pose) for pose in state.poses if pose.stamp_ns in first]
+        if not found:
+            raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
+        if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > _STILL:
+            raise ConvertError(f"{where}: expected a camera that is fixed to the first one, got one that moves; choose one: --camera NAME")
+        return found[0]
+
+
+def to_grey(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the luma (height, width) of a picture (height, width, 3), both uint8."""
+    return np.asarray(np.rint(color @ _LUMA)).astype(np.uint8)
+
+
+def rate_hz(poses: list[CameraPose]) -> float:
+    """Return the mean rate of frames; 0 of a single one."""
+    span_ns = poses[-1].stamp_ns - poses[0].stamp_ns
+    return 1e9 * (len(poses) - 1) / span_ns if span_ns else 0.0
+
+
+def states_csv(poses: list[CameraPose]) -> str:
+    """Return the trajectory: stamps in nanoseconds, positions, quaternions (w, x, y, z), velocities in the map, biases."""
+    places = np.array([pose.position_m for pose in poses])
+    times = np.array([pose.stamp_ns - poses[0].stamp_ns for pose in poses]) * 1e-9
+    speeds = np.gradient(places, times, axis=0) if len(poses) > 1 else np.zeros_like(places)
+    lines = [_STATE]
+    for pose, speed in zip(poses, speeds.tolist(), strict=True):
+        x, y, z, w = pose.orientation
+        numbers = (*pose.position_m, w, x, y, z, *speed, *(0.0,) * 6)
+        lines.append(",".join([str(pose.stamp_ns), *(repr(float(number)) for number in numbers)]))
+    return "\n".join(lines) + "\n"
+
+
+def camera_yaml(lens: Lens, mounted: NDArray[np.float64], rate: float) -> str:
+    """Return ``sensor.yaml`` of a camera; ``mounted`` (4, 4) takes points of its optical frame to the body."""
+    coefficients = (*lens.coefficients, *(0.0,) * 4)[:4]
+    return (
+        _sensor("a camera of scene_synth_ros", "camera", mounted)
+        + f"rate_hz: {rate!r}\nresolution: [{lens.width}, {lens.height}]\ncamera_model: pinhole\n"
+        + f"intrinsics: {_list((lens.fx, lens.fy, lens.cx, lens.cy))} # fu, fv, cu, cv\n"
+        + f"distortion_model: {_DISTORTION[lens.model]}\ndistortion_coefficients: {_list(coefficients)}\n"
+    )
+
+
+def _sensor(comment: str, kind: str, mounted: NDArray[np.float64]) -> str:
+    rows = ",\n         ".join(", ".join(repr(number) for number in row) for row in mounted.tolist())
+    return f"sensor_type: {kind}\ncomment: {comment}\nT_BS:\n  cols: 4\n  rows: 4\n  data: [{rows}]\n"
+
+
+def _list(numbers: tuple[float, ...]) -> str:
+    return f"[{', '.join(repr(float(number)) for number in numbers)}]"

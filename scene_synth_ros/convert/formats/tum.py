@@ -1,0 +1,90 @@
+"""TUM RGB-D: a folder a room with pictures, depth and the true trajectory, as SLAM programs read them.
+
+File formats: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.  Depth is PNG of 16 bits with 5000 steps a metre, 0 where
+there is none.  Stamps are seconds with nine digits; those of picture, depth and pose of a frame are equal.  ``associations.txt`` joins
+them as the benchmark's ``associate.py`` does; ``calibration.txt`` has the row of the benchmark's table of intrinsics, pixel centres at
+integers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from scene_description import CameraPose
+from scene_synth_ros.convert.camera import camera_pose, lens_of, refuse_lens, shutter_notes
+from scene_synth_ros.convert.files import beyond_note, depth_steps, write_picture, write_png
+from scene_synth_ros.convert.tum_trajectory import stamp_text, trajectory_to_tum
+from scene_synth_ros.convert.writer import Sequence, Source, Writer
+from scene_synth_ros.dataset import Frame
+
+STEPS_A_METRE = 5000.0
+_LENSES = ("pinhole", "brown_conrady")
+
+
+@dataclass(slots=True)
+class _Folder:
+    """A sequence in the making: where it is, and the poses of its frames."""
+
+    path: Path
+    poses: list[CameraPose] = field(default_factory=list)
+
+
+class FormatWriter(Writer):
+    """Writes TUM RGB-D sequences."""
+
+    def begin(self, out: Path, source: Source) -> None:
+        """Begin with no pixel too far away."""
+        super().begin(out, source)
+        self._beyond = 0
+
+    def begin_sequence(self, sequence: Sequence) -> _Folder:
+        """Make the folders of a sequence, and write its intrinsics.
+
+        Raises:
+            ConvertError: the lens is none that the benchmark's table has columns for.
+        """
+        lens = lens_of(self.source.camera(sequence))
+        if lens.model not in _LENSES:
+            raise refuse_lens(lens, sequence.camera, self.name, "pinhole or plumb_bob", "choose --to colmap or nerfstudio")
+        self.notes |= shutter_notes(self.source.frame(sequence, 0), sequence.camera, self.name)
+        path = self.out / sequence.name
+        for name in ("rgb", "depth"):
+            (path / name).mkdir(parents=True)
+        numbers = (lens.fx, lens.fy, lens.cx, lens.cy, *(*lens.coefficients, *(0.0,) * 5)[:5])
+        row = " ".join(repr(float(number)) for number in numbers)
+        (path / "calibration.txt").write_text(f"# fx fy cx cy d0 d1 d2 d3 d4\n{row}\n", encoding="utf-8")
+        return _Folder(path)
+
+    def encode(self, frame: Frame, number: int, state: _Folder) -> tuple[CameraPose, int]:
+        """Write picture and depth; return the pose, and how many pixels are too far away."""
+        del number
+        name = stamp_text(frame.stamp_ns)
+        write_picture(frame, self.source.roles["picture"], state.path / "rgb" / name, jpeg=False)
+        depth = depth_steps(frame[self.source.roles["depth"]], STEPS_A_METRE)
+        write_png(state.path / "depth" / f"{name}.png", depth.stored)
+        return camera_pose(frame), depth.beyond
+
+    def take(self, item: tuple[CameraPose, int], state: _Folder) -> None:
+        """Keep the pose."""
+        state.poses.append(item[0])
+        self._beyond += item[1]
+
+    def end_sequence(self, state: _Folder) -> None:
+        """Write the lists and the trajectory."""
+        name = state.path.name
+        stamps = [stamp_text(pose.stamp_ns) for pose in state.poses]
+        lists = {
+            "rgb.txt": ("color images", [f"{stamp} rgb/{stamp}.png" for stamp in stamps]),
+            "depth.txt": ("depth maps", [f"{stamp} depth/{stamp}.png" for stamp in stamps]),
+        }
+        for file, (what, rows) in lists.items():
+            head = f"# {what}\n# file: '{name}'\n# timestamp filename\n"
+            (state.path / file).write_text(head + "".join(f"{row}\n" for row in rows), encoding="utf-8")
+        joined = "".join(f"{stamp} rgb/{stamp}.png {stamp} depth/{stamp}.png\n" for stamp in stamps)
+        (state.path / "associations.txt").write_text(joined, encoding="utf-8")
+        (state.path / "groundtruth.txt").write_text(trajectory_to_tum(state.poses), encoding="utf-8")
+
+    def finish(self) -> tuple[str, ...]:
+        """Tell of pixels that are too far away, and of rolling shutters."""
+        return (*super().finish(), *beyond_note(self.name, self._beyond, STEPS_A_METRE))

@@ -1,0 +1,73 @@
+"""Serialised poses: what a camera's topic says, read, and transforms, written; ``tf2_msgs`` is not installed everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from scene_description import CameraPose, SceneSynthError
+from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, CdrWriter
+
+Position = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class PoseReadError(SceneSynthError):
+    """Bytes that are no pose; one line."""
+
+
+class TimedPose(NamedTuple):
+    """The optical pose of a camera in a frame of the world, as its topic said it: metres, unit quaternion (x, y, z, w)."""
+
+    stamp_ns: int
+    world: str
+    position_m: Position
+    quaternion: Quaternion
+
+    @property
+    def camera_pose(self) -> CameraPose:
+        """The pose as scenes have it, without the frame's name."""
+        return CameraPose(stamp_ns=self.stamp_ns, position_m=self.position_m, orientation=self.quaternion)
+
+
+class StampedTransform(NamedTuple):
+    """The pose of frame ``child`` in frame ``parent``: metres, unit quaternion (x, y, z, w)."""
+
+    stamp_ns: int
+    parent: str
+    child: str
+    translation_m: Position
+    quaternion: Quaternion
+
+
+def read_pose(data: bytes | memoryview) -> TimedPose:
+    """Return what a serialised geometry_msgs/PoseStamped says.
+
+    Raises:
+        PoseReadError: the bytes are no such message.
+    """
+    try:
+        reader = CdrReader(data)
+        header = reader.header()
+        x, y, z, *quaternion = reader.numbers("d", 7)
+    except CdrReadError as error:
+        raise PoseReadError(f"a pose cannot be read ({len(data)} bytes): {error}") from None
+    return TimedPose(header.stamp_ns, header.frame_id, (x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
+
+
+def encode_tf_message(transforms: Sequence[StampedTransform]) -> bytes:
+    """Return a ``tf2_msgs/msg/TFMessage`` as little-endian plain CDR with its encapsulation header.
+
+    Raises:
+        ValueError: a stamp does not fit ``builtin_interfaces/Time``.
+    """
+    writer = CdrWriter()
+    writer.numbers("I", len(transforms))
+    for transform in transforms:
+        try:
+            writer.header(transform.stamp_ns, transform.parent)
+        except ValueError as error:
+            raise ValueError(f"transform {transform.parent} -> {transform.child}: {error}") from None
+        writer.text(transform.child)
+        writer.numbers("d", *transform.translation_m, *transform.quaternion)
+    return writer.message()

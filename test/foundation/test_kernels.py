@@ -1,0 +1,48 @@
+"""The kernels' cache on disk, as processes that write it at the same time leave it."""
+
+from pathlib import Path
+
+from foundation.kernels import SealedCacheFile
+
+
+def cache(folder: Path, stamp: str) -> SealedCacheFile:
+    return SealedCacheFile(str(folder), "kernel", stamp)
+
+
+def test_an_entry_comes_back_for_its_key_and_sources_only(tmp_path):
+    cache(tmp_path, "old").save("float32", "code")
+    assert cache(tmp_path, "old").load("float32") == "code"
+    assert cache(tmp_path, "old").load("float64") is None
+    assert cache(tmp_path, "new").load("float32") is None
+
+
+def test_data_that_another_process_has_not_yet_replaced_is_no_entry(tmp_path):
+    cache(tmp_path, "old").save("float32", "old code")
+    # the other one has written its index, and not yet the data
+    cache(tmp_path, "new")._save_index({"float32": "kernel.1.nbc"})
+    assert cache(tmp_path, "new").load("float32") is None
+    cache(tmp_path, "new").save("float32", "new code")
+    assert cache(tmp_path, "new").load("float32") == "new code"
+
+
+def test_two_signatures_that_were_written_to_one_file_do_not_stand_for_each_other(tmp_path):
+    cache(tmp_path, "new").save("float32", "code of float32")
+    # the other one began with an empty index, too, and was the last to write it
+    cache(tmp_path, "new")._save_index({"float64": "kernel.1.nbc"})
+    assert cache(tmp_path, "new").load("float64") is None
+    cache(tmp_path, "new").save("float32", "code of float32")
+    cache(tmp_path, "new").save("float64", "code of float64")
+    assert [cache(tmp_path, "new").load(key) for key in ("float32", "float64")] == ["code of float32", "code of float64"]
+
+
+class Gone:
+    """Pickled by name, so that it cannot be read back once the name is away."""
+
+
+def test_entries_of_classes_that_are_gone_count_as_absent(tmp_path, monkeypatch):
+    key = Gone()
+    cache(tmp_path, "old").save(key, Gone)
+    monkeypatch.delattr(f"{__name__}.Gone")
+    assert cache(tmp_path, "new").load("float32") is None
+    cache(tmp_path, "new").save("float32", "code")
+    assert cache(tmp_path, "new").load("float32") == "code"
