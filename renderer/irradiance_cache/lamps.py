@@ -9,6 +9,7 @@ from renderer.bsdf.microfacet import ggx_g1_root
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
+from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.records import SHARP, WIDE, Lamps
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
@@ -88,7 +89,7 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
     wo_z = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Z + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Z + k] + lanes[ln.WO_Z + k] * nz
     height = lanes[ln.WO_Z + k]
     mx, my, mz = _TWO * height * nx - wo_x, _TWO * height * ny - wo_y, _TWO * height * nz - wo_z
-    best = (primary[px.LIGHT, k] + primary[px.LIGHT + 1, k] + primary[px.LIGHT + 2, k]) * np.float32(0.01)
+    best = (primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]) * np.float32(0.01)
     chosen = 0
     for i in range(len(balls)):
         cx, cy, cz, radius = balls[i, 0] - px, balls[i, 1] - py, balls[i, 2] - pz, balls[i, 3]
@@ -108,10 +109,10 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
             facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
             spread *= facing
         # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-        part, alpha = lamps.part[i], primary[px.ALPHA, k]
+        part, alpha = lamps.part[i], primary[rec.ALPHA, k]
         pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
         over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
-        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[px.UNDER_ALPHA, k], spread)
+        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread)
         if over + under == _ZERO or facing == _ZERO:
             continue
         if lanes[ln.METALLIC + k] < _HALF:
@@ -119,9 +120,9 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
             over *= _schlick(half) / _schlick(height)
             under *= _schlick(half) / _schlick(height)
         r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-        r = (over * primary[px.SHARE, k] + under * primary[px.UNDER, k]) * r
-        g = (over * primary[px.SHARE + 1, k] + under * primary[px.UNDER + 1, k]) * g
-        b = (over * primary[px.SHARE + 2, k] + under * primary[px.UNDER + 2, k]) * b
+        r = (over * primary[rec.SHARE, k] + under * primary[rec.UNDER, k]) * r
+        g = (over * primary[rec.SHARE + 1, k] + under * primary[rec.UNDER + 1, k]) * g
+        b = (over * primary[rec.SHARE + 2, k] + under * primary[rec.UNDER + 2, k]) * b
         if r + g + b > best:
             best, chosen = r + g + b, 1
             lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b

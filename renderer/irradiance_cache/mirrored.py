@@ -15,7 +15,7 @@ from renderer.core.color import Rgb
 from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
-from renderer.irradiance_cache import records as px
+from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import find_nodes
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint
@@ -67,14 +67,14 @@ def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float3
 @inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Fill AHEAD, the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
-    u, v = lobe_point(x, y, primary[px.ALPHA, k])
+    u, v = lobe_point(x, y, primary[rec.ALPHA, k])
     wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
-    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[px.ALPHA, k], u, v)
+    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[rec.ALPHA, k], u, v)
     twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)
     a, b, c = twice * wm_x - wo_x, twice * wm_y - wo_y, max(twice * wm_z - wo_z, np.float32(1e-3))
-    primary[px.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
-    primary[px.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
-    primary[px.AHEAD + 2, k] = a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k]
+    primary[rec.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
+    primary[rec.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
+    primary[rec.AHEAD + 2, k] = a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k]
 
 
 @inlined
@@ -96,14 +96,14 @@ def _aim_mirrored(scratch: Scratch, primary: NDArray[np.float32]) -> None:
     rays = scratch.rays
     real, integer = rays.real, rays.integer
     for k in range(LANES):
-        rays.alive[k] = -1 if primary[px.KIND, k] > _ZERO else 0
+        rays.alive[k] = -1 if primary[rec.KIND, k] > _ZERO else 0
         integer[ray.GEOM_ID + k] = INVALID_ID
         real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
         real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
-        if primary[px.KIND, k] > _ZERO:
+        if primary[rec.KIND, k] > _ZERO:
             for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = primary[px.POINT + axis, k]
-                real[ray.DIR_X + LANES * axis + k] = primary[px.AHEAD + axis, k]
+                real[ray.ORG_X + LANES * axis + k] = primary[rec.POINT + axis, k]
+                real[ray.DIR_X + LANES * axis + k] = primary[rec.AHEAD + axis, k]
 
 
 @inlined
@@ -113,16 +113,16 @@ def _aim_through(camera: PosedCamera, column: int, row: int, scratch: Scratch, p
     real, integer = rays.real, rays.integer
     count = 0
     for k in range(LANES):
-        count += primary[px.KIND, k] > _BOTH_WAYS
+        count += primary[rec.KIND, k] > _BOTH_WAYS
     if count == 0:
         return 0
     aim_exposed_tile(camera, column, row, CENTRE, rays)
     for k in range(LANES):
-        rays.alive[k] = -1 if primary[px.KIND, k] > _BOTH_WAYS else 0
-        if primary[px.PANE, k] > _ZERO:
+        rays.alive[k] = -1 if primary[rec.KIND, k] > _BOTH_WAYS else 0
+        if primary[rec.PANE, k] > _ZERO:
             integer[ray.MASK + k] = PASS_PANES
             for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = primary[px.POINT + axis, k]
+                real[ray.ORG_X + LANES * axis + k] = primary[rec.POINT + axis, k]
     return count
 
 
@@ -152,7 +152,7 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
             table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
             clear, mirror = is_clear(table, at), is_mirror(table, at)
             if (clear or mirror) and depth + 1 < _DEEPEST:
-                if not through or depth > 0 or primary[px.PANE, k] > _ZERO:
+                if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
                     for channel in range(3):
                         base = table[at + st.BASE + channel]
                         lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
@@ -160,7 +160,7 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
                 waiting += 1
     # All rays that were sent are to be shaded where they ended.
     for k in range(LANES):
-        alive[k] = -1 if primary[px.KIND, k] > (_BOTH_WAYS if through else _ZERO) else 0
+        alive[k] = -1 if primary[rec.KIND, k] > (_BOTH_WAYS if through else _ZERO) else 0
         integer[ray.MASK + k] = MEET_ALL
         if alive[k] == 0:
             integer[ray.GEOM_ID + k] = INVALID_ID
@@ -178,16 +178,16 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
     for k in range(LANES):
         if rays.alive[k] == 0:
             continue
-        blurred = primary[px.ALPHA, k] > ROUGH or is_faint(primary, k)
-        if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], primary[px.ALPHA, k]):
+        blurred = primary[rec.ALPHA, k] > ROUGH or is_faint(primary, k)
+        if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], primary[rec.ALPHA, k]):
             waiting += 1
             continue
         nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
         along = real[ray.DIR_X + k] * nx + real[ray.DIR_Y + k] * ny + real[ray.DIR_Z + k] * nz
         r, g, b = _look_up(tables, tables.leaving, along < _ZERO, k, memory)
-        primary[px.SEEN, k] = r * lanes[ln.BETA_R + k]
-        primary[px.SEEN + 1, k] = g * lanes[ln.BETA_G + k]
-        primary[px.SEEN + 2, k] = b * lanes[ln.BETA_B + k]
+        primary[rec.SEEN, k] = r * lanes[ln.BETA_R + k]
+        primary[rec.SEEN + 1, k] = g * lanes[ln.BETA_G + k]
+        primary[rec.SEEN + 2, k] = b * lanes[ln.BETA_B + k]
         rays.alive[k] = 0
         integer[ray.GEOM_ID + k] = INVALID_ID
     return waiting
@@ -228,7 +228,7 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
     scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary
     for k in range(LANES):
         lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
-        lanes[ln.OUTSIDE + k] = primary[px.PANE, k] if through else _ZERO
+        lanes[ln.OUTSIDE + k] = primary[rec.PANE, k] if through else _ZERO
         lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
     evaluate_surfaces(scene, True, _INFINITE, scratch)
     for k in range(LANES):
@@ -245,17 +245,17 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
         g = (le_g + albedo_g * lit_g) * lanes[ln.BETA_G + k]
         b = (le_b + albedo_b * lit_b) * lanes[ln.BETA_B + k]
         if through:
-            primary[px.LIGHT, k] += (_ONE - primary[px.SHARE, k]) * primary[px.BASE, k] * r
-            primary[px.LIGHT + 1, k] += (_ONE - primary[px.SHARE + 1, k]) * primary[px.BASE + 1, k] * g
-            primary[px.LIGHT + 2, k] += (_ONE - primary[px.SHARE + 2, k]) * primary[px.BASE + 2, k] * b
+            primary[rec.LIGHT, k] += (_ONE - primary[rec.SHARE, k]) * primary[rec.BASE, k] * r
+            primary[rec.LIGHT + 1, k] += (_ONE - primary[rec.SHARE + 1, k]) * primary[rec.BASE + 1, k] * g
+            primary[rec.LIGHT + 2, k] += (_ONE - primary[rec.SHARE + 2, k]) * primary[rec.BASE + 2, k] * b
         else:
-            primary[px.SEEN, k], primary[px.SEEN + 1, k], primary[px.SEEN + 2, k] = r, g, b
+            primary[rec.SEEN, k], primary[rec.SEEN + 1, k], primary[rec.SEEN + 2, k] = r, g, b
 
 
 @inlined
 def _emitted(surfaces: Surfaces, through: bool, k: int, memory: ShadeScratch) -> Rgb:
     """Return the luminance that what ray k hits sends itself; 0 of lamps and panes that a mirror shows as balls."""
-    lanes, alpha = memory.trace.lanes, memory.primary[px.ALPHA, k]
+    lanes, alpha = memory.trace.lanes, memory.primary[rec.ALPHA, k]
     at = surfaces.face_part[memory.trace.rays.integer[ray.PRIM_ID + k]] * st.ROW_SIZE
     pane = surfaces.materials[at + st.PORTAL] > _ZERO
     if not through and alpha >= (WIDE if pane else SHARP) and (pane or surfaces.materials[at + st.EMISSION + 1] > _ZERO):

@@ -27,7 +27,7 @@ from renderer.core import lanes as ln
 from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.surface_images import restore_hits
-from renderer.irradiance_cache import records as px
+from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
 from renderer.irradiance_cache.lamps import choose_lamp
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
@@ -126,7 +126,7 @@ def shade_hits(
                 sunny += _add_diffuse(incident, along, kinds, lanes, primary, k)
                 glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
                 if glossy:
-                    if primary[px.ALPHA, k] >= SHARP or primary[px.UNDER_ALPHA, k] < _ONE:
+                    if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
                         lamplit += choose_lamp(scene.surfaces, tables.lamps, k, primary, lanes)
                     x, y = column + (k & 3), row + (k >> 2)
                     if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
@@ -160,16 +160,16 @@ def _restore_surfaces(scene: LitScene, view: TracedView, column: int, row: int, 
 def _begin_pixel(lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     lanes[ln.IMPORTANCE + k] = _ZERO
-    primary[px.KIND, k] = primary[px.ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
-    primary[px.SEEN, k] = primary[px.SEEN + 1, k] = primary[px.SEEN + 2, k] = _ZERO
-    primary[px.LIGHT, k], primary[px.LIGHT + 1, k], primary[px.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+    primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
+    primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
 
 
 @inlined
 def _add_light(primary: NDArray[np.float32], k: int, r: np.float32, g: np.float32, b: np.float32) -> None:
-    primary[px.LIGHT, k] += r
-    primary[px.LIGHT + 1, k] += g
-    primary[px.LIGHT + 2, k] += b
+    primary[rec.LIGHT, k] += r
+    primary[rec.LIGHT + 1, k] += g
+    primary[rec.LIGHT + 2, k] += b
 
 
 @inlined
@@ -253,22 +253,22 @@ def _classify(
     r, g, b, roughness, glass = _boundary(lanes, kinds, k)
     around = _around_share(incident, along, memory.trace.rays, lanes, k)
     coat = coat_albedo(lanes, kinds, k)
-    primary[px.UNDER, k] = primary[px.UNDER + 1, k] = primary[px.UNDER + 2, k] = _ZERO
-    primary[px.UNDER_ALPHA, k] = _ONE
+    primary[rec.UNDER, k] = primary[rec.UNDER + 1, k] = primary[rec.UNDER + 2, k] = _ZERO
+    primary[rec.UNDER_ALPHA, k] = _ONE
     if coat > _ZERO:
         # The coat's mirror image is traced; what lies under it is rough beside that.
         share = around * (_ONE - incident.lamps)
         _add_light(primary, k, share * r * incident.r, share * g * incident.g, share * b * incident.b)
-        primary[px.UNDER, k], primary[px.UNDER + 1, k], primary[px.UNDER + 2, k] = r, g, b
-        primary[px.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
+        primary[rec.UNDER, k], primary[rec.UNDER + 1, k], primary[rec.UNDER + 2, k] = r, g, b
+        primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
         r = g = b = coat
         roughness = lanes[ln.COAT_ROUGHNESS + k]
     most = max(r, g, b)
     if not ((most > tables.least_share) & (roughness < tables.roughest) or glass):
         _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
         return False, glass, around
-    primary[px.SHARE, k], primary[px.SHARE + 1, k], primary[px.SHARE + 2, k] = r, g, b
-    primary[px.ALPHA, k] = max(roughness * roughness, _LEAST_ALPHA)
+    primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k] = r, g, b
+    primary[rec.ALPHA, k] = max(roughness * roughness, _LEAST_ALPHA)
     return True, glass, around * (_ONE - incident.lamps)
 
 
@@ -303,19 +303,19 @@ def _around_share(incident: Incident, along: np.float32, rays: Packet, lanes: ND
 @inlined
 def _guess_mirrored(incident: Incident, around: np.float32, primary: NDArray[np.float32], k: int) -> None:
     """Let the rays of neighbours serve lane k: ALPHA becomes negative, and SEEN the light around in case that there are none."""
-    primary[px.ALPHA, k] = -primary[px.ALPHA, k]
-    primary[px.SEEN, k], primary[px.SEEN + 1, k], primary[px.SEEN + 2, k] = around * incident.r, around * incident.g, around * incident.b
+    primary[rec.ALPHA, k] = -primary[rec.ALPHA, k]
+    primary[rec.SEEN, k], primary[rec.SEEN + 1, k], primary[rec.SEEN + 2, k] = around * incident.r, around * incident.g, around * incident.b
 
 
 @inlined
 def _send_ray(glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
     """Let lane k, of pixel (x, y), send a mirrored ray, and one straight through if it is of glass."""
-    primary[px.KIND, k] = _TWO if glass else _ONE
-    primary[px.PANE, k] = lanes[ln.THIN + k]
+    primary[rec.KIND, k] = _TWO if glass else _ONE
+    primary[rec.PANE, k] = lanes[ln.THIN + k]
     for channel in range(3):
         tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
-        primary[px.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
-        primary[px.POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
+        primary[rec.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
+        primary[rec.POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
     aim_gloss(x, y, k, primary, lanes)
 
 
@@ -346,7 +346,7 @@ def _add_sun(scene: LitScene, kinds: int, column: int, row: int, key: np.uint32,
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 gain = _ONE / (np.float32(_SUN_RAYS) * lanes[ln.LIGHT_PDF + k])
                 for channel in range(0, 3 * LANES, LANES):
-                    primary[px.LIGHT + channel // LANES, k] += gain * lanes[ln.LI_R + channel + k] * lanes[ln.F_COS_R + channel + k]
+                    primary[rec.LIGHT + channel // LANES, k] += gain * lanes[ln.LI_R + channel + k] * lanes[ln.F_COS_R + channel + k]
 
 
 @inlined
@@ -356,10 +356,10 @@ def _store(column: int, row: int, primary: NDArray[np.float32], picture: Picture
     for k in range(LANES):
         x, y = column + (k & 3), row + (k >> 2)
         if x < width and y < height:
-            picture.mirrored[y, x, 3] = primary[px.ALPHA, k]
+            picture.mirrored[y, x, 3] = primary[rec.ALPHA, k]
             for channel in range(3):
-                picture.light[y, x, channel] = primary[px.LIGHT + channel, k]
-            if primary[px.ALPHA, k] != _ZERO:
+                picture.light[y, x, channel] = primary[rec.LIGHT + channel, k]
+            if primary[rec.ALPHA, k] != _ZERO:
                 for channel in range(3):
-                    picture.mirrored[y, x, channel] = primary[px.SEEN + channel, k]
-                    picture.share[y, x, channel] = primary[px.SHARE + channel, k]
+                    picture.mirrored[y, x, channel] = primary[rec.SEEN + channel, k]
+                    picture.share[y, x, channel] = primary[rec.SHARE + channel, k]
