@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.learning.assign import AssignedRoom, assign, is_of
+from grammar.learning.category_map import ALSO_SEEN
 from grammar.learning.geometry import box_gap, nearest_wall
-from grammar.learning.name_guess import ALSO_SEEN
 from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.learning.sizes import learn_size
 from grammar.spec.and_or_graph import Branch, Node

@@ -21,9 +21,8 @@ from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, learn_object
-from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
-from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
+from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
 from grammar.learning.unit_rows import learn_unit_rows, with_even_heights
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Budget, Grammar, GrammarError

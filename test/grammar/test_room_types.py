@@ -16,7 +16,7 @@ from grammar.checks.furnished import furnished, whole_box
 from grammar.checks.use_of_kitchens import gap_in_run, runs_of
 from grammar.derivation.derive import derive
 from grammar.geometry.boxes import footprint_penetration
-from grammar.learning.name_guess import FURNITURE, THING
+from grammar.learning.category_map import FURNITURE, THING
 from grammar.small_things.rules import read_small_things
 from scene_description import SceneObject
 from scene_description.share import config_path
