@@ -94,15 +94,14 @@ def _summed(first: Table, second: Table, bag: Bag) -> Table:
     p, q = (np.array([value for value, _ in part.values()]) for part in (first, second))
     v, w = (np.array([counts for _, counts in part.values()]) for part in (first, second))
     chances, counts = np.zeros(len(places)), np.zeros((len(places), v.shape[1]))
-    _add_pairs(p, v, q, w, i, j, k, chances, counts)
+    _add_pairs(p, v, q, w, np.stack([i, j, k], axis=1), chances, counts)
     return {key: (float(chances[place]), counts[place]) for key, place in places.items()}
 
 
 @entry
-def _add_pairs(p: Floats, v: Floats, q: Floats, w: Floats, i: Ints, j: Ints, k: Ints, chances: Floats, counts: Floats) -> None:
-    """Add the probability of each pair of bags, and its counts, to those of the bag that they make: ``chances``, ``counts``."""
-    for pair in range(len(k)):
-        a, b, to = i[pair], j[pair], k[pair]
+def _add_pairs(p: Floats, v: Floats, q: Floats, w: Floats, pairs: Ints, chances: Floats, counts: Floats) -> None:
+    """Add the probability of each pair of bags, (n, 3) both bags and the one that they make, and its counts to ``chances``, ``counts``."""
+    for a, b, to in pairs:
         chances[to] += p[a] * q[b]
         for c in range(v.shape[1]):
             counts[to, c] += p[a] * w[b, c] + q[b] * v[a, c]

@@ -21,7 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.shell import COUNT, ROOM_SIZE
+from grammar.derivation.openings import COUNT
+from grammar.derivation.shell import ROOM_SIZE
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
 from grammar.sampled_room import sample_room
