@@ -71,6 +71,7 @@ bench: develop
 
 docs: develop
 	@$(BIN)/python docs/architecture_map.py
+	@$(BIN)/python docs/reference_pages.py
 	@$(BIN)/python -m scene_synth_ros layers --markdown > docs/layers.md
 
 gallery: setup

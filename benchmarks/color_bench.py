@@ -43,7 +43,7 @@ from renderer.core.embree import (
 from renderer.core.workers import Workers
 from renderer.film.tone import Exposure, to_display
 from scene_description import CameraPose, from_mapping
-from scene_synth_ros.cli.render_command import PRESETS, preset_settings
+from scene_synth_ros.cli.commands.render_command import PRESETS, preset_settings
 
 EXPOSURE = Exposure(8.0)
 REFERENCE_DEPTH = 32

@@ -18,7 +18,7 @@ from benchmarks.table import Row, at_most, render_table
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import SceneSynthError
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.convert.formats import FORMATS, writer_of
 from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source

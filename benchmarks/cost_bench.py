@@ -23,11 +23,10 @@ import numpy as np
 from benchmarks.cluster_simulation import Cluster, Dataset, Outcome, simulate
 from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.table import Row
-from scene_synth_ros.cli.render_settings import PRESETS
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
-from scene_synth_ros.estimate.estimate import Estimate, size, span
+from scene_synth_ros.cli.parameters.render_settings import PRESETS
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.estimate.estimate import Estimate, sample_indices, size, span
 from scene_synth_ros.estimate.measuring import measure_rooms
-from scene_synth_ros.estimate.totals import sample_indices
 from scene_synth_ros.shards.completion import SCHEMA, Completion, completion_json, completion_name
 from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 from scene_synth_ros.shards.run_shards import finish_dataset

@@ -19,7 +19,7 @@ from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.dataset import Dataset, Frame, open_dataset
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings

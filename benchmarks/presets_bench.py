@@ -21,7 +21,7 @@ from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, from_mapping
-from scene_synth_ros.cli.render_settings import PRESETS, preset_settings
+from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings
 
 ROOM_TYPES, SEED = ("bedroom", "kitchen", "living_room", "bathroom"), 1
 EXACT = RenderConfig(samples_per_pixel=1024, max_depth=32, blur_textures=False)

@@ -15,8 +15,8 @@ from grammar import SceneRequest
 from grammar.checks.faults import scene_faults
 from grammar.drawing.top_view import top_view
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from scene_synth_ros.cli.drawing_png import png_bytes
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.drawing_png import png_bytes
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 
 COLUMNS, TILE = 2, (1000, 760)
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=1.0)

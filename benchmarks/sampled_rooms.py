@@ -16,7 +16,7 @@ from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, from_mapping
-from scene_synth_ros.cli.render_settings import preset_settings
+from scene_synth_ros.cli.parameters.render_settings import preset_settings
 
 LAYERS = ("color", "depth", "normals", "semantic", "instance")
 """What a camera's stream has: colour and the four basic layers."""

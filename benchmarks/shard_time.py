@@ -18,11 +18,11 @@ from mcap.writer import CompressionType, Writer
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
-from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.room import RenderedRoom
 from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.plan import make_plan
 from scene_synth_ros.shards.room_ahead import RoomsAhead
@@ -57,7 +57,7 @@ def _watched(spent: Counter[str]) -> Iterator[None]:
         for owner, name, what in (
             (RoomsAhead, "take", "sampling rooms"),
             (OfflineRenderer, "begin_room", "geometry of rooms"),
-            (RoomRenderer, "render", "casting rays"),
+            (RenderedRoom, "render", "casting rays"),
             (ManifestBuilder, "add", "SHA-256 of messages"),
         ):
             watches.enter_context(patch.object(owner, name, _timed(getattr(owner, name), spent, what)))

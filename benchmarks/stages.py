@@ -15,13 +15,13 @@ from unittest import mock
 
 STAGES = {
     "primary rays: hit record, depth, normals, ids": (("renderer.renderer", "trace_geometry"),),
-    "which nodes the view reads": (("renderer.cache.cached_integrator", "want_nodes"),),
+    "which nodes the view reads": (("renderer.irradiance_cache.cached_integrator", "want_nodes"),),
     "light of new nodes": tuple(
-        ("renderer.cache.irradiance_cache", name) for name in ("widen", "light_nodes", "gather_nodes", "smooth_nodes")
+        ("renderer.irradiance_cache.cache", name) for name in ("widen", "light_nodes", "gather_nodes", "smooth_nodes")
     ),
-    "shading: materials, light, sun and mirror rays": (("renderer.cache.cached_integrator", "shade_hits"),),
-    "mirror images shared by neighbours": (("renderer.cache.cached_integrator", "mix_mirrored"),),
-    "edges": (("renderer.cache.cached_integrator", "smooth_edges"),),
+    "shading: materials, light, sun and mirror rays": (("renderer.irradiance_cache.cached_integrator", "shade_hits"),),
+    "mirror images shared by neighbours": (("renderer.irradiance_cache.cached_integrator", "mix_mirrored"),),
+    "edges": (("renderer.irradiance_cache.cached_integrator", "smooth_edges"),),
     "exposure and tone": (("renderer.renderer", "to_display"),),
 }
 """Stage -> (module, name) of what it calls, as the callers know it."""

@@ -16,7 +16,7 @@ from renderer.color_sensor import read_color
 from renderer.exposure import exposed, meter
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 
 FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 64
 CAMERA = CameraConfig(width=320, height=240)

@@ -21,7 +21,7 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, Material
 from scene_description.poses import look_at
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 
 FOLDER, POINTS = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 9
 CAMERAS = {

@@ -14,9 +14,9 @@ from renderer import LAYERS, CameraConfig, RenderConfig, Renderer, SensorConfig
 from renderer.exposure import exposed, meter
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from renderer.sensors.config import DepthSensorConfig
-from scene_synth_ros.cli.frame_files import pictures
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from renderer.sensors.devices import DepthSensorConfig
+from scene_synth_ros.cli.files.frame_files import pictures
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 
 FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 64
 CAMERA = CameraConfig(width=208, height=156)

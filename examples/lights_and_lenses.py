@@ -14,7 +14,7 @@ from renderer import CameraConfig, RenderConfig, Renderer, SensorConfig
 from renderer.exposure import exposed, meter
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 
 FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 32
 TIMES = CameraTimes(frames=30, start_ns=0, rate_hz=10.0)

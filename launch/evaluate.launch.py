@@ -7,7 +7,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
-from scene_synth_ros.cli.launching import Arguments, ending_with
+from scene_synth_ros.cli.processes.launching import Arguments, ending_with
 
 
 def nodes(context):

@@ -10,9 +10,9 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
-from scene_synth_ros.cli.launching import Arguments, ending_with
-from scene_synth_ros.cli.run_profile import load_profile, with_inheritance, with_namespace
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
+from scene_synth_ros.cli.parameters.run_profile import load_profile, with_inheritance, with_namespace
+from scene_synth_ros.cli.processes.launching import Arguments, ending_with
 
 
 def nodes(context):

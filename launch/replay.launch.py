@@ -10,7 +10,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
-from scene_synth_ros.cli.launching import Arguments, ending_with
+from scene_synth_ros.cli.processes.launching import Arguments, ending_with
 
 SHARE = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
 TYPES = {"bag": str, "rate": float, "loop": bool, "start_offset_s": float, "clock_hz": float}

@@ -14,8 +14,8 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
-from scene_synth_ros.cli.launching import Arguments, ending_with
-from scene_synth_ros.cli.run_profile import namespace_defaults
+from scene_synth_ros.cli.parameters.run_profile import namespace_defaults
+from scene_synth_ros.cli.processes.launching import Arguments, ending_with
 
 SHARE = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from renderer.path.config import RenderConfig
     from renderer.renderer import Renderer
     from renderer.scene.flat_scene import FlatScene, MaterialTable, PartTable, Sky, tabulate_materials
-    from renderer.sensors.config import DepthSensorConfig
+    from renderer.sensors.devices import DepthSensorConfig
     from renderer.warming import WARM_LAYERS, warm_up
 
 __all__ = [
@@ -47,7 +47,7 @@ __getattr__ = names_on_demand(
         "LAYERS": "film.layers",
         "WARM_LAYERS": "warming",
         "CameraConfig": "camera.config",
-        "DepthSensorConfig": "sensors.config",
+        "DepthSensorConfig": "sensors.devices",
         "FlatScene": "scene.flat_scene",
         "Frame": "film.frame",
         "MaterialTable": "scene.flat_scene",

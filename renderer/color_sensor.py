@@ -1,6 +1,6 @@
 """What a colour camera reads of light: the stages of lens, sensor and processing, one after another.
 
-    light -> lateral chromatic aberration -> vignetting          the lens          renderer.camera.chromatic_aberration, .sensor
+    light -> lateral chromatic aberration -> vignetting          the lens          renderer.camera.sensor, .sensor
           -> shot noise, well, read noise, converter             the sensor        renderer.camera.sensor
           -> Bayer mosaic -> demosaicing                         its filters       renderer.camera.bayer
           -> white balance -> response curve, 8 bits             the processor     renderer.film.tone, .response
@@ -18,12 +18,10 @@ from numpy.typing import NDArray
 
 from renderer.camera.bayer import demosaic, mosaic
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.chromatic_aberration import magnify_channels
 from renderer.camera.config import SensorConfig
-from renderer.camera.sensor import expose, vignetting
+from renderer.camera.sensor import expose, magnify_channels, vignetting
 from renderer.files.image_io import through_jpeg
-from renderer.film.response import encode, thresholds
-from renderer.film.tone import Exposure, balance, to_display, white_luminance
+from renderer.film.tone import Exposure, balance, encode, thresholds, to_display, white_luminance
 from renderer.film.white_balance import adaptation
 
 _LEAST_OF_WHITE = 1.0 / 16.0
@@ -31,22 +29,12 @@ _LEAST_OF_WHITE = 1.0 / 16.0
 
 
 def read_color(
-    radiance: NDArray[np.float32],
-    camera: PosedCamera,
-    sensor: SensorConfig,
-    exposure: Exposure,
-    tone_curve: str,
-    frame_key: np.uint32,
+    radiance: NDArray[np.float32], camera: PosedCamera, sensor: SensorConfig, exposure: Exposure, tone_curve: str, frame_key: np.uint32
 ) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), uint8, that a sensor makes of linear colour, cd/m2.
 
-    Args:
-        radiance: (height, width, 3).
-        camera: whose rays tell the angles of vignetting.
-        sensor: its settings.
-        exposure: which luminance is white, and which light.
-        tone_curve: of the response ``display``.
-        frame_key: of the frame's random numbers.
+    ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``: of the
+    response ``display``.
     """
     arriving = magnify_channels(radiance, sensor.red_shift_px, sensor.blue_shift_px)
     share = vignetting(camera, sensor.vignetting, sensor.corner_loss)

@@ -73,12 +73,7 @@ class LightMeter:
     white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`.  Steps keep both
     the same on processors whose last bits differ; everything else makes them depend on the scene only.
 
-    Args:
-        flat: the scene.
-        camera: whose view is metered.
-        config: ``portable`` is taken from it.
-        scene_key: of the scene.
-        poses: the path; a few of its views are metered.
+    ``config``: ``portable`` is taken from it; ``poses``: the path; a few of its views are metered.
     """
 
     def __init__(self, flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> None:

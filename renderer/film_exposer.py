@@ -12,8 +12,8 @@ from renderer.core.embree import SceneHandle
 from renderer.film.layers import COLOR_LAYERS
 from renderer.film.tone import white_luminance
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.path.clipping import share_clipped
 from renderer.path.config import RenderConfig
+from renderer.path.film_sums import share_clipped
 from renderer.path.integrator import trace_paths
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work
@@ -26,11 +26,7 @@ PATHS_PER_PIECE = 8192
 class FilmExposer:
     """Exposes films of one scene by tracing paths.
 
-    Args:
-        scene: what is seen.
-        tree: its triangles as light is traced through them.
-        config: how.
-        paths_per_piece: as :data:`PATHS_PER_PIECE`.
+    ``tree``: the scene's triangles as light is traced through them.
     """
 
     def __init__(self, scene: TracedScene, tree: SceneHandle, config: RenderConfig, paths_per_piece: int) -> None:
@@ -47,13 +43,7 @@ class FilmExposer:
     ) -> tuple[Film, int]:
         """Return the means of the samples, and how many there are; without colour paths end where they hit first.
 
-        Args:
-            view: of the camera.
-            frame_key: of the frame's random numbers.
-            ev100: exposure that white is taken from.
-            layers: that are asked for.
-            aov: whether the denoiser's guides are.
-            cancelled: as of ``Renderer.render``.
+        ``ev100``: exposure that white is taken from; ``aov``: whether the denoiser's guides are asked for, beside ``layers``.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True.
@@ -77,11 +67,12 @@ class FilmExposer:
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
-        tree, scene = self._tree, self._scene
+        scene, lit = self._scene, self._scene.lit._replace(tree=self._tree)
 
         def trace(worker: int, work: Work) -> None:
-            trace_paths(tree, scene.surfaces, scene.lights, view, transport, work, scene.scratch[worker], film)
+            trace_paths(lit, view, transport, work, scene.scratch[worker], film)
 
+        # Rounds of samples, until there are enough.
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):
             before = film.light.copy() if config.noise_target else film.light
@@ -90,6 +81,7 @@ class FilmExposer:
             done += count
             if is_clean(config, before, film.light, done, white):
                 break
+        # Sums become means.
         for image in film:
             image *= np.float32(1.0 / done)
         if config.clamp:

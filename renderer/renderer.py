@@ -10,15 +10,12 @@ from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from types import TracebackType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
-from renderer.cache.cache_geometry import CacheGeometry
-from renderer.cache.cached_integrator import CachedIntegrator
-from renderer.cache.config import CacheConfig
-from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -33,24 +30,18 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import (
-    COLOR_LAYERS,
-    GEOMETRIC_LAYERS,
-    HIT_LAYERS,
-    LAYERS,
-    PICTURES,
-    SAMPLED_LAYERS,
-    SENSED_LAYERS,
-    check_names,
-)
+from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, PICTURES, SAMPLED_LAYERS, SENSED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display
 from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
+from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
+from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
-from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
+from renderer.path.film_sums import blocked_share, indirect_part
+from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, label_scene, trace_geometry
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
@@ -59,8 +50,8 @@ from renderer.path.surface_tables import Surfaces, build_surfaces
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.scene_check import check_scene
 from renderer.scene.scene_trees import SceneTrees
-from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
+from renderer.sensors.devices import DepthSensorConfig
 from scene_description.types import CameraPose
 
 IDEAL = SensorConfig()
@@ -68,6 +59,15 @@ IDEAL = SensorConfig()
 
 IDEAL_DEPTH = DepthSensorConfig()
 """A depth sensor that reads the true depth."""
+
+
+class _Request(NamedTuple):
+    """What is asked for of one frame; ``key``: of its random numbers."""
+
+    view: PosedCamera
+    key: np.uint32
+    layers: Collection[str]
+    exposure: Exposure
 
 
 class Renderer:
@@ -106,7 +106,7 @@ class Renderer:
         """What is rendered."""
         parts, portable = flat.parts, config.portable
         self._trees: SceneTrees = (like._trees.shared(flat, portable=portable) if like else None) or SceneTrees(flat, portable=portable)
-        self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
+        self._labelled = label_scene(self.tree, flat.face_part, parts.label, parts.object_id)
         same = like._scene if like is not None and like.flat is flat else None
         self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
         self._lights: Lights = same.lights if same else self._find_lights()
@@ -172,58 +172,76 @@ class Renderer:
         if frame_index < 0:
             raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
         view = self._view(pose, path)
+        request = _Request(view, self._frame_key(frame_index), layers, exposure or self._configured_exposure())
         images: dict[str, NDArray[np.generic]] = {}
-        radiance, annotations, samples, rays = None, None, 0, 0
-        sampling_s = denoising_s = filling_s = 0.0
-        sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
-        looked_up = self._config.integrator == "cached" and any(name in PICTURES for name in layers)
-        recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
-        shown = exposure or self._configured_exposure()
+        frame = Frame(images, None)
         for scratch in self._scratch:
             scratch.traced[0] = 0
-        if annotator is not None or recorded or looked_up or (sensed and ideal):
-            geometry, hits = self._trace_geometry(view, any(name in HIT_LAYERS for name in layers) or looked_up)
-            images |= geometry._asdict()
-            images |= self._hit_layers(view, geometry, hits, layers, pose, path)
-            rays = view.width * view.height
+        # Rays through the pixel centres, and what follows from their hits: ground truth, annotations, colour that is looked up.
+        if annotator is not None or self._needs_hits(layers):
+            recorded = self._is_looked_up(layers) or any(name in HIT_LAYERS for name in layers)
+            seen = HitView(self._scene, self._camera, view, *self._trace_geometry(view, recorded), pose, path, layers)
+            images |= seen.images._asdict() | hit_layers(seen)
+            frame = frame._replace(rays=view.width * view.height)
             if annotator is not None:
-                annotations = annotator.annotate(geometry.instance, pose, view, self.tree, self._workers)
-            if looked_up:
-                began = time.perf_counter()
-                cached = self.cached(cancelled)
-                radiance = cached.radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
-                sampling_s, filling_s = time.perf_counter() - began, cached.filling_s
-                self._show(images, layers, view, frame_index, shown, radiance, radiance)
-        if sensed:
-            images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
+                annotations = annotator.annotate(seen.images.instance, pose, view, self.tree, self._workers)
+                frame = frame._replace(annotations=annotations)
+            if self._is_looked_up(layers):
+                frame = self._look_up(request, seen.traced, frame, cancelled)
+        if "depth_sensed" in layers:
+            images["depth_sensed"] = images["depth"] if self._depth_config.model == "ideal" else self._read_depth(request)
+        # Paths, for what is not there yet.
         sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
         if sampled:
-            denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
-            began = time.perf_counter()
-            film, samples = self._exposer().expose(view, self._frame_key(frame_index), shown.ev100, sampled, denoised, cancelled)
-            sampling_s += time.perf_counter() - began
-            images |= {name: image for name, image in film._asdict().items() if name in sampled}
-            if len(film.direct):
-                images["indirect"] = indirect_part(film.light, film.direct)
-            if len(film.arriving):
-                images["shadow"] = blocked_share(film.arriving)
-            images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
-            if len(film.squares):
-                images["variance"] = variance_of_mean(film.light, film.squares, samples)
-            if radiance is None and any(name in COLOR_LAYERS for name in sampled):
-                began = time.perf_counter()
-                radiance = self._denoise(film) if denoised else film.light
-                denoising_s = time.perf_counter() - began if denoised else 0.0
-                self._show(images, layers, view, frame_index, shown, radiance, film.light)
-        if radiance is not None or sampled:
-            rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        shown_layers = {name: images[name] for name in LAYERS if name in layers}
-        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations, filling_s)
+            frame = self._sample(request, sampled, frame, cancelled)
+        if frame.radiance is not None or sampled:
+            frame = frame._replace(rays=frame.rays + sum(int(scratch.traced[0]) for scratch in self._scratch))
+        return frame._replace(layers={name: images[name] for name in LAYERS if name in layers})
 
-    def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
+    def _is_looked_up(self, layers: Collection[str]) -> bool:
+        """Return whether colour is looked up in the irradiance cache."""
+        return self._config.integrator == "cached" and any(name in PICTURES for name in layers)
+
+    def _needs_hits(self, layers: Collection[str]) -> bool:
+        """Return whether some layer follows from primary rays."""
+        geometric = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
+        ideal_depth = self._depth_config.model == "ideal" and any(name in SENSED_LAYERS for name in layers)
+        return geometric or ideal_depth or self._is_looked_up(layers)
+
+    def _look_up(self, request: _Request, seen: TracedView, frame: Frame, cancelled: Callable[[], bool] | None) -> Frame:
+        """Add colour by the irradiance cache."""
+        began = time.perf_counter()
+        integrator = self.cached(cancelled)
+        radiance = integrator.radiance(seen, request.key, cancelled)
+        sampling_s = time.perf_counter() - began
+        self._show(request, radiance, radiance, frame.layers)
+        return frame._replace(radiance=radiance, sampling_s=sampling_s, filling_s=integrator.filling_s)
+
+    def _sample(self, request: _Request, sampled: Collection[str], frame: Frame, cancelled: Callable[[], bool] | None) -> Frame:
+        """Add the layers that paths are traced for: colour, unless it is there already, and its parts."""
+        denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
+        began, images, view = time.perf_counter(), frame.layers, request.view
+        film, samples = self._exposer().expose(view, request.key, request.exposure.ev100, sampled, denoised, cancelled)
+        frame = frame._replace(samples=samples, sampling_s=frame.sampling_s + time.perf_counter() - began)
+        images |= {name: image for name, image in film._asdict().items() if name in sampled}
+        if len(film.direct):
+            images["indirect"] = indirect_part(film.light, film.direct)
+        if len(film.arriving):
+            images["shadow"] = blocked_share(film.arriving)
+        images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
+        if len(film.squares):
+            images["variance"] = variance_of_mean(film.light, film.squares, samples)
+        if frame.radiance is None and any(name in COLOR_LAYERS for name in sampled):
+            began = time.perf_counter()
+            radiance = self._denoise(film) if denoised else film.light
+            frame = frame._replace(radiance=radiance, denoising_s=time.perf_counter() - began if denoised else 0.0)
+            self._show(request, radiance, film.light, images)
+        return frame
+
+    def _read_depth(self, request: _Request) -> NDArray[np.float32]:
         if self._depth_sensor is None:
             self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._surfaces, self._workers)
-        return self._depth_sensor.read(view, self._frame_key(frame_index))
+        return self._depth_sensor.read(request.view, request.key)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -243,23 +261,15 @@ class Renderer:
         return Exposure(config.exposure_ev100)
 
     def _show(
-        self,
-        images: dict[str, NDArray[np.generic]],
-        layers: Collection[str],
-        view: PosedCamera,
-        frame_index: int,
-        shown: Exposure,
-        radiance: NDArray[np.float32],
-        noisy: NDArray[np.float32],
+        self, request: _Request, radiance: NDArray[np.float32], noisy: NDArray[np.float32], images: dict[str, NDArray[np.generic]]
     ) -> None:
-        """Add the pictures that are asked for to ``images``, with the radiance that they show; ``noisy``: the same before denoising."""
-        images["radiance"] = radiance
+        """Add the pictures that are asked for, with the radiance that they show; ``noisy``: the same before denoising."""
+        images["radiance"], curve = radiance, self._config.tone_curve
         for name, light in (("color", radiance), ("color_noisy", noisy)):
-            if name in layers:
-                images[name] = to_display(light, shown, self._config.tone_curve)
-        if "color_sensed" in layers:
-            key = self._frame_key(frame_index)
-            images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
+            if name in request.layers:
+                images[name] = to_display(light, request.exposure, curve)
+        if "color_sensed" in request.layers:
+            images["color_sensed"] = read_color(radiance, request.view, self._sensor, request.exposure, curve, request.key)
 
     def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
         """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.
@@ -289,24 +299,10 @@ class Renderer:
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self.tree, self._labels, view, packet, CENTRE, images, hits, first, step)
+            trace_geometry(self._labelled, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         return images, hits
-
-    def _hit_layers(
-        self,
-        view: PosedCamera,
-        images: GeometricImages,
-        hits: Hits,
-        layers: Collection[str],
-        pose: CameraPose,
-        path: Sequence[CameraPose],
-    ) -> dict[str, NDArray[np.generic]]:
-        """Return what the hit record gives of the layers that are asked for."""
-        if not any(name in HIT_LAYERS for name in layers):
-            return {}
-        return hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
     def _exposer(self) -> FilmExposer:
         return FilmExposer(self._scene, self._trees.for_light(), self._config, self._paths_per_piece)

@@ -34,11 +34,7 @@ def standpoint(tree: SceneHandle, flat: FlatScene, scene: SceneDescription, posi
     the camera with the fronts of its surfaces is told only if it has less than half the room's volume: larger ones are rooms themselves,
     as a scanned room is.
 
-    Args:
-        tree: the triangles of ``flat``.
-        flat: the scene for the kernels.
-        scene: its description, for the room's outline and the names of objects.
-        position_m: of the lens, in the world.
+    ``position_m``: of the lens, in the world; ``scene``: for the room's outline and the names of objects.
     """
     x, y, z = position_m
     room = scene.room

@@ -15,7 +15,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.path.config import IntegratorName, RenderConfig
 from renderer.renderer import IDEAL_DEPTH, Renderer
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
-from renderer.sensors.config import DepthSensorConfig
+from renderer.sensors.devices import DepthSensorConfig
 from renderer.standpoint import seen_around
 from scene_description import Material
 from scene_description.poses import look_at
@@ -45,12 +45,7 @@ def warm_up(
     dark = np.zeros(3, np.float32)
     sky = Sky(dark, dark, dark, sun=np.array([1, 0, 0, 1e-5, 1, 1, 1], np.float32))
     flat = FlatScene(
-        mesh,
-        np.zeros(1, np.int32),
-        parts,
-        ("0/pane",),
-        tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]),
-        sky,
+        mesh, np.zeros(1, np.int32), parts, ("0/pane",), tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]), sky
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from needed_tools import lacks_messages, missing_line
 
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the hundreds of processes that tests start find the modules compiled: 0.3 s each
@@ -40,3 +41,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return group(str(config.rootpath / nodeid.split("::", 1)[0]))
 
     return GroupScheduling(config, log)
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out the test files that import message packages which nobody built here."""
+    return (collection_path.is_file() and lacks_messages(collection_path)) or None
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Say which tests were skipped for lack of a tool."""
+    if line := missing_line():
+        terminalreporter.write_line(line)

@@ -1,5 +1,6 @@
 """What is made from the code is up to date (run ``make docs``), and what the pages name is there."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -7,7 +8,12 @@ from pathlib import Path
 
 from doc_commands import PAGES
 
+from scene_synth_ros.cli.command_line import COMMANDS
+from scene_synth_ros.messages.streams import ROLES
+
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "docs"))
+reference_pages = importlib.import_module("reference_pages")
 FOLDERS = (
     "docs",
     "config",
@@ -28,6 +34,19 @@ def test_the_map_of_the_architecture_is_up_to_date() -> None:
     env = {"PYTHONPATH": f"{ROOT}:{ROOT / 'docs'}", "PATH": ""}
     drawn = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True).stdout
     assert drawn == (ROOT / "docs" / "architecture.svg").read_text(encoding="utf-8"), "run 'make docs'"
+
+
+def test_the_pages_of_commands_parameters_and_topics_are_up_to_date() -> None:
+    assert reference_pages.TOPIC_CONTENT.keys() == ROLES.keys()
+    assert reference_pages.COMMAND_PAGES.keys() == COMMANDS.keys()
+    for name, page in reference_pages.PAGES.items():
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == page(), f"docs/{name}: run 'make docs'"
+
+
+def test_the_index_leads_to_every_page() -> None:
+    links = re.findall(r"\]\(([\w.]+\.md)\)", (ROOT / "docs" / "index.md").read_text(encoding="utf-8"))
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"}
+    assert pages <= set(links), f"docs/index.md does not lead to {', '.join(sorted(pages - set(links)))}"
 
 
 def heading_anchors(page: Path) -> set[str]:

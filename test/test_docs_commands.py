@@ -31,12 +31,11 @@ from scene_synth_ros_suite import environment
 from scene_description import scene_to_json
 from scene_description.strict import field_types, read_value
 from scene_synth_ros.cli.command_line import COMMANDS, main
-from scene_synth_ros.cli.layers_command import layers_page
+from scene_synth_ros.cli.commands.layers_command import layers_page
 from scene_synth_ros.cli.page.run_facts import NODE_GROUPS
-from scene_synth_ros.cli.run_profile import apply_overrides, load_profile
+from scene_synth_ros.cli.parameters.run_profile import apply_overrides, load_profile
 from scene_synth_ros.messages.image_codec import ImageCompression
-from scene_synth_ros.record.recorder_config import RecorderConfig
-from scene_synth_ros.record.split_policy import SplitPolicy
+from scene_synth_ros.record.recorder_config import RecorderConfig, SplitPolicy
 
 COMMANDS_OF_PAGES = doc_commands()
 FOLDERS = ("config", "launch", "examples", "benchmarks", "scene_description", "grammar", "renderer", "scene_synth_ros")
@@ -107,7 +106,7 @@ def check_names(line: str) -> None:
     assert name in COMMANDS, f"{line}: expected one of {', '.join(COMMANDS)}"
     options = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", line))
     parser = argparse.ArgumentParser()
-    importlib.import_module(f"scene_synth_ros.cli.{COMMANDS[name].module}").add_arguments(parser)
+    importlib.import_module(f"scene_synth_ros.cli.commands.{COMMANDS[name].module}").add_arguments(parser)
     assert options <= set(parser._option_string_actions), f"{line}: no such option of scene_synth {name}"
 
 

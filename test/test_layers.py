@@ -51,7 +51,7 @@ FOLDERS = {
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},
-        "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
+        "irradiance_cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
     "evaluation": {
@@ -68,9 +68,9 @@ FOLDERS = {
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
-        "evaluate": {"bags", "messages", "suite"},
+        "evaluate": {"bags", "messages", "suite", "sweep"},
         "pages": set(),
-        "report": {"bags", "mcap", "messages", "pages"},
+        "report": {"bags", "mcap", "messages", "pages", "sweep"},
         "offline": {"bags", "synthesize", "messages", "record", "render", "suite"},
         "sweep": {"bags", "synthesize", "offline", "render", "suite"},
         "shards": {"bags", "synthesize", "mcap", "messages", "offline", "suite"},
@@ -132,10 +132,11 @@ def test_imports_point_one_way(package: str) -> None:
     ("module", "without"),
     [
         ("scene_description", {"numba"}),
-        ("scene_synth_ros.cli.run_command", {"numba", "rclpy", "scipy"}),
+        ("scene_synth_ros.cli.commands.run_command", {"numba", "rclpy", "scipy"}),
         ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
         ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),
-        ("scene_synth_ros.cli.inspect_command", {"numba", "scipy"}),
+        ("scene_synth_ros.cli.commands.inspect_command", {"numba", "scipy"}),
+        ("scene_synth_ros.messages.streams", {"numba", "rclpy", "numpy", "renderer"}),
     ],
 )
 def test_what_needs_no_kernels_starts_without_their_compiler(module: str, without: set[str]) -> None:

@@ -5,7 +5,7 @@ from box_room import VIEW, furnished_room
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from scene_description import from_mapping
-from scene_synth_ros.cli.render_command import PRESETS, preset_settings
+from scene_synth_ros.cli.commands.render_command import PRESETS, preset_settings
 
 
 @pytest.mark.parametrize("preset", PRESETS)

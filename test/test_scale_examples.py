@@ -10,9 +10,9 @@ import jinja2
 import pytest
 import yaml
 
-from scene_synth_ros.cli import generate_command
-from scene_synth_ros.cli.dataset_share import Share, read_share
-from scene_synth_ros.cli.run_profile import find_profile
+from scene_synth_ros.cli.commands import generate_command
+from scene_synth_ros.cli.commands.generate_command import Share, read_share
+from scene_synth_ros.cli.parameters.run_profile import find_profile
 from scene_synth_ros.shards.open_store import is_url
 
 FOLDER = Path(__file__).parents[1] / "examples" / "scale"

@@ -13,7 +13,7 @@ from examples.train_normals.pictures import Views
 from examples.train_normals.study import CONSTANT, TESTED_ON, Judged, Predict
 from grammar.drawing.shapes import Drawing, Shape, dot, line, to_svg, words
 from renderer.film.false_color import normals_to_color
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 
 COLORS = {"one look": "#b5442c", "random looks": "#2c6cb5", "random looks, noise": "#2c8f4e", CONSTANT: "#777777"}
 TITLES = {"color": "tested on clean pictures", "noisy": "tested on noisy pictures"}

@@ -1,6 +1,6 @@
 """What is told of the objects of a frame: boxes, shares, key points, relations, masks, and COCO's file of them."""
 
 from renderer.annotations.annotator import Annotator
-from renderer.annotations.warm_up import warm_up
+from renderer.annotations.pixels import warm_up
 
 __all__ = ["Annotator", "warm_up"]

@@ -39,13 +39,7 @@ class Annotator:
 
     An object's triangles are set apart when the first frame shows it.  Results depend on the scene, the camera and the frame only.
 
-    Args:
-        flat: the room as it is rendered.
-        scene: its description.
-        camera: the lens.
-        masks: whether masks are wanted.
-        portable: as of ``RenderConfig``.
-        classes: the label standard that classes are told in.
+    ``masks``: whether masks are wanted; ``portable``: as of ``RenderConfig``; ``classes``: the label standard that classes are told in.
     """
 
     def __init__(
@@ -68,12 +62,8 @@ class Annotator:
     ) -> FrameAnnotations:
         """Return the annotations of a frame.
 
-        Args:
-            instance: (height, width) uint16, the layer of this name.
-            pose: of the optical frame.
-            view: the camera as its rays were aimed.
-            tree: the scene that they were cast at.
-            workers: threads.
+        ``instance``: (height, width) uint16, the layer of this name; ``pose``: of the optical frame; ``view``, ``tree``: the camera as its
+        rays were aimed, and what they were cast at.
         """
         height, width = instance.shape
         tallies = empty_tally(self._rows, width, height)

@@ -24,9 +24,7 @@ class ObjectMesh(NamedTuple):
 class ObjectMeshes:
     """Meshes and Embree scenes of a room's objects and openings; ``close`` releases Embree's memory.
 
-    Args:
-        flat: the room.
-        portable: as of ``EmbreeScene``, the same as of the scene that the frames are rendered with.
+    ``portable``: as of ``EmbreeScene``, the same as of the scene that the frames are rendered with.
     """
 
     def __init__(self, flat: FlatScene, *, portable: bool = False) -> None:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.camera_rays import TILE
-from renderer.camera.cameras import PosedCamera
+from renderer.annotations.run_lengths import mask_of
+from renderer.camera.camera_rays import CENTRE, TILE
+from renderer.camera.cameras import PosedCamera, pose_camera
+from renderer.camera.config import CameraConfig
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
-from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
+from renderer.core.embree import LANES, EmbreeScene, Packet, SceneHandle, make_packet, occluded16
 from renderer.core.kernel import entry, kernel
+from scene_description.types import CameraPose
 
 COUNT, LEFT, TOP, RIGHT, BOTTOM = range(5)
 """Columns of a tally: how many pixels, their first and last column and row (first: the image's size, last: -1, where there are none)."""
@@ -55,15 +58,9 @@ def tally_cover(
 ) -> None:
     """Add the pixels that an object would cover if it were alone to ``tally`` (5,), by the primary rays of the frame.
 
-    Args:
-        tree: of the object alone.
-        camera: as the frame was rendered with it.
-        packet: scratch memory of the calling thread.
-        centre: ``CENTRE``, as of ``trace_geometry``.
-        instance: (height, width), ids of the frame; its own pixels are covered without a ray.
-        key: the object's id.
-        tiles: (4,) first and last column, first and last row of the tiles that it can touch.
-        tally: filled.
+    ``tree``: of the object alone; ``centre``: ``CENTRE``, as of ``trace_geometry``; ``instance``: (height, width), ids of the frame: pixels
+    of the object's id ``key`` are covered without a ray; ``tiles``: (4,) first and last column, first and last row of those that it can
+    touch.
     """
     real = packet.real
     for row in range(tiles[2] * TILE, (tiles[3] + 1) * TILE, TILE):
@@ -83,12 +80,7 @@ def tally_cover(
 
 @entry
 def paint_cover(
-    tree: SceneHandle,
-    camera: PosedCamera,
-    packet: Packet,
-    centre: NDArray[np.float32],
-    tiles: NDArray[np.int64],
-    cover: NDArray[np.bool_],
+    tree: SceneHandle, camera: PosedCamera, packet: Packet, centre: NDArray[np.float32], tiles: NDArray[np.int64], cover: NDArray[np.bool_]
 ) -> None:
     """Set in ``cover`` (height, width) the pixels that an object would cover if it were alone; arguments as of :func:`tally_cover`.
 
@@ -132,3 +124,20 @@ def find_hidden(
         occluded16(alive.ctypes.data, tree.address, real.ctypes.data, tree.incoherent)
         for k in range(min(LANES, len(points) - first)):
             hidden[first + k] = real[ray.TFAR + k] < _ZERO
+
+
+def warm_up() -> None:
+    """Compile every kernel of annotations, or load it from numba's cache, by one pixel that sees a triangle.
+
+    Raises:
+        RenderError: Embree is missing.
+    """
+    corners = np.array([[-1, -1, 1], [1, -1, 1], [0, 1, 1]], np.float32)
+    pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0))
+    view, packet = pose_camera(CameraConfig(width=1, height=1), pose), make_packet()
+    instance, tallies = np.zeros((1, 1), np.uint16), empty_tally(2, 1, 1)
+    with EmbreeScene(corners, np.array([[0, 1, 2]], np.uint32)) as tree:
+        tally_ids(instance, tallies)
+        tally_cover(tree.handle, view, packet, CENTRE, instance, 1, np.zeros(4, np.int64), tallies[1])
+        find_hidden(tree.handle, packet, corners, 2 * corners, np.zeros(3, np.bool_))
+    mask_of(instance, 0, 0, 0)

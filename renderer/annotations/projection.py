@@ -32,10 +32,7 @@ class Seen(NamedTuple):
 class Projection:
     """Projects points for one frame.
 
-    Args:
-        camera: its lens.
-        pose: of the optical frame.
-        view: the camera as rays know it, with its motion.
+    ``pose``: of the optical frame; ``view``: the camera as rays know it, with its motion.
     """
 
     def __init__(self, camera: CameraConfig, pose: CameraPose, view: PosedCamera) -> None:

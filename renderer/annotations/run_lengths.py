@@ -34,11 +34,7 @@ def _write_counts(counts: NDArray[np.int64], text: NDArray[np.uint8]) -> int:
 def mask_of(columns: NDArray[np.uint16], key: int, first: int, last: int) -> Mask:
     """Return the mask of an id.
 
-    Args:
-        columns: (width, height) uint16, an instance image transposed, contiguous.
-        key: the id.
-        first: column before which it has no pixel.
-        last: column after which it has none.
+    ``columns``: (width, height) uint16, an instance image transposed, contiguous; it has no pixel before ``first`` and after ``last``.
     """
     width, height = columns.shape
     inside = columns[first : last + 1].ravel() == key

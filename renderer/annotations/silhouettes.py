@@ -49,9 +49,7 @@ class Silhouette(NamedTuple):
 class Silhouettes:
     """Casts the rays of one camera at single objects of a room; may be used by several threads.
 
-    Args:
-        meshes: of the room's objects.
-        camera: a pinhole.
+    ``camera``: a pinhole.
     """
 
     def __init__(self, meshes: ObjectMeshes, camera: CameraConfig) -> None:
@@ -64,10 +62,7 @@ class Silhouettes:
 
         A pixel that an object has belongs to its silhouette, whatever rounding says of the ray that is cast at it alone.
 
-        Args:
-            pose: of the optical frame.
-            instance: (height, width), ids of the frame.
-            keys: the objects.
+        ``pose``: of the optical frame; ``instance``: (height, width), ids of the frame; ``keys``: the objects.
         """
         view = pose_camera(self._canvas, pose)
         projection = Projection(self._canvas, pose, view)

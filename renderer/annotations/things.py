@@ -13,13 +13,7 @@ from renderer.scene.object_boxes import opening_extent
 from scene_description import Opening, SceneDescription, SceneObject
 from scene_description.annotations import OrientedBox, Relation
 from scene_description.label_standards import LabelStandard
-from scene_description.poses import (
-    Quaternion,
-    conjugate_quaternion,
-    multiply_quaternions,
-    quaternion_from_yaw,
-    rotation_from_quaternion,
-)
+from scene_description.poses import Quaternion, conjugate_quaternion, multiply_quaternions, quaternion_from_yaw, rotation_from_quaternion
 from scene_description.types import CameraPose
 
 _MICROMETRES = 6

@@ -26,20 +26,14 @@ def _turned(taps: Filter) -> Filter:
     return {(x, y): weight for (y, x), weight in taps.items()}
 
 
-_BESIDE = {
-    "bilinear": _symmetric({(0, 1): 4.0}),
-    "malvar": _symmetric({(0, 0): 5.0, (0, 1): 4.0, (1, 1): -1.0, (0, 2): -1.0, (2, 0): 0.5}),
-}
+_BESIDE = {"bilinear": _symmetric({(0, 1): 4.0}), "malvar": _symmetric({(0, 0): 5.0, (0, 1): 4.0, (1, 1): -1.0, (0, 2): -1.0, (2, 0): 0.5})}
 """Red or blue at a green pixel whose neighbours in the row have it."""
 _CROSS = {
     "bilinear": _symmetric({(0, 1): 2.0, (1, 0): 2.0}),
     "malvar": _symmetric({(0, 0): 4.0, (0, 1): 2.0, (1, 0): 2.0, (0, 2): -1.0, (2, 0): -1.0}),
 }
 """Green at a red or blue pixel."""
-_DIAGONAL = {
-    "bilinear": _symmetric({(1, 1): 2.0}),
-    "malvar": _symmetric({(0, 0): 6.0, (1, 1): 2.0, (0, 2): -1.5, (2, 0): -1.5}),
-}
+_DIAGONAL = {"bilinear": _symmetric({(1, 1): 2.0}), "malvar": _symmetric({(0, 0): 6.0, (1, 1): 2.0, (0, 2): -1.5, (2, 0): -1.5})}
 """Red at a blue pixel, blue at a red one."""
 
 
@@ -55,10 +49,7 @@ def mosaic(light: NDArray[np.float32], pattern: str) -> NDArray[np.float32]:
 def demosaic(seen: NDArray[np.float32], pattern: str, method: str) -> NDArray[np.float32]:
     """Return linear colour (height, width, 3) from a mosaic; beyond its edges it is mirrored.  Nothing of it is negative.
 
-    Args:
-        seen: (height, width), linear.
-        pattern: a key of ``PATTERNS``.
-        method: ``bilinear`` or ``malvar``.
+    ``seen``: (height, width), linear; ``pattern``: a key of ``PATTERNS``; ``method``: ``bilinear`` or ``malvar``.
     """
     height, width = seen.shape
     padded = np.pad(seen, 2, mode="reflect") if min(height, width) > 1 else np.pad(seen, 2, mode="edge")

@@ -35,15 +35,9 @@ def cloud_points(
 ) -> NDArray[np.uint8]:
     """Return the points of a view, (height, width, size of a point) uint8, laid out as :func:`cloud_fields` says.
 
-    Args:
-        camera: the lens.
-        pose: of the camera's optical frame.
-        path: what the camera moves along, for its shutter.
-        distance: (height, width), any image of depth or range, ideal or sensed, in metres; what is 0 or not finite is no hit.
-        along_ray: it is range, the length of the ray; else depth, its part along the optical axis at the time of the row.
-        color: (height, width, 3), or None.
-        label: (height, width), ids below 65,536, or None.
-        instance: as ``label``.
+    ``path``: what the camera moves along, for its shutter; ``distance``: (height, width), any image of depth or range, ideal or sensed, in
+    metres; what is 0 or not finite is no hit; ``along_ray``: it is range, the length of the ray; else depth, its part along the optical
+    axis at the time of the row; ``color``: (height, width, 3); ``label``, ``instance``: (height, width), ids below 65,536.
 
     Points without a hit have NaN for x, y and z, and keep colour and ids.  rgb holds 0x00RRGGBB in the bits of a float32, as PCL has it.
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
@@ -58,3 +60,16 @@ def coordinate_system(
     p = -_ONE / (sign + nz)
     r = nx * ny * p
     return _ONE + sign * nx * nx * p, sign * r, -sign * nx, r, sign + ny * ny * p, -ny
+
+
+def even_points(count: int) -> NDArray[np.float32]:
+    """Return ``count`` points of the unit square, (count, 2) float32, spread evenly: blocks of 16 lie close together.
+
+    Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018).
+    """
+    steps = np.arange(1, count + 1)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])
+    points = steps % 1.0
+    blocks = max(count // LANES, 1)
+    rows = max(1, int(np.sqrt(blocks)))
+    order = np.lexsort((points[:, 1], (points[:, 0] * rows).astype(int)))
+    return np.ascontiguousarray(points[order], np.float32)

@@ -59,10 +59,7 @@ class Denoiser:
     def clean(self, radiance: NDArray[np.float32], albedo: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return denoised radiance.
 
-        Args:
-            radiance: (height, width, 3), at least 0, any unit.
-            albedo: (height, width, 3), in [0, 1].
-            normals: (height, width, 3), in [-1, 1].
+        ``radiance``: (height, width, 3), at least 0, any unit; ``albedo``, ``normals``: the same shape, in [0, 1] and [-1, 1].
 
         Raises:
             RenderError: the library failed.

@@ -2,19 +2,27 @@
 
 Frames, messages, topics, parameters, files, pictures, contact sheets, options of commands and ``docs/layers.md`` are made from the rows.
 A new layer is its computation, a row, a test, and the page made again: ``scene_synth layers --markdown > docs/layers.md``.
+
+Where class ids are those of another standard than NYU40, the rows of class, object, part and light ids differ (:func:`layers_in`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
-from renderer.film.basic_rows import BASIC_ROWS
-from renderer.film.hit_rows import HIT_ROWS
+from renderer.film.false_color import CLASSES, Picture
 from renderer.film.layer import Layer
+from renderer.film.layer_rows import BASIC_ROWS, HIT_ROWS
+from scene_description.label_standards import LabelStandard, StandardName, label_standard
+from scene_description.labels import instance_labels, part_labels
+from scene_description.light_labels import light_labels
 
 ROWS = (*BASIC_ROWS, *HIT_ROWS)
 """In the order of the parameters, and so of the keys in ``<renderer>/settings``."""
@@ -69,3 +77,19 @@ def check_layers(images: Mapping[str, NDArray[Any]]) -> None:
     sizes = sorted({image.shape[:2] for image in images.values()})
     if len(sizes) > 1:
         raise RenderError(f"layers: expected one size, got {' and '.join(map(str, sizes))}")
+
+
+@cache
+def layers_in(standard: StandardName) -> Mapping[str, Layer]:
+    """Return the table of layers with the names, ids and colours of a standard; ``nyu40`` is ``LAYERS`` itself."""
+    return LAYERS if standard == "nyu40" else {name: _row_in(label_standard(standard), row) for name, row in LAYERS.items()}
+
+
+def _row_in(standard: LabelStandard, row: Layer) -> Layer:
+    if row.picture is CLASSES:
+        palette = standard.palette()
+        picture = Picture(CLASSES.words, lambda ids: np.take(palette, ids, axis=0))
+        meaning = row.meaning.replace("NYU40", standard.name)
+        return replace(row, meaning=meaning, picture=picture, labels=lambda _: standard.semantic_labels())
+    tables = {instance_labels: standard.instance_labels, part_labels: standard.part_labels, light_labels: standard.light_labels}
+    return replace(row, labels=tables[row.labels]) if row.labels in tables else row

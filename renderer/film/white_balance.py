@@ -61,9 +61,7 @@ def metered_white(radiance: NDArray[np.float32], albedo: NDArray[np.float32]) ->
     unlit say nothing of the light and are left out; where nothing else is seen, the answer is the display's white.  Ratios of channels
     are rounded to 1/16 octave, and kept within three octaves of each other.
 
-    Args:
-        radiance: (n, 3), linear.
-        albedo: (n, 3), base colour, 1 for lamps and glass.
+    ``radiance``, ``albedo``: (n, 3), linear, and base colour, 1 for lamps and glass.
     """
     lit = radiance.astype(np.float64)
     base = albedo.astype(np.float64)

@@ -257,13 +257,13 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
 
 
 def lathe(
-    profile: Sequence[tuple[float, float]], segments: int = 28, closed: bool = False, wave: Callable[[Array], Array] | None = None
+    profile: ArrayLike, segments: int = 28, closed: bool = False, wave: Callable[[Array], Array] | None = None
 ) -> Mesh:
     """Return a body turned about the z axis.
 
     Args:
-        profile: (radius, z) points; the outside lies to the right of the way from point to point, so a solid runs from the bottom of the
-            axis outward and up to the top of the axis.  Corners sharper than 38 degrees stay sharp.
+        profile: points (n, 2) of radius and z; the outside lies to the right of the way from point to point, so a solid runs from the
+            bottom of the axis outward and up to the top of the axis.  Corners sharper than 38 degrees stay sharp.
         segments: divisions of the full turn.
         closed: join the last point to the first (rings, hollow shades) instead of leaving the ends at the axis.
         wave: angle (n,) -> factor (n,) on the radius, for pleats.

@@ -64,6 +64,4 @@ def _off_plane(position: NDArray[np.float32], normals: NDArray[np.float32], y: i
     return distance
 
 
-LAYERS: HitLayers = {
-    "boundaries": boundaries,
-}
+LAYERS: HitLayers = {"boundaries": boundaries}

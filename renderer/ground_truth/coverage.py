@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.core.embree import GEOM_ID, INVALID_ID, LANES, PRIM_ID, Packet, SceneHandle, intersect16
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
 from renderer.ground_truth.hit_view import HitLayers, HitView
 
@@ -33,52 +36,57 @@ def coverage(view: HitView) -> NDArray[np.float32]:
     count, offsets = (
         (_count_in_pixels, WITHIN_PIXEL) if view.config.is_plain and not len(view.camera.motion) else (_count_in_tiles, OFFSETS)
     )
-    scene.in_tiles(count, scene.tree, scene.flat.face_part, scene.flat.parts.object_id, view.camera, instance, offsets, image)
+    objects = _SeenObjects(scene.tree, scene.flat.face_part, scene.flat.parts.object_id, view.camera, instance)
+    scene.in_tiles(count, objects, offsets, image)
     return image
+
+
+class _SeenObjects(NamedTuple):
+    """A view, and the objects in it: part of each triangle (m,), object of each part (p,), and the layer ``instance``."""
+
+    tree: SceneHandle
+    face_part: NDArray[np.int32]
+    object_id: NDArray[np.uint16]
+    camera: PosedCamera
+    instance: NDArray[np.uint16]
 
 
 @entry
 def _count_in_pixels(
     rays: Packet,
-    seen: NDArray[np.float32],
-    scene: SceneHandle,
-    face_part: NDArray[np.int32],
-    object_id: NDArray[np.uint16],
-    camera: PosedCamera,
-    instance: NDArray[np.uint16],
+    ids: NDArray[np.float32],
+    view: _SeenObjects,
     offsets: NDArray[np.float32],
     image: NDArray[np.float32],
     first: int,
     step: int,
 ) -> None:
     """Trace a packet through each pixel at an edge of rows ``first``, ``first + step``, ...: ideal pinholes at rest."""
+    camera, instance = view.camera, view.instance
     for y in range(first, camera.height, step):
         _mark_edges(instance, y, image[y])
         for x in range(camera.width):
             if image[y, x] < _ZERO:
                 aim_tile(camera, x, y, offsets, rays)
-                _see_ids(scene, face_part, object_id, rays, seen)
+                _see_ids(view, rays, ids)
                 count = 0
                 for k in range(LANES):
-                    count += 1 if seen[k] == np.float32(instance[y, x]) else 0
+                    count += 1 if ids[k] == np.float32(instance[y, x]) else 0
                 image[y, x] = _SHARE * np.float32(count)
 
 
 @entry
 def _count_in_tiles(
     rays: Packet,
-    seen: NDArray[np.float32],
-    scene: SceneHandle,
-    face_part: NDArray[np.int32],
-    object_id: NDArray[np.uint16],
-    camera: PosedCamera,
-    instance: NDArray[np.uint16],
+    ids: NDArray[np.float32],
+    view: _SeenObjects,
     offsets: NDArray[np.float32],
     image: NDArray[np.float32],
     first: int,
     step: int,
 ) -> None:
     """Trace the tiles with pixels at an edge, rows ``first``, ``first + step``, ...: every lens and shutter."""
+    camera, instance = view.camera, view.instance
     for row in range(first * TILE, camera.height, step * TILE):
         for y in range(row, min(row + TILE, camera.height)):
             _mark_edges(instance, y, image[y])
@@ -91,10 +99,10 @@ def _count_in_tiles(
                         edges |= 1 << ((y - row) * TILE + x - column)
             for s in range(len(offsets) if edges else 0):
                 aim_exposed_tile(camera, column, row, offsets[s], rays)
-                _see_ids(scene, face_part, object_id, rays, seen)
+                _see_ids(view, rays, ids)
                 for k in range(LANES):
                     y, x = row + (k >> 2), column + (k & 3)
-                    if (edges >> k) & 1 and seen[k] == np.float32(instance[y, x]):
+                    if (edges >> k) & 1 and ids[k] == np.float32(instance[y, x]):
                         image[y, x] += _SHARE
 
 
@@ -114,16 +122,12 @@ def _mark_edges(instance: NDArray[np.uint16], y: int, marks: NDArray[np.float32]
 
 
 @kernel
-def _see_ids(
-    scene: SceneHandle, face_part: NDArray[np.int32], object_id: NDArray[np.uint16], rays: Packet, seen: NDArray[np.float32]
-) -> None:
-    """Trace a packet and write the ids of the objects that it hits, 0 for none, to the first 16 numbers of ``seen``."""
-    intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent)
+def _see_ids(view: _SeenObjects, rays: Packet, ids: NDArray[np.float32]) -> None:
+    """Trace a packet and write the ids of the objects that it hits, 0 for none, to the first 16 numbers of ``ids``."""
+    intersect16(rays.alive.ctypes.data, view.tree.address, rays.real.ctypes.data, view.tree.coherent)
     for k in range(LANES):
-        hit = rays.integer[GEOM_ID + k] != INVALID_ID
-        seen[k] = np.float32(object_id[face_part[rays.integer[PRIM_ID + k]]]) if hit else _ZERO
+        hit = rays.integer[ray.GEOM_ID + k] != INVALID_ID
+        ids[k] = np.float32(view.object_id[view.face_part[rays.integer[ray.PRIM_ID + k]]]) if hit else _ZERO
 
 
-LAYERS: HitLayers = {
-    "coverage": coverage,
-}
+LAYERS: HitLayers = {"coverage": coverage}

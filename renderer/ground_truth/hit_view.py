@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,9 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core.embree import SceneHandle
 from renderer.core.workers import Workers
-from renderer.path.ground_truth import GeometricImages, Hits
+from renderer.path.ground_truth import GeometricImages, Hits, TracedView
 from renderer.path.lights import Lights
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene
 from scene_description.types import CameraPose
@@ -38,6 +38,11 @@ class TracedScene:
     tree: SceneHandle
     workers: Workers
     scratch: Sequence[Scratch]
+
+    @property
+    def lit(self) -> LitScene:
+        """What kernels take that trace light."""
+        return LitScene(self.tree, self.surfaces, self.lights)
 
     def in_rows(self, kernel: Callable[..., None], *arguments: Any) -> None:
         """Call ``kernel(*arguments, first, step)`` in every thread: it does rows ``first``, ``first + step``, ... of pixels."""
@@ -83,6 +88,11 @@ class HitView:
         result: Result = self._shared[compute]
         return result
 
+    @property
+    def traced(self) -> TracedView:
+        """What kernels take that shade its hits."""
+        return TracedView(self.camera, self.images.range, self.hits, self.scene.flat.mesh.vertices, self.scene.flat.mesh.faces)
+
     @cached_property
     def neighbours(self) -> tuple[CameraPose | None, CameraPose | None]:
         """Poses of the frames before and after this one on the path; None at its ends, and for a pose that is none of the path's."""
@@ -95,3 +105,12 @@ class HitView:
 
 HitLayers = Mapping[str, Callable[[HitView], NDArray[Any]]]
 """Name of a layer -> what computes it."""
+
+
+def shared_fields(compute: Callable[[HitView], NamedTuple], names: Sequence[str], suffix: str = "") -> HitLayers:
+    """Return the layers, called by the fields and a suffix, of a record that a function makes of a view, once for all of them."""
+
+    def field_of(name: str) -> Callable[[HitView], NDArray[Any]]:
+        return lambda view: getattr(view.shared(compute), name)
+
+    return {name + suffix: field_of(name) for name in names}

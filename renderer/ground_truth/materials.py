@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry
-from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.ground_truth.opaque import is_clear
 from renderer.path.ground_truth import Hits
 
@@ -63,9 +63,4 @@ def _look_up(face_part: NDArray[np.int32], tables: PartValues, hits: Hits, image
                 images.mirror[y, x] = tables.mirror[part] if part >= 0 else 0
 
 
-LAYERS: HitLayers = {
-    "part": lambda view: view.shared(part_values).part,
-    "material": lambda view: view.shared(part_values).material,
-    "glass": lambda view: view.shared(part_values).glass,
-    "mirror": lambda view: view.shared(part_values).mirror,
-}
+LAYERS = shared_fields(part_values, PartValues._fields)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,8 +72,16 @@ def _occlusion_in(view: HitView, pose: CameraPose | None, moved: NDArray[np.floa
         return np.full(view.hits.face.shape, UNKNOWN, np.uint8)
     image = np.empty(view.hits.face.shape, np.uint8)
     points, eye = view.shared(point_images), pose_camera(view.config, pose).position
-    view.scene.in_tiles(_look_back, view.scene.tree, points.position, points.normals_world, moved, eye, image)
+    view.scene.in_tiles(_look_back, view.scene.tree, _SeenPoints(points.position, points.normals_world, moved), eye, image)
     return image
+
+
+class _SeenPoints(NamedTuple):
+    """What pixels see: position and normal, world, and where they go in another frame."""
+
+    position: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    flow_px: NDArray[np.float32]
 
 
 @entry
@@ -79,9 +89,7 @@ def _look_back(
     rays: Packet,
     lanes: NDArray[np.float32],
     scene: SceneHandle,
-    position: NDArray[np.float32],
-    normals: NDArray[np.float32],
-    flow_px: NDArray[np.float32],
+    seen: _SeenPoints,
     eye: NDArray[np.float32],
     image: NDArray[np.uint8],
     first: int,
@@ -91,9 +99,9 @@ def _look_back(
     height, width = image.shape
     for row in range(first * TILE, height, step * TILE):
         for column in range(0, width, TILE):
-            load_vectors(position, column, row, _P_X, lanes)
-            load_vectors(normals, column, row, _N_X, lanes)
-            load_pairs(flow_px, column, row, _FLOW, lanes)
+            load_vectors(seen.position, column, row, _P_X, lanes)
+            load_vectors(seen.normals, column, row, _N_X, lanes)
+            load_pairs(seen.flow_px, column, row, _FLOW, lanes)
             _aim_at(eye, column, row, width, height, rays, lanes)
             some = 0
             for k in range(LANES):

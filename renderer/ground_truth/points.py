@@ -19,7 +19,7 @@ from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.lanes import LANES_SIZE
 from renderer.core.layout import Layout
 from renderer.core.tiles import load_numbers, load_vectors, store_numbers, store_pairs, store_vectors
-from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.path.ground_truth import Hits
 
 _ZERO, _ONE, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(np.nan)
@@ -52,13 +52,29 @@ class PointImages(NamedTuple):
     flow_backward: NDArray[np.float32]
 
 
-class PointTables(NamedTuple):
-    """Triangle -> corners (m, 3) and part (m,); vertex -> texture coordinates (n, 2); part -> box (p, 3, 4), or none at all (0, 3, 4)."""
+class PointInputs(NamedTuple):
+    """What points are made of.
 
+    distance: (height, width), along the rays, metres; normals: (height, width, 3), optical frame; hits: the hit record; faces, face_part:
+    triangle -> corners (m, 3) and part (m,); uvs: vertex -> texture coordinates (n, 2); part_box: part -> box (p, 3, 4), or none at all
+    (0, 3, 4).
+    """
+
+    distance: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    hits: Hits
     faces: NDArray[np.uint32]
     face_part: NDArray[np.int32]
     uvs: NDArray[np.float32]
     part_box: NDArray[np.float32]
+
+
+class Cameras(NamedTuple):
+    """The view's camera, and those of the frames before and after it."""
+
+    now: PosedCamera
+    before: PosedCamera
+    after: PosedCamera
 
 
 _CHANNELS = {"incidence": (), "uv": (2,), "flow": (2,), "flow_backward": (2,)}
@@ -88,37 +104,28 @@ def point_images(view: HitView) -> PointImages:
             getattr(images, name).fill(np.nan)
             filled = filled._replace(**{name: np.empty((0, width, 2), np.float32)})
         cameras.append(view.camera if pose is None else pose_camera(view.config, pose))
-    tables = PointTables(flat.mesh.faces, flat.face_part, flat.mesh.uvs, flat.part_box)
-    view.scene.in_tiles(measure_points, tables, view.camera, *cameras, view.images.range, view.images.normals, view.hits, filled)
+    tables = (flat.mesh.faces, flat.face_part, flat.mesh.uvs, flat.part_box)
+    inputs = PointInputs(view.images.range, view.images.normals, view.hits, *tables)
+    view.scene.in_tiles(measure_points, inputs, Cameras(view.camera, *cameras), filled)
     np.arccos(images.incidence, out=images.incidence)
     return images
 
 
 @entry
 def measure_points(
-    rays: Packet,
-    lanes: NDArray[np.float32],
-    tables: PointTables,
-    camera: PosedCamera,
-    before: PosedCamera,
-    after: PosedCamera,
-    distance: NDArray[np.float32],
-    normals: NDArray[np.float32],
-    hits: Hits,
-    images: PointImages,
-    first: int,
-    step: int,
+    rays: Packet, lanes: NDArray[np.float32], inputs: PointInputs, cameras: Cameras, images: PointImages, first: int, step: int
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ...
 
-    Points lie on their pixels' rays, at ``distance`` (height, width) along them: barycentric weights of slender triangles seen at grazing
-    angles are off by up to a millimetre.  ``normals``: (height, width, 3), optical frame.
+    Points lie on their pixels' rays, at their distance along them: barycentric weights of slender triangles seen at grazing angles are off
+    by up to a millimetre.
     """
+    camera, hits = cameras.now, inputs.hits
     turned = len(images.normals_world) > 0 or len(images.incidence) > 0
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, CENTRE, rays)
-            load_numbers(distance, column, row, _COSINE, lanes)
+            load_numbers(inputs.distance, column, row, _COSINE, lanes)
             _place(rays, lanes)
             if len(images.position):
                 store_vectors(lanes, _P_X, column, row, images.position)
@@ -126,7 +133,7 @@ def measure_points(
                 _place_before_camera(camera, lanes)
                 store_vectors(lanes, _C_X, column, row, images.position_camera)
             if turned:
-                load_vectors(normals, column, row, _N_X, lanes)
+                load_vectors(inputs.normals, column, row, _N_X, lanes)
                 _turn_normals(camera, lanes)
             if len(images.normals_world):
                 store_vectors(lanes, _N_X, column, row, images.normals_world)
@@ -134,16 +141,16 @@ def measure_points(
                 _find_incidence(camera, lanes)
                 store_numbers(lanes, _COSINE, column, row, images.incidence)
             if len(images.flow):
-                _project(after, column, row, _FLOW, lanes)
+                _project(cameras.after, column, row, _FLOW, lanes)
                 store_pairs(lanes, _FLOW, column, row, images.flow)
             if len(images.flow_backward):
-                _project(before, column, row, _FLOW, lanes)
+                _project(cameras.before, column, row, _FLOW, lanes)
                 store_pairs(lanes, _FLOW, column, row, images.flow_backward)
         for y in range(row, min(row + TILE, camera.height)):
             if len(images.uv):
-                _interpolate(tables, hits.face[y], hits.u[y], hits.v[y], images.uv[y])
+                _interpolate(inputs, hits.face[y], hits.u[y], hits.v[y], images.uv[y])
             if len(images.object_coordinates):
-                _put_into_boxes(tables, hits.face[y], images.position[y], images.object_coordinates[y])
+                _put_into_boxes(inputs, hits.face[y], images.position[y], images.object_coordinates[y])
 
 
 @kernel
@@ -213,10 +220,10 @@ def _project(camera: PosedCamera, column: int, row: int, field: int, lanes: NDAr
 
 @kernel
 def _interpolate(
-    tables: PointTables, face: NDArray[np.int32], v: NDArray[np.float32], w: NDArray[np.float32], uv: NDArray[np.float32]
+    inputs: PointInputs, face: NDArray[np.int32], v: NDArray[np.float32], w: NDArray[np.float32], uv: NDArray[np.float32]
 ) -> None:
     """Write the texture coordinates of a row of hits, NaN where there is none."""
-    faces, values = tables.faces, tables.uvs
+    faces, values = inputs.faces, inputs.uvs
     before = np.int32(-1)
     u0 = v0 = u1 = v1 = u2 = v2 = _NAN
     for x in range(len(face)):
@@ -233,9 +240,9 @@ def _interpolate(
 
 
 @kernel
-def _put_into_boxes(tables: PointTables, face: NDArray[np.int32], points: NDArray[np.float32], places: NDArray[np.float32]) -> None:
+def _put_into_boxes(inputs: PointInputs, face: NDArray[np.int32], points: NDArray[np.float32], places: NDArray[np.float32]) -> None:
     """Write where a row of points lies in the boxes of their objects, NaN where nothing is hit or no box is told."""
-    boxes = tables.part_box
+    boxes = inputs.part_box
     before = np.int32(-1)
     x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = _NAN
     for i in range(len(face)):
@@ -243,7 +250,7 @@ def _put_into_boxes(tables: PointTables, face: NDArray[np.int32], points: NDArra
             before = face[i]
             x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = _NAN
             if before >= 0 and len(boxes):
-                part = tables.face_part[before]
+                part = inputs.face_part[before]
                 x0, x1, x2, x3 = boxes[part, 0, 0], boxes[part, 0, 1], boxes[part, 0, 2], boxes[part, 0, 3]
                 y0, y1, y2, y3 = boxes[part, 1, 0], boxes[part, 1, 1], boxes[part, 1, 2], boxes[part, 1, 3]
                 z0, z1, z2, z3 = boxes[part, 2, 0], boxes[part, 2, 1], boxes[part, 2, 2], boxes[part, 2, 3]
@@ -253,11 +260,5 @@ def _put_into_boxes(tables: PointTables, face: NDArray[np.int32], points: NDArra
         places[i, 2] = z0 * x + z1 * y + z2 * z + z3
 
 
-LAYERS: HitLayers = {
-    "position": lambda view: view.shared(point_images).position,
-    "position_camera": lambda view: view.shared(point_images).position_camera,
-    "normals_world": lambda view: view.shared(point_images).normals_world,
-    "incidence": lambda view: view.shared(point_images).incidence,
-    "uv": lambda view: view.shared(point_images).uv,
-    "object_coordinates": lambda view: view.shared(point_images).object_coordinates,
-}
+LAYERS = shared_fields(point_images, PointImages._fields[:6])
+"""Flow is that of :mod:`renderer.ground_truth.motion`."""

@@ -13,14 +13,12 @@ from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.arrays import empty_together
-from renderer.core.embree import INVALID_ID, LANES, SceneHandle
+from renderer.core.embree import INVALID_ID, LANES, Packet
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.tiles import load_numbers, store_numbers, store_vectors
-from renderer.ground_truth.hit_view import HitLayers, HitView
-from renderer.path.ground_truth import Hits
-from renderer.path.lights import Lights
-from renderer.path.records import Scratch
-from renderer.path.surface_tables import Surfaces
+from renderer.ground_truth.hit_view import HitView, shared_fields
+from renderer.path.ground_truth import TracedView
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surfaces import evaluate_surfaces
 from scene_description.light_labels import SKY_ID
 
@@ -59,65 +57,34 @@ def surface_images(view: HitView) -> SurfaceImages:
     images = SurfaceImages(*empty_together([(shape, np.float32) for shape in shapes[:-1]] + [(shapes[-1], np.uint16)]))
     scene, flat, step = view.scene, view.scene.flat, view.scene.workers.count
     lights = flat.light_id if len(flat.light_id) else np.zeros(len(flat.part_names), np.uint16)
-    seen = (
-        scene.tree,
-        scene.surfaces,
-        scene.lights,
-        flat.mesh.vertices,
-        flat.mesh.faces,
-        lights,
-        view.camera,
-        view.images.range,
-        view.hits,
-    )
-    scene.workers.run(lambda worker, first: evaluate_hits(*seen, scene.scratch[worker], images, first, step), range(step))
+    inputs = (scene.lit, view.traced, lights)
+    scene.workers.run(lambda worker, first: evaluate_hits(*inputs, scene.scratch[worker], images, first, step), range(step))
     return images
 
 
 @entry
 def evaluate_hits(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    lights: Lights,
-    vertices: NDArray[np.float32],
-    faces: NDArray[np.uint32],
-    light_id: NDArray[np.uint16],
-    camera: PosedCamera,
-    distance: NDArray[np.float32],
-    hits: Hits,
-    scratch: Scratch,
-    images: SurfaceImages,
-    first: int,
-    step: int,
+    scene: LitScene, view: TracedView, light_id: NDArray[np.uint16], scratch: Scratch, images: SurfaceImages, first: int, step: int
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ...
 
-    ``light_id``: (p,), of parts; ``distance``: (height, width) float32, along the rays, metres.  Rays are aimed again, not traced again.
-    Textures are filtered over the footprint of a pixel.
+    ``light_id``: (p,), of parts.  Rays are aimed again, not traced again.  Textures are filtered over the footprint of a pixel.
     """
-    rays, lanes = scratch.rays, scratch.lanes
+    rays, lanes, camera = scratch.rays, scratch.lanes, view.camera
     spread = _ONE / camera.focal_px
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, CENTRE, rays)
-            restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
+            restore_hits(view, column, row, rays)
             for k in range(LANES):
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
                 lanes[ln.OUTSIDE + k], lanes[ln.RAY_PDF + k] = _ZERO, _INFINITE
-            evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
-            _store(light_id, distance, camera, column, row, scratch, images)
+            evaluate_surfaces(scene, True, _INFINITE, scratch)
+            _store(light_id, view, column, row, scratch, images)
 
 
 @inlined
-def _store(
-    lights: NDArray[np.uint16],
-    distance: NDArray[np.float32],
-    camera: PosedCamera,
-    column: int,
-    row: int,
-    scratch: Scratch,
-    images: SurfaceImages,
-) -> None:
+def _store(light_id: NDArray[np.uint16], view: TracedView, column: int, row: int, scratch: Scratch, images: SurfaceImages) -> None:
     """Copy what the rays of a tile have hit to the images that are needed."""
     lanes = scratch.lanes
     _clear_missed(lanes)
@@ -130,11 +97,11 @@ def _store(
     if len(images.metallic):
         store_numbers(lanes, ln.METALLIC, column, row, images.metallic)
     if len(images.light_seen):
-        _store_lights(lights, distance, column, row, scratch, images.light_seen)
+        _store_lights(light_id, view.distance, column, row, scratch, images.light_seen)
     if len(images.shading_normals_world):
         store_vectors(lanes, ln.NS_X, column, row, images.shading_normals_world)
     if len(images.shading_normals):
-        _turn_shading_normals(camera, lanes)
+        _turn_shading_normals(view.camera, lanes)
         store_vectors(lanes, ln.NS_X, column, row, images.shading_normals)
 
 
@@ -176,25 +143,17 @@ def _store_lights(
 
 
 @inlined
-def restore_hits(
-    vertices: NDArray[np.float32],
-    faces: NDArray[np.uint32],
-    camera: PosedCamera,
-    column: int,
-    row: int,
-    distance: NDArray[np.float32],
-    hits: Hits,
-    scratch: Scratch,
-) -> None:
-    """Write the recorded hits of a tile into its packet, as Embree has left them."""
-    real, integer = scratch.rays.real, scratch.rays.integer
+def restore_hits(view: TracedView, column: int, row: int, packet: Packet) -> None:
+    """Write the recorded hits of a tile into a packet, as Embree has left them."""
+    real, integer, hits, vertices, faces = packet.real, packet.integer, view.hits, view.vertices, view.faces
+    height, width = hits.face.shape
     load_numbers(hits.u, column, row, ray.BARY_U, real)
     load_numbers(hits.v, column, row, ray.BARY_V, real)
-    load_numbers(distance, column, row, ray.TFAR, real)
+    load_numbers(view.distance, column, row, ray.TFAR, real)
     before = np.int32(-1)
     nx = ny = nz = _ZERO
     for k in range(LANES):
-        face = hits.face[min(row + (k >> 2), camera.height - 1), min(column + (k & 3), camera.width - 1)]
+        face = hits.face[min(row + (k >> 2), height - 1), min(column + (k & 3), width - 1)]
         integer[ray.PRIM_ID + k] = np.uint32(face)
         integer[ray.GEOM_ID + k] = np.uint32(0) if face >= 0 else INVALID_ID
         # Neighbours often hit one triangle: its normal is computed once.
@@ -210,12 +169,4 @@ def restore_hits(
         real[ray.TFAR + k] /= np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-LAYERS: HitLayers = {
-    "base_color": lambda view: view.shared(surface_images).base_color,
-    "roughness": lambda view: view.shared(surface_images).roughness,
-    "metallic": lambda view: view.shared(surface_images).metallic,
-    "emission": lambda view: view.shared(surface_images).emission,
-    "shading_normals": lambda view: view.shared(surface_images).shading_normals,
-    "shading_normals_world": lambda view: view.shared(surface_images).shading_normals_world,
-    "light_seen": lambda view: view.shared(surface_images).light_seen,
-}
+LAYERS = shared_fields(surface_images, SurfaceImages._fields)

@@ -10,13 +10,55 @@ is seen head-on only.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
-from renderer.lidar.surfaces import ALPHA, GLOSS, MATT, MIRRORED, THROUGH, LaserSurfaces
+from renderer.scene.flat_scene import FlatScene
+
+MATT, GLOSS, ALPHA, THROUGH, MIRRORED = range(5)
+"""Columns of ``LaserSurfaces.parts``."""
+SMOOTH = 0.2
+"""Greatest roughness of surfaces that a beam goes through, or leaves as from a mirror, in one piece."""
+_NARROWEST = 0.02
+_RED = 0
+
+
+class LaserSurfaces(NamedTuple):
+    """Triangle -> part, (m,) int32; parts: (p, 5) float32, see :func:`laser_surfaces`."""
+
+    face_part: NDArray[np.int32]
+    parts: NDArray[np.float32]
+
+
+def laser_surfaces(flat: FlatScene) -> LaserSurfaces:
+    """Tabulate a scene's parts.
+
+    Scanners shine red or in the near infrared; colours are known in RGB only, so red stands for both.  Textures are left out: a part has
+    the base colour of its material.  Columns: MATT, the matt reflectance; GLOSS, the Fresnel reflectance head-on; ALPHA, the width of the
+    gloss (roughness squared, as of the renderer's materials, but 0.02 at least, the width over which a receiver collects); THROUGH and
+    MIRRORED, the share of a beam that goes on behind the surface, or leaves as from a mirror, head-on.  Clear glass swallows what it does
+    not let through; frosted glass is matt.
+    """
+    look, row = flat.materials, flat.parts.material
+    base, metallic, through = look.base_color[row, _RED], look.metallic[row], look.transmission[row]
+    smooth = look.roughness[row] <= SMOOTH
+    parts = np.zeros((len(row), 5), np.float32)
+    parts[:, MATT] = np.where(smooth & (through > 0.0), 0.0, base * (1.0 - metallic))
+    parts[:, GLOSS] = ((look.ior[row] - 1.0) / (look.ior[row] + 1.0)) ** 2 * (1.0 - metallic) + base * metallic
+    parts[:, ALPHA] = np.maximum(look.roughness[row] ** 2, _NARROWEST)
+    clear = np.where(flat.parts.portal, 1.0, base)
+    parts[:, THROUGH] = np.where(smooth, through * clear * (1.0 - metallic), 0.0)
+    parts[:, MIRRORED] = np.where(smooth, parts[:, GLOSS], 0.0)
+    if len(flat.absorbs):
+        parts[flat.absorbs] = 0.0
+        parts[flat.absorbs, ALPHA] = 1.0
+    return LaserSurfaces(np.ascontiguousarray(flat.face_part), parts)
+
 
 MOST_SURFACES = 6
 """Surfaces that a beam is followed to; a drinking glass has four."""
@@ -27,6 +69,18 @@ _ZERO, _ONE, _TWO, _FOUR, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2
 _PI, _INFINITE, _AWAY_M = np.float32(np.pi), np.float32(np.inf), np.float32(1e-4)
 
 
+class Echoes(NamedTuple):
+    """What comes back along n rays, (n,) float32 each.
+
+    first: distance to the first surface, infinite where there is none; length: way to the surface of the strongest echo, infinite where
+    nothing comes back; remission: of that surface, less what was lost on the way.
+    """
+
+    first: NDArray[np.float32]
+    length: NDArray[np.float32]
+    remission: NDArray[np.float32]
+
+
 @entry
 def trace_echoes(
     scene: SceneHandle,
@@ -35,60 +89,69 @@ def trace_echoes(
     directions: NDArray[np.float32],
     packet: Packet,
     lanes: NDArray[np.float32],
-    first: NDArray[np.float32],
-    length: NDArray[np.float32],
-    remission: NDArray[np.float32],
+    echoes: Echoes,
 ) -> None:
-    """Trace rays.
+    """Trace rays from ``origins`` along unit ``directions``, (n, 3) each, world, metres; ``packet`` and ``lanes`` (32,) are scratch memory.
 
-    Args:
-        scene: of triangles.
-        surfaces: what they do to a beam.
-        origins: (n, 3), world, metres.
-        directions: (n, 3), unit.
-        packet: scratch memory.
-        lanes: (32,) scratch memory.
-        first: (n,) is filled with the distance to the first surface, infinite where there is none.
-        length: (n,) is filled with the way to the surface of the strongest echo, infinite where nothing comes back.
-        remission: (n,) is filled with its remission, less what was lost on the way.
+    In lane k, ``lanes[k]`` is the share of the light that is left, there and back, and ``lanes[16 + k]`` the way so far.
     """
-    real, integer, alive = packet.real, packet.integer, packet.alive
+    alive = packet.alive
     for start in range(0, len(origins), LANES):
         for k in range(LANES):
-            i = min(start + k, len(origins) - 1)
-            for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = origins[i, axis]
-                real[ray.DIR_X + LANES * axis + k] = directions[i, axis]
-            real[ray.TNEAR + k] = _ZERO
-            alive[k] = -1 if start + k < len(origins) else 0
-            lanes[k], lanes[LANES + k] = _ONE, _ZERO
-            first[i], length[i], remission[i] = _INFINITE, _INFINITE, _ZERO
+            _begin(origins, directions, start, k, packet, lanes, echoes)
         for count in range(MOST_SURFACES):
-            left = 0
+            going = 0
             for k in range(LANES):
-                real[ray.TFAR + k] = _INFINITE
-                integer[ray.GEOM_ID + k] = INVALID_ID
-                left += alive[k]
-            if left == 0:
+                packet.real[ray.TFAR + k] = _INFINITE
+                packet.integer[ray.GEOM_ID + k] = INVALID_ID
+                going += alive[k]
+            if going == 0:
                 break
-            intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+            intersect16(alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.incoherent)
             for k in range(LANES):
-                i = start + k
-                if alive[k] == 0:
-                    continue
-                if integer[ray.GEOM_ID + k] == INVALID_ID:
-                    alive[k] = 0
-                    continue
-                way = lanes[LANES + k] + real[ray.TFAR + k]
-                if count == 0:
-                    first[i] = way
-                part = surfaces.parts[surfaces.face_part[integer[ray.PRIM_ID + k]]]
-                cosine = _cosine(real, k)
-                back = lanes[k] * _remission(part, abs(cosine))
-                if back * length[i] * length[i] > remission[i] * way * way or (np.isinf(length[i]) and back > _ZERO):
-                    length[i], remission[i] = way, back
-                lanes[LANES + k] = way
-                _go_on(part, cosine, packet, lanes, k)
+                if alive[k] != 0:
+                    _meet(surfaces, start + k, k, count == 0, packet, lanes, echoes)
+
+
+@kernel
+def _begin(
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    start: int,
+    k: int,
+    packet: Packet,
+    lanes: NDArray[np.float32],
+    echoes: Echoes,
+) -> None:
+    """Aim ray ``start + k`` in lane k, which is switched off beyond the last one."""
+    i = min(start + k, len(origins) - 1)
+    for axis in range(3):
+        packet.real[ray.ORG_X + LANES * axis + k] = origins[i, axis]
+        packet.real[ray.DIR_X + LANES * axis + k] = directions[i, axis]
+    packet.real[ray.TNEAR + k] = _ZERO
+    packet.alive[k] = -1 if start + k < len(origins) else 0
+    lanes[k], lanes[LANES + k] = _ONE, _ZERO
+    echoes.first[i], echoes.length[i], echoes.remission[i] = _INFINITE, _INFINITE, _ZERO
+
+
+@kernel
+def _meet(surfaces: LaserSurfaces, i: int, k: int, first: bool, packet: Packet, lanes: NDArray[np.float32], echoes: Echoes) -> None:
+    """Keep the echo of what ray i, in lane k, has hit if it is the strongest so far, and send the ray on."""
+    if packet.integer[ray.GEOM_ID + k] == INVALID_ID:
+        packet.alive[k] = 0
+        return
+    length, remission = echoes.length, echoes.remission
+    way = lanes[LANES + k] + packet.real[ray.TFAR + k]
+    if first:
+        echoes.first[i] = way
+    part = surfaces.parts[surfaces.face_part[packet.integer[ray.PRIM_ID + k]]]
+    cosine = _cosine(packet.real, k)
+    back = lanes[k] * _remission(part, abs(cosine))
+    # The strongest by r / d^2.
+    if back * length[i] * length[i] > remission[i] * way * way or (np.isinf(length[i]) and back > _ZERO):
+        length[i], remission[i] = way, back
+    lanes[LANES + k] = way
+    _go_on(part, cosine, packet, lanes, k)
 
 
 @kernel

@@ -7,6 +7,8 @@ noise depends on (scene, scan, beam) only.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,30 +21,31 @@ DARK = 0.1
 _OTHER = np.uint32(0x68E31DA4)
 
 
+class RangeErrors(NamedTuple):
+    """What a scanner gets wrong.
+
+    dark_range_m: how far a remission of ``DARK`` is seen, 0 for no limit; noise_m, noise_share: standard deviation of the range, its
+    constant part and the one that grows with the range; resolution_m: step, 0 for none.
+    """
+
+    dark_range_m: float
+    noise_m: float
+    noise_share: float
+    resolution_m: float
+
+
 @entry
 def read_beams(
     length: NDArray[np.float32],
     remission: NDArray[np.float32],
-    dark_range_m: float,
-    noise_m: float,
-    noise_share: float,
-    resolution_m: float,
+    errors: RangeErrors,
     key: np.uint32,
     ranges: NDArray[np.float32],
     intensities: NDArray[np.float32],
 ) -> None:
-    """Fill ranges, in metres, infinite where nothing is seen, and intensities: the remission as it is seen, of nothing 0.
+    """Fill ranges, in metres, infinite where nothing is seen, and intensities: the remission as it is seen, of nothing 0; (n,) each.
 
-    Args:
-        length: (n, rays of a beam), ways to the echoes in metres, infinite for none.
-        remission: (n, rays of a beam), of the echoes.
-        dark_range_m: how far a remission of ``DARK`` is seen; 0 for no limit.
-        noise_m: standard deviation of the range, its constant part.
-        noise_share: its part that grows with the range.
-        resolution_m: step, 0 for none.
-        key: of the scan's random numbers.
-        ranges: (n,).
-        intensities: (n,).
+    ``length``, ``remission``: (n, rays of a beam), of the echoes; ``key``: of the scan's random numbers.
     """
     for i in range(length.shape[0]):
         light, way, back = 0.0, 0.0, 0.0
@@ -55,14 +58,14 @@ def read_beams(
                 back += float(remission[i, j])
         light, back = light / length.shape[1], back / length.shape[1]
         ranges[i], intensities[i] = np.inf, 0.0
-        if light == 0.0 or (dark_range_m > 0.0 and light * dark_range_m * dark_range_m < DARK):
+        if light == 0.0 or (errors.dark_range_m > 0.0 and light * errors.dark_range_m * errors.dark_range_m < DARK):
             continue
         distance = way / (light * length.shape[1])
         seed = mix_bits(np.uint32(mix_bits(np.uint32(i)) ^ key))
         normal = standard_normal(seed, mix_bits(np.uint32(seed + _OTHER)))
-        distance += np.sqrt(noise_m * noise_m + noise_share * noise_share * distance * distance) * normal
-        if resolution_m > 0.0:
-            distance = np.floor(distance / resolution_m + 0.5) * resolution_m
+        distance += np.sqrt(errors.noise_m * errors.noise_m + errors.noise_share * errors.noise_share * distance * distance) * normal
+        if errors.resolution_m > 0.0:
+            distance = np.floor(distance / errors.resolution_m + 0.5) * errors.resolution_m
         ranges[i], intensities[i] = max(distance, 0.0), back
 
 

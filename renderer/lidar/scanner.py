@@ -6,16 +6,14 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from renderer.core.embree import LANES, SceneHandle, make_packet
 from renderer.core.random_numbers import make_frame_key
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.echoes import trace_echoes
+from renderer.lidar.echoes import Echoes, laser_surfaces, trace_echoes
 from renderer.lidar.mount import Floats, Placement, along_path, mounted_scanner
-from renderer.lidar.reading import limit_ranges, read_beams
+from renderer.lidar.reading import RangeErrors, limit_ranges, read_beams
 from renderer.lidar.scan import Scan
-from renderer.lidar.surfaces import laser_surfaces
 from renderer.scene.flat_scene import FlatScene
 from scene_description.poses import quaternion_from_rotation
 from scene_description.types import CameraPose
@@ -56,11 +54,7 @@ class Scanner:
 
     Threading: one scan at a time.
 
-    Args:
-        scene: of the room's triangles; stays open for as long as the scanner is used.
-        flat: whose triangles they are.
-        config: the scanner.
-        scene_key: seeds the noise.
+    ``scene``: stays open for as long as the scanner is used; ``scene_key``: seeds the noise.
     """
 
     def __init__(self, scene: SceneHandle, flat: FlatScene, config: ScanConfig, scene_key: int) -> None:
@@ -73,37 +67,34 @@ class Scanner:
     def scan(self, index: int, stamp_ns: int, path: Sequence[CameraPose]) -> Scan:
         """Return a scan that begins at ``stamp_ns``.
 
-        Args:
-            index: its number in the room, from which its noise is made.
-            stamp_ns: when its first beam leaves.
-            path: of the camera's rig, in the order of time; beyond its ends it goes on as it began and ended.
+        ``index``: its number in the room, from which its noise is made; ``path``: of the camera's rig, in the order of time; beyond its
+        ends it goes on as it began and ended.
         """
         config = self._config
         placed = mounted_scanner(config, along_path(path, stamp_ns, self._times_s))
-        first, length, remission = self._trace(placed)
-        ranges, intensities = (np.empty(config.beams, np.float32) for _ in range(2))
+        echoes = self._trace(placed)
+        ranges, intensities = np.empty((2, config.beams), np.float32)
         key = make_frame_key(self._scene_key, index, (_SCANNER,))
-        noise = (config.noise_m, config.noise_share, config.resolution_m)
-        read_beams(length, remission, config.dark_range_m, *noise, key, ranges, intensities)
+        errors = RangeErrors(config.dark_range_m, config.noise_m, config.noise_share, config.resolution_m)
+        read_beams(echoes.length, echoes.remission, errors, key, ranges, intensities)
         limits = config.range_min_m, config.range_max_m
         intensities[~np.isfinite(limit_ranges(ranges, *limits))] = 0.0
         poses = scanner_poses(config, path, stamp_ns)
-        return Scan(index, stamp_ns, poses, limit_ranges(ranges, *limits), limit_ranges(first[:, 0], *limits), intensities)
+        return Scan(index, stamp_ns, poses, limit_ranges(ranges, *limits), limit_ranges(echoes.first[:, 0], *limits), intensities)
 
     def along(self, path: Sequence[CameraPose]) -> Iterator[Scan]:
         """Yield the scans of a path."""
         for index in scans_of_path(self._config, path):
             yield self.scan(index, scan_stamp_ns(self._config, path[0].stamp_ns, index), path)
 
-    def _trace(self, placed: Placement) -> tuple[NDArray[np.float32], ...]:
-        """Return distance to the first surface, way and remission of the strongest echo, each (beams, rays of a beam)."""
+    def _trace(self, placed: Placement) -> Echoes:
+        """Return what comes back along the rays, (beams, rays of a beam) each."""
         shape = self._directions.shape[:2]
-        directions = np.einsum("bij,brj->bri", placed.rotation, self._directions).astype(np.float32)
+        directions = np.einsum("bij,brj->bri", placed.rotation, self._directions).astype(np.float32).reshape(-1, 3)
         origins = np.repeat(placed.position_m.astype(np.float32), shape[1], axis=0)
-        first, length, remission = (np.empty(shape, np.float32) for _ in range(3))
-        found = (first.reshape(-1), length.reshape(-1), remission.reshape(-1))
-        trace_echoes(self._scene, self._surfaces, origins, directions.reshape(-1, 3), self._packet, self._lanes, *found)
-        return first, length, remission
+        echoes = Echoes(*np.empty((3, len(origins)), np.float32))
+        trace_echoes(self._scene, self._surfaces, origins, directions, self._packet, self._lanes, echoes)
+        return Echoes(*(values.reshape(shape) for values in echoes))
 
 
 def beam_directions(config: ScanConfig) -> Floats:

@@ -13,49 +13,33 @@ from renderer.models import (
     bathroom_things,
     beds,
     cabinets,
-    cars,
     cases,
     chairs,
-    curtains,
-    desks,
-    dining_chairs,
-    dining_things,
-    electronics,
-    exercise_bikes,
-    fitted_kitchen,
+    floor_things,
     gym,
-    hallway,
-    islands,
     kitchen,
     kitchen_things,
     lamps,
-    left_about,
-    living_things,
     office,
     plants,
-    rugs,
-    seats,
-    shelves,
-    small,
+    small_things,
     sofas,
     storage,
     tables,
+    vehicles,
     wall_things,
     workshop,
 )
-from renderer.models.model import Model, Parts, Size
+from renderer.models.model import Model, Parts, Size, fitted
 
-MODELS: dict[str, Model] = {
-    name: model
-    for family in (
-        *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
-        *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage, cars),
-        *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, hallway),
-        *(kitchen, fitted_kitchen, islands, appliances, kitchen_things),
-        *(kitchen, fitted_kitchen, appliances, kitchen_things, left_about),
-    )
-    for name, model in family.MODELS.items()
-}
+FAMILIES = (
+    *(beds, cabinets, cases, tables, chairs, sofas, lamps, plants, wall_things, floor_things, small_things),
+    *(bathroom, bathroom_things, office, gym, workshop, storage, vehicles),
+    *(kitchen, appliances, kitchen_things),
+)
+"""The modules of this folder that each have a table ``MODELS``."""
+
+MODELS: dict[str, Model] = {name: model for family in FAMILIES for name, model in family.MODELS.items()}
 """Generator name -> model."""
 
 
@@ -71,7 +55,7 @@ def build_model(generator: str, style: str, seed: int, size_m: Size) -> Parts:
     chosen = model.styles[0] if style == "default" else style
     if chosen not in model.styles:
         raise KeyError(style)
-    return model.build(np.random.default_rng(seed), size_m, chosen)
+    return fitted(model.build(np.random.default_rng(seed), size_m, chosen), size_m)
 
 
 __all__ = ["MODELS", "Model", "Parts", "Size", "build_model"]

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rounded_box, slab
 from renderer.models.cabinets import bar_handle
 from renderer.models.kitchen import OVERHANG_M, PLINTH_M, turned_knob
-from renderer.models.living_things import turned_forward
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.small_things import turned_forward
 
 
-def build_stove(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_stove(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an oven with a hob: a glass hob with marked zones, gas burners under grates up to the full height, or solid iron plates."""
-    depth, width, height = size_m
-    half_d, half = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half = halved(size_m)
     front = half_d - OVERHANG_M
     low = min(PLINTH_M, 0.13 * height)
     hob_z = height - {"ceramic": 0.0, "gas": 0.03, "plates": 0.005}[style]
@@ -45,18 +45,7 @@ def build_stove(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         "gas": lambda: _gas(spots, half_d, half, hob_z, height),
         "plates": lambda: _plates(spots, half_d, half, hob_z, height),
     }[style]()
-    return fitted(
-        {
-            "body": merged(*body),
-            "door": merged(*door),
-            "glass": merged(glass, clock),
-            "handle": merged(*handle),
-            "knobs": merged(*knobs),
-            "hob": hob,
-            "rings": rings,
-        },
-        size_m,
-    )
+    return {"body": body, "door": door, "glass": [glass, clock], "handle": handle, "knobs": knobs, "hob": hob, "rings": rings}
 
 
 def _ceramic(spots: list[tuple[float, float, float]], half_d: float, half: float, height: float) -> tuple[Mesh, Mesh]:
@@ -113,10 +102,9 @@ def _plates(spots: list[tuple[float, float, float]], half_d: float, half: float,
     return merged(*tray), merged(*irons)
 
 
-def build_refrigerator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_refrigerator(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a refrigerator: two doors above each other, two side by side with a dispenser, or rounded and old-fashioned."""
-    depth, width, height = size_m
-    half_d, half = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half = halved(size_m)
     reach = min(0.045, 0.08 * depth)
     front = half_d - reach
     thick = 0.075
@@ -143,7 +131,7 @@ def build_refrigerator(rng: np.random.Generator, size_m: Size, style: str) -> Pa
             block((front - 0.001, y - 0.7 * w, z + 0.55 * h), (front + 0.005, y + 0.7 * w, z + 0.85 * h), 0.001),
             block((front - 0.001, y - 0.35 * w, z - 0.2 * h), (front + 0.012, y + 0.35 * w, z + 0.25 * h), 0.003),
         ]
-        return fitted({"body": body, "doors": merged(*doors), "handles": merged(*handles), "trim": merged(feet, seal, *niche)}, size_m)
+        return {"body": body, "doors": doors, "handles": handles, "trim": [feet, seal, *niche]}
     freezer_above = style == "retro" or bool(rng.random() < 0.25)
     split = low + (rng.uniform(0.68, 0.73) if freezer_above else rng.uniform(0.34, 0.42)) * (height - low)
     doors = [leaf(-half, half, low, split - 0.004), leaf(-half, half, split + 0.004, height)]
@@ -157,7 +145,7 @@ def build_refrigerator(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         else:
             handles.append(bar_handle(front, bar_y, z, length, reach, upright=True))
     badge = block((front - 0.002, -0.12 * half, height - 0.12), (front + 0.002, 0.12 * half, height - 0.1), 0.0008)
-    return fitted({"body": body, "doors": merged(*doors), "handles": merged(*handles), "trim": merged(feet, seal, badge)}, size_m)
+    return {"body": body, "doors": doors, "handles": handles, "trim": [feet, seal, badge]}
 
 
 def _frustum(low: tuple[float, float, float, float], high: tuple[float, float, float, float], z0: float, z1: float) -> Mesh:
@@ -167,10 +155,9 @@ def _frustum(low: tuple[float, float, float, float], high: tuple[float, float, f
     return flat_quads(np.asarray([*sides, top, foot[::-1]]))
 
 
-def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a hood for the wall: a pyramid with a chimney, a flat visor under a box, or a slab that slants forward."""
-    depth, width, height = size_m
-    half_d, half = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half = halved(size_m)
     duct_d, duct_w = min(0.26, 0.6 * depth), min(0.3, 0.5 * width)
     duct = block((-half_d, -0.5 * duct_w, 0.3 * height), (-half_d + duct_d, 0.5 * duct_w, height), 0.003)
     sleeve = block((-half_d, -0.5 * duct_w - 0.004, 0.3 * height), (-half_d + duct_d + 0.004, 0.5 * duct_w + 0.004, 0.72 * height), 0.002)
@@ -194,13 +181,9 @@ def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Part
     elif style == "slanted":
         lip = 0.06 * height
         rise = 0.72 * height
-        corners = [
-            (-half_d, 0.0),
-            (-half_d + 0.34 * depth, 0.0),
-            (half_d, rise - lip),
-            (half_d - 0.1 * depth, rise),
-            (-half_d, 0.3 * height),
-        ]
+        corners = points(
+            [-half_d, -half_d + 0.34 * depth, half_d, half_d - 0.1 * depth, -half_d], [0.0, 0.0, rise - lip, rise, 0.3 * height]
+        )
         slope = slab(corners, -half, half)
         order = [0, 2, 1]
         slope = slope._replace(
@@ -225,7 +208,7 @@ def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Part
         )
         for k in range(-2, 3)
     ]
-    return fitted({"body": merged(*body), "filter": panes, "buttons": merged(*buttons)}, size_m)
+    return {"body": body, "filter": panes, "buttons": buttons}
 
 
 def _filters(x0: float, x1: float, half: float, z: float, thick: float) -> Mesh:

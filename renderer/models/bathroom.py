@@ -7,17 +7,16 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import arc, bent, disc, egg, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.cabinets import Front, bar_handle, fronts, knob
-from renderer.models.lofts import arc, bent, disc, egg, loft, lying, oval, ring
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 
 
-def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a close-coupled toilet on a foot, a bowl with straight skirt before a slim cistern, or one that hangs on a boxed cistern."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     rim = min(0.42, 0.56 * height)
     hung = style == "hung"
     tank_depth = (0.29 if style == "close_coupled" else 0.22) * depth
@@ -40,15 +39,12 @@ def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     tank, lid, button = (_boxed_cistern if hung else _cistern)(half_d, half_w, tank_depth, rim, height)
     hinge = merged(*(disc("y", (back + 0.03 * depth, s * 0.3 * half_w, rim + 0.012), 0.012, 0.05, 10) for s in (-1.0, 1.0)))
     flush = merged(button, hinge)
-    return fitted(
-        {
-            "bowl": merged(loft(rings), loft([water - (0.0, 0.0, 0.004), water])),
-            "cistern": merged(tank, lid),
-            "seat": _toilet_seat(rng, back, front, half_w, rim, -half_d + tank_depth),
-            "flush": flush,
-        },
-        size_m,
-    )
+    return {
+        "bowl": [loft(rings), loft([water - (0.0, 0.0, 0.004), water])],
+        "cistern": [tank, lid],
+        "seat": _toilet_seat(rng, back, front, half_w, rim, -half_d + tank_depth),
+        "flush": flush,
+    }
 
 
 def _cistern(half_d: float, half_w: float, deep: float, rim: float, height: float) -> tuple[Mesh, Mesh, Mesh]:
@@ -93,10 +89,9 @@ def _toilet_seat(rng: np.random.Generator, back: float, front: float, half_w: fl
     return merged(seat, loft(tilted))
 
 
-def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tub built in behind panels, a free-standing oval one, or one with rolled rim on four feet; with waste, overflow and tap."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     tap_top = min(0.14, 0.18 * height)
     rim = height - tap_top
     end = 1.0 if rng.random() < 0.5 else -1.0
@@ -118,11 +113,7 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         apron = block((-half_d + 0.01, -half_w + 0.008, 0.0), (half_d - 0.012, half_w - 0.008, 0.14 * rim), 0.004)
         panels = blocks(
             [(half_d - 0.03, -half_w + 0.006, 0.0), (-half_d, -half_w + 0.006, 0.0), (-half_d, half_w - 0.03, 0.0)],
-            [
-                (half_d - 0.012, half_w - 0.006, rim - 0.03),
-                (half_d - 0.013, -half_w + 0.03, rim - 0.03),
-                (half_d - 0.013, half_w - 0.006, rim - 0.03),
-            ],
+            points([half_d - 0.012, half_d - 0.013, half_d - 0.013], [half_w - 0.006, -half_w + 0.03, half_w - 0.006], rim - 0.03),
             0.004,
         )
         parts = {"basin": loft([*base, *outer, *inner]), "panel": merged(panels, apron)}
@@ -136,7 +127,7 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             turn = math.pi * (step / 5.0 - 0.5)
             out = 0.022 * math.cos(turn) if step < 5 else 0.0
             outer.append(oval(half_d - 0.022 + out, half_w - 0.022 + out, rim - 0.022 + 0.022 * math.sin(turn), power=power, points=48))
-        feet = [_claw_foot(sx, sy, 0.56 * half_d, 0.62 * half_w, 1.4 * low + 0.03) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0)]
+        feet = [_claw_foot(sx, sy, 0.56 * half_d, 0.62 * half_w, 1.4 * low + 0.03) for sx, sy in CORNERS]
         parts = {"basin": loft([*outer, *inner]), "panel": merged(*feet)}
     else:
         outer = [
@@ -152,7 +143,7 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     tap = _bath_tap(-half_d + 0.5 * edge, rim, reach, tap_top)
     drain = disc("z", (0.0, end * 0.42 * half_w, 0.2 * rim + 0.003), 0.028, 0.006, 20)
     overflow = disc("y", (0.0, end * 0.885 * half_w, 0.66 * rim), 0.03, 0.014, 20, 0.003)
-    return fitted(parts | {"tap": merged(tap, drain, overflow)}, size_m)
+    return parts | {"tap": [tap, drain, overflow]}
 
 
 def _claw_foot(side_x: float, side_y: float, x: float, y: float, height: float) -> Mesh:
@@ -179,17 +170,13 @@ def _bath_tap(x: float, rim: float, reach: float, tall: float) -> Mesh:
     return merged(spout, rod((x, 0.0, rim - 0.002), (x, 0.0, rim + 0.008), 0.028), *handles)
 
 
-def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tray before wall panels, with glass on two sides, square or with a rounded front corner, or one pane to walk in beside."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     tray_top = min(0.14, 0.07 * height)
     outline = _cabin_outline(half_d, half_w, style)
-    tray = [np.column_stack([outline * s, np.full(len(outline), z)]) for s, z in ((1.0, 0.0), (1.0, tray_top - 0.004), (0.992, tray_top))]
-    tray += [
-        np.column_stack([outline * s, np.full(len(outline), z)])
-        for s, z in ((0.9, tray_top), (0.86, tray_top - 0.05), (0.2, tray_top - 0.06))
-    ]
+    tray = [points(outline * s, z) for s, z in ((1.0, 0.0), (1.0, tray_top - 0.004), (0.992, tray_top))]
+    tray += [points(outline * s, z) for s, z in ((0.9, tray_top), (0.86, tray_top - 0.05), (0.2, tray_top - 0.06))]
     drain = disc("z", (-0.3 * half_d, 0.0, tray_top - 0.052), 0.045, 0.012, 20)
     walls = blocks(
         [(-half_d, -half_w, tray_top - 0.002), (-half_d, half_w - 0.018, tray_top - 0.002)],
@@ -198,20 +185,18 @@ def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     if style == "walk_in":
         fixed = _screen(half_d, half_w, tray_top, height)
         fittings = merged(_shower(-half_d + 0.018, 0.28 * half_w, height), drain)
-        return fitted({"tray": loft(tray), "walls": walls, **fixed, "fittings": fittings}, size_m)
+        return {"tray": loft(tray), "walls": walls, **fixed, "fittings": fittings}
     open_side = outline[outline[:, 0] > -half_d + 0.03]
     open_side = open_side[open_side[:, 1] < half_w - 0.03]
     path = 0.975 * np.vstack([(-half_d, -half_w), open_side, (half_d, half_w)])
-    rails = [sweep(np.column_stack([path, np.full(len(path), z)]), 0.014, 8) for z in (tray_top + 0.012, height - 0.014)]
+    rails = [sweep(points(path, z), 0.014, 8) for z in (tray_top + 0.012, height - 0.014)]
     posts_at = path[[0, len(path) // 2, -1]] if style == "square" else path[[0, len(path) // 3, 2 * len(path) // 3, -1]]
     posts = [block((x - 0.012, y - 0.012, tray_top - 0.001), (x + 0.012, y + 0.012, height - 0.002), 0.003) for x, y in posts_at]
     panes = [_pane(a, b, tray_top + 0.02, height - 0.024) for a, b in itertools.pairwise(path)]
     grip = path[len(path) // 2] * 1.0
     handle = rod((grip[0] - 0.01, grip[1] - 0.05, 0.45 * height), (grip[0] - 0.01, grip[1] - 0.05, 0.6 * height), 0.01)
     fittings = merged(_shower(-half_d + 0.018, 0.28 * half_w, height), drain, handle)
-    return fitted(
-        {"tray": loft(tray), "walls": walls, "frame": merged(*rails, *posts), "glass": merged(*panes), "fittings": fittings}, size_m
-    )
+    return {"tray": loft(tray), "walls": walls, "frame": [*rails, *posts], "glass": panes, "fittings": fittings}
 
 
 def _screen(half_d: float, half_w: float, low: float, high: float) -> Parts:
@@ -242,7 +227,7 @@ def _pane(a: np.ndarray, b: np.ndarray, low: float, high: float) -> Mesh:
     along = (b - a) / np.linalg.norm(b - a)
     side = 0.003 * np.array([along[1], -along[0]])
     corners = np.array([a + side, b + side, b - side, a - side])
-    return loft([np.column_stack([corners, np.full(4, z)]) for z in (low, high)])
+    return loft([points(corners, z) for z in (low, high)])
 
 
 def _shower(x: float, y: float, height: float) -> Mesh:
@@ -255,13 +240,11 @@ def _shower(x: float, y: float, height: float) -> Mesh:
     knobs = [rod((out, y + s * 0.13, low), (out, y + s * 0.17, low), 0.027) for s in (-1.0, 1.0)]
     studs = [rod((x - 0.002, y + s, z), (out, y + s, z), 0.012) for s, z in ((-0.07, low), (0.07, low), (0.0, 0.85 * high))]
     hose = sweep(
-        [
-            (out + 0.02, y + 0.05, low - 0.01),
-            (out + 0.04, y + 0.1, low - 0.3),
-            (out + 0.05, y - 0.02, low - 0.42),
-            (out + 0.05, y - 0.1, low - 0.1),
-            (out + 0.03, y - 0.06, low + 0.3),
-        ],
+        points(
+            [out + 0.02, out + 0.04, out + 0.05, out + 0.05, out + 0.03],
+            [y + 0.05, y + 0.1, y - 0.02, y - 0.1, y - 0.06],
+            [low - 0.01, low - 0.3, low - 0.42, low - 0.1, low + 0.3],
+        ),
         0.007,
         8,
     )
@@ -269,10 +252,9 @@ def _shower(x: float, y: float, height: float) -> Mesh:
     return merged(riser, moved(head, out + 0.3, y), mixer, *knobs, *studs, hose, hand)
 
 
-def build_washbasin(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_washbasin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a basin over a vanity with drawers or doors, or a bowl that stands on a wooden top; with a tap."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     tap_top = min(0.16, 0.14 * height)
     rim = height - tap_top
     vessel = style == "vessel"
@@ -302,18 +284,13 @@ def build_washbasin(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         handles = [bar_handle(front, 0.0, a.high - 0.035, 0.4 * width, 0.022) for a in areas]
     basin, tap_x = (_vessel if vessel else _inset_basin)(half_d, half_w, slab_top, rim)
     top = block((-half_d, -half_w, slab_top - 0.03), (half_d, half_w, slab_top + 0.002), 0.004)
-    return fitted(
-        {
-            "body": merged(*body, *legs, *([top] if vessel else [])),
-            "drawers": fronts(front, areas, 0.018, framed=style == "doors"),
-            "handles": merged(*handles),
-            "basin": basin,
-            "tap": merged(
-                _basin_tap(tap_x, slab_top if vessel else rim, height, 0.3 * depth), disc("z", (0.02, 0, rim - 0.085), 0.024, 0.008, 18)
-            ),
-        },
-        size_m,
-    )
+    return {
+        "body": [*body, *legs, *([top] if vessel else [])],
+        "drawers": fronts(front, areas, 0.018, framed=style == "doors"),
+        "handles": handles,
+        "basin": basin,
+        "tap": [_basin_tap(tap_x, slab_top if vessel else rim, height, 0.3 * depth), disc("z", (0.02, 0, rim - 0.085), 0.024, 0.008, 18)],
+    }
 
 
 def _inset_basin(half_d: float, half_w: float, low: float, rim: float) -> tuple[Mesh, float]:
@@ -349,10 +326,9 @@ def _basin_tap(x: float, low: float, top: float, reach: float) -> Mesh:
     )
 
 
-def build_washing_machine(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_washing_machine(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a front loader: a box with control strip, detergent drawer, knob, display and a round door with porthole."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     front = half_d - 0.03
     radius = min(0.36 * width, 0.27 * height)
     z = 0.46 * height
@@ -377,10 +353,7 @@ def build_washing_machine(rng: np.random.Generator, size_m: Size, style: str) ->
     pane = lying(lathe(glass_profile, 36), "x", (front, 0.0, z))
     seal = ring("x", (front + 0.002, 0.0, z), 1.02 * radius, 0.006, 40, 6)
     trim = merged(door, seal) if style == "inset" else door
-    return fitted(
-        {"case": case, "panel": merged(*strip, drawer, grip), "door": merged(trim, dial), "glass": merged(pane, display)},
-        size_m,
-    )
+    return {"case": case, "panel": [*strip, drawer, grip], "door": [trim, dial], "glass": [pane, display]}
 
 
 MODELS = {

@@ -8,18 +8,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.cabinets import Front, carcass, fronts, knob
-from renderer.models.lofts import bent, disc, loft, lying, oval, ring
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 from renderer.models.soft import wrinkles
 
 
-def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a wall cabinet with mirrored doors, or one with framed doors over an open shelf with towels."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     reach = 0.02 if style == "towels" else 0.006
     front = half_d - reach
     count = max(1, round(width / 0.34))
@@ -36,7 +35,7 @@ def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -
             [(front - 0.003, a, 0.008) for a, _ in panes], [(front + 0.002, b, height - 0.008) for _, b in panes], 0.001
         )
         parts["handles"] = merged(*pulls)
-        return fitted(parts, size_m)
+        return parts
     board = block((-half_d + 0.004, -half_w + 0.01, shelf - 0.018), (front - 0.02, half_w - 0.01, shelf), 0.002)
     rolls = []
     r = min(0.24 * shelf, 0.3 * depth, 0.05)
@@ -45,7 +44,7 @@ def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -
         if rng.random() < 0.75 or k == 0:
             rolls.append(_rolled_towel(r, 0.7 * depth, (-half_d + 0.4 * depth + 0.01, float(y), 0.018 + r)))
     parts["body"] = merged(*body, board)
-    return fitted(parts | {"doors": fronts(front, areas, 0.018, True), "handles": merged(*pulls), "towels": merged(*rolls)}, size_m)
+    return parts | {"doors": fronts(front, areas, 0.018, True), "handles": pulls, "towels": rolls}
 
 
 def _rolled_towel(radius: float, length: float, at: tuple[float, float, float]) -> Mesh:
@@ -55,10 +54,9 @@ def _rolled_towel(radius: float, length: float, at: tuple[float, float, float]) 
     return lying(lathe(profile, 16), "x", at)
 
 
-def build_towel_rail(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_towel_rail(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a towel on a bar, or on the rungs of a ladder-shaped heated rail."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     tube = min(0.011, 0.14 * depth)
     if style == "bar":
         z, x = height - max(1.6 * tube, 0.016), half_d - 0.035
@@ -69,7 +67,7 @@ def build_towel_rail(rng: np.random.Generator, size_m: Size, style: str) -> Part
         ]
         wide, y = rng.uniform(0.6, 0.85) * (width - 0.08), 0.0
         cloth = [_hung_towel(rng, x, y, z, tube, wide, z - 0.001, rng.uniform(0.6, 0.9) * z)]
-        return fitted({"rail": merged(*rail), "towel": merged(*cloth)}, size_m)
+        return {"rail": rail, "towel": cloth}
     x = half_d - 0.03
     rail = [rod((x, s * (half_w - 0.016), 0.0), (x, s * (half_w - 0.016), height), 0.016) for s in (-1.0, 1.0)]
     pitch = 0.055
@@ -83,7 +81,7 @@ def build_towel_rail(rng: np.random.Generator, size_m: Size, style: str) -> Part
     top = rungs[-1] if rng.random() < 0.5 else rungs[2 * len(rungs) // 3]
     fall = rng.uniform(0.45, 0.65) * height
     wide = rng.uniform(0.6, 0.9) * (width - 0.08)
-    return fitted({"rail": merged(*rail), "towel": _hung_towel(rng, x, 0.0, top, tube, wide, min(fall, top), 0.7 * min(fall, top))}, size_m)
+    return {"rail": rail, "towel": _hung_towel(rng, x, 0.0, top, tube, wide, min(fall, top), 0.7 * min(fall, top))}
 
 
 def _hung_towel(
@@ -104,10 +102,9 @@ def _hung_towel(
     return sheet((points + 0.5 * thick * normal)[::-1], (points - 0.5 * thick * normal)[::-1])
 
 
-def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a thick mat with rounded corners and stripes, or an oval one."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     power = 14.0 if style == "striped" else 2.3
     shares = ((1.0, 0.0), (1.0, 0.55 * height), (0.975, 0.95 * height), (0.93, height), (0.88, 0.8 * height))
     pile = [oval(half_d * s, half_w * s, z, power=power, points=48) for s, z in shares]
@@ -116,7 +113,7 @@ def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             oval(half_d * s, half_w * s, z, power=power, points=48)
             for s, z in ((0.87, 0.5 * height), (0.87, 0.85 * height), (0.84, 0.97 * height))
         ]
-        return fitted({"pile": loft(pile), "pattern": loft(inner)}, size_m)
+        return {"pile": loft(pile), "pattern": loft(inner)}
     count = int(rng.integers(3, 7))
     long = half_w >= half_d
     reach, span = (half_w, half_d) if long else (half_d, half_w)
@@ -125,13 +122,12 @@ def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         w, e = 0.3 * reach / count, 0.85 * span
         low, high = ((-e, s - w), (e, s + w)) if long else ((s - w, -e), (s + w, e))
         stripes.append(rounded_box((*low, 0.5 * height), (*high, 0.98 * height), 0.2 * height, 1))
-    return fitted({"pile": loft(pile), "pattern": merged(*stripes)}, size_m)
+    return {"pile": loft(pile), "pattern": stripes}
 
 
-def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a woven hamper with clothes under its rim, or a canvas bag in a wooden frame."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     if style == "woven":
         rim = [
             oval(half_d - i, half_w - i, height - z, power=4.0, points=48)
@@ -139,7 +135,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
         ]
         inside = oval(0.8 * half_d, 0.8 * half_w, 0.5 * height, power=4.0, points=48)
         body = loft([*_weave(half_d, half_w, 0.955 * height), *rim, inside])
-        return fitted({"body": body, "clothes": _clothes(rng, 0.88 * half_d, 0.88 * half_w, 0.72 * height, 0.25 * height)}, size_m)
+        return {"body": body, "clothes": _clothes(rng, 0.88 * half_d, 0.88 * half_w, 0.72 * height, 0.25 * height)}
     frame = []
     for y in (-half_w + 0.012, half_w - 0.012):
         frame += [rod((s * (half_d - 0.014), y, 0.0), (-s * (half_d - 0.014), y, height - 0.012), 0.011, segments=8) for s in (-1.0, 1.0)]
@@ -150,10 +146,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
     bag = [oval(0.55 * half_d, half_w - 0.05, 0.12 * height, power=6.0), oval(0.62 * half_d, half_w - 0.035, 0.16 * height, power=6.0)]
     bag += [oval(0.8 * half_d, half_w - 0.028, 0.55 * height, power=6.0), oval(half_d - 0.02, half_w - 0.028, height - 0.02, power=8.0)]
     bag += [oval(half_d - 0.026, half_w - 0.034, height - 0.02, power=8.0), oval(0.7 * half_d, half_w - 0.06, 0.4 * height, power=6.0)]
-    return fitted(
-        {"frame": merged(*frame), "body": loft(bag), "clothes": _clothes(rng, 0.78 * half_d, half_w - 0.05, 0.74 * height, 0.2 * height)},
-        size_m,
-    )
+    return {"frame": frame, "body": loft(bag), "clothes": _clothes(rng, 0.78 * half_d, half_w - 0.05, 0.74 * height, 0.2 * height)}
 
 
 def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]]:
@@ -183,21 +176,15 @@ def _clothes(rng: np.random.Generator, half_x: float, half_y: float, low: float,
     return loft(rings)
 
 
-def build_soap_dispenser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_soap_dispenser(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bottle with a pump whose nozzle points to the front; round or square."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
     body_top = 0.68 * height
     if style == "round":
-        profile = [
-            (0.0, 0.0),
-            (0.94 * r, 0.0),
-            (r, 0.02 * height),
-            (r, 0.52 * height),
-            (0.9 * r, 0.61 * height),
-            (0.4 * r, body_top),
-            (0.0, body_top),
-        ]
+        profile = points(
+            [0.0, 0.94 * r, r, r, 0.9 * r, 0.4 * r, 0.0], [0.0, 0.0, 0.02 * height, 0.52 * height, 0.61 * height, body_top, body_top]
+        )
         body = lathe(profile, 28)
     else:
         body = merged(
@@ -210,13 +197,12 @@ def build_soap_dispenser(rng: np.random.Generator, size_m: Size, style: str) -> 
     stem = rod((0.0, 0.0, 0.78 * height), (0.0, 0.0, 0.95 * height), 0.13 * r, segments=10)
     nozzle = bent([(-0.2 * r, 0.0, 0.955 * height), (1.1 * r, 0.0, 0.955 * height), (1.25 * r, 0.0, 0.9 * height)], 0.16 * r, 0.01, 8)
     cap = disc("z", (0.0, 0.0, 0.96 * height), 0.36 * r, 0.08 * height, 18, 0.004)
-    return fitted({"body": body, "pump": merged(collar, stem, nozzle, cap)}, size_m)
+    return {"body": body, "pump": [collar, stem, nozzle, cap]}
 
 
-def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a holder on the wall with a roll, its end hanging down in front; an open arm or one with a cover."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     radius = min(0.42 * depth, 0.36 * height)
     z, x = height - radius - 0.03 * (style == "cover") - 0.004, half_d - radius - 0.004
     h = 0.5 * min(0.11, 0.78 * width)
@@ -235,24 +221,17 @@ def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str
             sheet(strip, strip - (0.002, 0.0, 0.003)),
             block((-half_d, -half_w, z - 0.02), (-half_d + 0.006, half_w, height - 0.004), 0.002),
         ]
-    return fitted({"arm": merged(*arm), "paper": merged(paper, hanging)}, size_m)
+    return {"arm": arm, "paper": [paper, hanging]}
 
 
-def build_toothbrush_cup(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_toothbrush_cup(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a cup with two or three brushes and a tube of paste."""
     depth, width, height = size_m
     r = 0.42 * min(depth, width)
     top = 0.52 * height
-    profile = [
-        (0.0, 0.0),
-        (0.8 * r, 0.0),
-        (0.82 * r, 0.004),
-        (r, top - 0.002),
-        (0.98 * r, top),
-        (0.93 * r, top - 0.002),
-        (0.76 * r, 0.006),
-        (0.0, 0.006),
-    ]
+    profile = points(
+        [0.0, 0.8 * r, 0.82 * r, r, 0.98 * r, 0.93 * r, 0.76 * r, 0.0], [0.0, 0.0, 0.004, top - 0.002, top, top - 0.002, 0.006, 0.006]
+    )
     brushes: list[Mesh] = []
     bristles: list[Mesh] = []
     reach = height - 0.01
@@ -268,7 +247,7 @@ def build_toothbrush_cup(rng: np.random.Generator, size_m: Size, style: str) -> 
     )
     brushes.append(rotated(moved(rotated(paste, "y", 0.12), x=0.1 * r), "z", rng.uniform(0.0, 6.0)))
     band = ring("z", (0.0, 0.0, 0.93 * top), 0.975 * r, 0.0015, 28, 6)
-    return fitted({"cup": merged(lathe(profile, 28), band), "brushes": merged(*brushes), "bristles": merged(*bristles)}, size_m)
+    return {"cup": [lathe(profile, 28), band], "brushes": brushes, "bristles": bristles}
 
 
 MODELS = {

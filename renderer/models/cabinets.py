@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 GAP_M = 0.003
+
 PANEL_M = 0.018
 
 
@@ -31,20 +33,12 @@ def carcass(depth: float, width: float, low: float, high: float, top_overhang: f
     half = 0.5 * width
     side = half - top_overhang
     return blocks(
-        [
-            (x0, -side, low),
-            (x0, side - PANEL_M, low),
-            (x0, -side + 0.004, low),
-            (x0, -side + 0.004, low + 0.004),
-            (x0, -half, high - 0.022),
-        ],
-        [
-            (x1, -side + PANEL_M, high - 0.02),
-            (x1, side, high - 0.02),
-            (x1, side - 0.004, low + PANEL_M),
-            (x0 + 0.008, side - 0.004, high - 0.02),
-            (x0 + depth, half, high),
-        ],
+        points(x0, [-side, side - PANEL_M, -side + 0.004, -side + 0.004, -half], [low, low, low, low + 0.004, high - 0.022]),
+        points(
+            [x1, x1, x1, x0 + 0.008, x0 + depth],
+            [-side + PANEL_M, side, side - 0.004, side - 0.004, half],
+            [high - 0.02, high - 0.02, low + PANEL_M, high - 0.02, high],
+        ),
         0.002,
     )
 
@@ -85,15 +79,9 @@ def bar_handle(x: float, y: float, z: float, length: float, reach: float, uprigh
 def knob(x: float, y: float, z: float, reach: float) -> Mesh:
     """Return a turned knob that stands ``reach`` off the front plane at ``x``."""
     r = min(0.015, 0.75 * reach)
-    profile = [
-        (0.0, 0.0),
-        (0.5 * r, 0.0),
-        (0.4 * r, 0.45 * reach),
-        (0.95 * r, 0.62 * reach),
-        (r, 0.78 * reach),
-        (0.8 * r, 0.95 * reach),
-        (0.0, reach),
-    ]
+    profile = points(
+        [0.0, 0.5 * r, 0.4 * r, 0.95 * r, r, 0.8 * r, 0.0], [0.0, 0.0, 0.45 * reach, 0.62 * reach, 0.78 * reach, 0.95 * reach, reach]
+    )
     return moved(rotated(lathe(profile, 14), "y", np.pi / 2), x, y, z)
 
 
@@ -136,7 +124,7 @@ def _rows(left: float, right: float, low: float, high: float, count: int, grow: 
     return [Front(left, right, float(a), float(b)) for a, b in itertools.pairwise(edges)]
 
 
-def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bedside cabinet: two or three drawers, one drawer over an open shelf, or a mid-century box on splayed legs."""
     depth, width, height = size_m
     reach = min(0.018, 0.045 * depth)
@@ -159,12 +147,10 @@ def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Part
         areas = _rows(-inner, inner, leg + 0.02, top, 1 if height < 0.5 else 2)
         legs = splayed_legs(back, front, half, leg)
     handles = pulls(front, areas, str(rng.choice(("bar", "knob"))) if style != "midcentury" else "cup", reach + 0.004)
-    return fitted(
-        {"body": merged(*body), "drawers": fronts(front, areas, framed=style == "shelf"), "handles": handles, "legs": legs}, size_m
-    )
+    return {"body": body, "drawers": fronts(front, areas, framed=style == "shelf"), "handles": handles, "legs": legs}
 
 
-def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a chest of drawers: classic with framed fronts and knobs, modern with bars, mid-century on splayed legs."""
     depth, width, height = size_m
     reach = min(0.02, 0.045 * depth)
@@ -186,18 +172,15 @@ def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         "midcentury": lambda: splayed_legs(back, front, half, leg, 0.035, 0.022),
     }[style]()
     kind = {"classic": "knob", "modern": "bar", "midcentury": "cup"}[style]
-    return fitted(
-        {
-            "body": carcass(body_depth, width, leg, height, 0.008, back),
-            "drawers": fronts(front, areas, framed=style == "classic"),
-            "handles": pulls(front, areas, kind, reach + 0.006),
-            "legs": legs,
-        },
-        size_m,
-    )
+    return {
+        "body": carcass(body_depth, width, leg, height, 0.008, back),
+        "drawers": fronts(front, areas, framed=style == "classic"),
+        "handles": pulls(front, areas, kind, reach + 0.006),
+        "legs": legs,
+    }
 
 
-def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a wardrobe with hinged flat doors, panelled doors with cornice, or sliding doors with mirrors."""
     depth, width, height = size_m
     reach = 0.028 if style != "mirrored" else 0.004
@@ -219,7 +202,7 @@ def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     doors = [Front(float(a), float(b), low, high) for a, b in itertools.pairwise(edges)]
     parts = {"body": merged(*body), "plinth": block((back + 0.01, -half + 0.02, 0.0), (front - 0.06, half - 0.02, plinth + 0.002))}
     if style == "mirrored":
-        return fitted(parts | _sliding_doors(front, doors), size_m)
+        return parts | _sliding_doors(front, doors)
     if style == "panelled":
         split = low + 0.36 * (high - low)
         areas = [Front(d.left, d.right, a, b) for d in doors for a, b in ((low, split), (split - GAP_M, high))]
@@ -232,7 +215,7 @@ def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         z = min(1.05, 0.5 * (low + high))
         handles.append(knob(front, y, z, reach) if style == "panelled" else bar_handle(front, y, z, 0.32, reach, upright=True))
     parts["handles"] = merged(*handles)
-    return fitted(parts, size_m)
+    return parts
 
 
 def _sliding_doors(front: float, doors: list[Front]) -> Parts:
@@ -245,12 +228,7 @@ def _sliding_doors(front: float, doors: list[Front]) -> Parts:
         left, right = d.left - 0.012 * (i % 2), d.right + 0.012 * (i % 2)
         rims.append(
             blocks(
-                [
-                    (x - 0.017, left, d.low),
-                    (x - 0.017, right - rim, d.low),
-                    (x - 0.017, left + rim, d.low),
-                    (x - 0.017, left + rim, d.high - rim),
-                ],
+                points(x - 0.017, [left, right - rim, left + rim, left + rim], [d.low, d.low, d.low, d.high - rim]),
                 [(x, left + rim, d.high), (x, right, d.high), (x, right - rim, d.low + rim), (x, right - rim, d.high)],
                 0.003,
             )

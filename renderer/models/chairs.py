@@ -1,4 +1,4 @@
-"""Desk chairs; the sitter looks along +x."""
+"""Desk chairs, dining chairs, bar stools and low stools; the sitter looks along +x."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion
 
 
-def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an office chair on a five-star base with castors, or a wooden chair on four legs."""
-    return fitted({"office": _office_chair, "wooden": _wooden_chair, "shell": _shell_chair}[style](rng, size_m), size_m)
+    return {"office": _office_chair, "wooden": _wooden_chair, "shell": _shell_chair}[style](rng, size_m)
 
 
 def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
@@ -34,12 +35,7 @@ def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     rest = cushion(rng, (back - 0.075, -0.92 * half_w, back_low), (back - 0.01, 0.92 * half_w, height - 0.002), 0.03, 0.018, axis=0)
     rest = _curved_back(rest, back_low, half_w)
     spine = sweep(
-        [
-            (-0.10, 0.0, seat_z - 0.066),
-            (back - 0.05, 0.0, seat_z - 0.055),
-            (back - 0.095, 0.0, seat_z + 0.03),
-            (back - 0.09, 0.0, back_low + 0.18),
-        ],
+        points([-0.10, back - 0.05, back - 0.095, back - 0.09], 0.0, [seat_z - 0.066, seat_z - 0.055, seat_z + 0.03, back_low + 0.18]),
         0.02,
         10,
         1.6,
@@ -56,14 +52,7 @@ def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
             )
         )
         rests.append(rounded_box((-0.17, y - 0.035, rest_z - 0.008), (0.11, y + 0.035, rest_z + 0.022), 0.014))
-    return {
-        "base": base,
-        "castors": castors,
-        "column": merged(column, spine),
-        "seat": seat,
-        "backrest": rest,
-        "armrests": merged(*rests),
-    }
+    return {"base": base, "castors": castors, "column": merged(column, spine), "seat": seat, "backrest": rest, "armrests": merged(*rests)}
 
 
 def _star_base(reach: float) -> tuple[Mesh, Mesh]:
@@ -96,8 +85,7 @@ def _curved_back(mesh: Mesh, low_z: float, half_w: float) -> Mesh:
 
 
 def _wooden_chair(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.54 * height)
     lean = 0.13 * (height - seat_z)
     back_x = -half_d + lean + 0.02
@@ -107,12 +95,9 @@ def _wooden_chair(rng: np.random.Generator, size_m: Size) -> Parts:
         frame.append(rod((half_d - 0.025, y, 0.0), (half_d - 0.045, s * (half_w - 0.04), seat_z - 0.02), 0.013, 0.02))
         frame.append(
             sweep(
-                [
-                    (back_x - 0.05, y, 0.0),
-                    (back_x, y, seat_z),
-                    (back_x - 0.3 * lean, y, seat_z + 0.4 * (height - seat_z)),
-                    (-half_d + 0.02, y, height),
-                ],
+                points(
+                    [back_x - 0.05, back_x, back_x - 0.3 * lean, -half_d + 0.02], y, [0.0, seat_z, seat_z + 0.4 * (height - seat_z), height]
+                ),
                 [0.014, 0.019, 0.018, 0.014],
                 12,
             )
@@ -134,29 +119,18 @@ def _back_rail(x: float, half_w: float, top: float, tall: float) -> Mesh:
     """Return a board between the back posts, bent backward in the middle."""
     y = np.linspace(-half_w, half_w, 15)
     bow = x + 0.02 * (y / half_w) ** 2
-    front = np.stack(
-        [np.column_stack([bow + 0.012, y, np.full(15, top - tall)]), np.column_stack([bow + 0.006, y, np.full(15, top)])], axis=1
-    )
+    front = np.stack([points(bow + 0.012, y, top - tall), points(bow + 0.006, y, top)], axis=1)
     return sheet(front, front - np.array([0.014, 0.0, 0.0]))
 
 
 def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     """A moulded shell, seat and back in one curve, on four splayed wooden legs with a seat pad."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.45, 0.55 * height)
     rise = height - seat_z
-    profile = np.array(
-        [
-            (half_d, seat_z - 0.03),
-            (half_d - 0.03, seat_z + 0.005),
-            (0.4 * half_d, seat_z),
-            (-0.25 * half_d, seat_z - 0.015),
-            (-0.55 * half_d, seat_z + 0.02),
-            (-0.75 * half_d, seat_z + 0.25 * rise),
-            (-0.88 * half_d, seat_z + 0.6 * rise),
-            (-half_d + 0.012, height),
-        ]
+    profile = points(
+        [half_d, half_d - 0.03, 0.4 * half_d, -0.25 * half_d, -0.55 * half_d, -0.75 * half_d, -0.88 * half_d, -half_d + 0.012],
+        [seat_z - 0.03, seat_z + 0.005, seat_z, seat_z - 0.015, seat_z + 0.02, seat_z + 0.25 * rise, seat_z + 0.6 * rise, height],
     )
     t = np.linspace(0.0, 1.0, len(profile))
     fine = np.linspace(0.0, 1.0, 25)
@@ -203,4 +177,175 @@ def _smooth(t: NDArray[np.float64], values: NDArray[np.float64], fine: NDArray[n
     )
 
 
-MODELS = {"desk_chair": Model(build_desk_chair, ("office", "wooden", "shell"))}
+def build_dining_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a dining chair: upright slats, a cross between the back posts, or a padded back and seat on tapered legs."""
+    return {"slats": _slats, "cross": _cross, "padded": _padded}[style](rng, size_m)
+
+
+def _post_x(z: float, half_d: float, seat_z: float, height: float) -> float:
+    """Return where along x the middle of a back post lies at height z; it leans backward above the seat and below it."""
+    return float(np.interp(z, [0.0, seat_z, height], [-half_d + 0.03, -half_d + 0.075, -half_d + 0.018]))
+
+
+def _wooden_frame(size_m: Size, seat_z: float) -> list[Mesh]:
+    """Return legs, back posts, stretchers and the seat's frame."""
+    _, _, height, half_d, half_w = halved(size_m)
+    frame: list[Mesh] = []
+    for s in (-1.0, 1.0):
+        y = s * (half_w - 0.025)
+        zs = [0.0, 0.5 * seat_z, seat_z, seat_z + 0.5 * (height - seat_z), height - 0.002]
+        path = [(_post_x(z, half_d, seat_z, height), y, z) for z in zs]
+        frame.append(sweep(path, [0.015, 0.018, 0.02, 0.018, 0.014], 12))
+        frame.append(rod((half_d - 0.025, s * (half_w - 0.022), 0.0), (half_d - 0.04, s * (half_w - 0.03), seat_z - 0.01), 0.014, 0.02))
+        frame.append(rod((half_d - 0.04, s * (half_w - 0.03), 0.4 * seat_z), (-half_d + 0.06, y, 0.4 * seat_z), 0.009))
+        low, high = sorted((s * (half_w - 0.02), s * (half_w - 0.042)))
+        frame.append(block((-half_d + 0.06, low, seat_z - 0.07), (half_d - 0.03, high, seat_z - 0.012)))
+    for x in (-half_d + 0.065, half_d - 0.05):
+        frame.append(block((x, -half_w + 0.035, seat_z - 0.07), (x + 0.02, half_w - 0.035, seat_z - 0.012)))
+    frame.append(rod((0.0, -half_w + 0.03, 0.4 * seat_z), (0.0, half_w - 0.03, 0.4 * seat_z), 0.009))
+    return frame
+
+
+def _rail(x: float, half_w: float, low: float, high: float, lean: float, bow: float = 0.022) -> Mesh:
+    """Return a board between the back posts, bent backward in the middle; its upper edge lies ``lean`` behind its lower one."""
+    y = np.linspace(-half_w, half_w, 15)
+    back = x - bow * (1.0 - (y / half_w) ** 2)
+    thick = 0.018
+    front = np.stack([points(back + 0.5 * thick, y, low), points(back + 0.5 * thick - lean, y, high)], axis=1)
+    return sheet(front, front - np.array([thick, 0.0, 0.0]))
+
+
+def _seat_board(rng: np.random.Generator, size_m: Size, seat_z: float) -> Mesh:
+    half_d, half_w = 0.5 * size_m[0], 0.5 * size_m[1]
+    return cushion(rng, (-half_d + 0.085, -half_w + 0.004, seat_z - 0.014), (half_d, half_w - 0.004, seat_z + 0.03), 0.018, 0.012)
+
+
+def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
+    _, _, height, half_d, half_w = halved(size_m)
+    seat_z = min(0.46, 0.505 * height)
+    span = half_w - 0.03
+    top = height - 0.01
+    bottom = seat_z + 0.14 * (height - seat_z)
+    x_top, x_low = (_post_x(z, half_d, seat_z, height) for z in (top - 0.07, bottom))
+    rails = [_rail(x_top, span, top - 0.08, top, 0.006), _rail(x_low, span, bottom - 0.02, bottom + 0.02, 0.002, 0.012)]
+    count = int(rng.integers(5, 9))
+    for y in np.linspace(-0.78 * span, 0.78 * span, count):
+        share = 1.0 - (y / span) ** 2
+        start, end = (x_low - 0.012 * share, y, bottom + 0.01), (x_top - 0.022 * share, y, top - 0.07)
+        rails.append(sweep(np.linspace(start, end, 4), 0.0085, 8))
+    return {"frame": merged(*_wooden_frame(size_m, seat_z)), "seat": _seat_board(rng, size_m, seat_z), "backrest": merged(*rails)}
+
+
+def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
+    _, _, height, half_d, half_w = halved(size_m)
+    seat_z = min(0.46, 0.505 * height)
+    span = half_w - 0.028
+    top = height - 0.006
+    x_top, x_low = (_post_x(z, half_d, seat_z, height) for z in (top - 0.06, seat_z + 0.1))
+    rails = [_rail(x_top, span, top - 0.065, top, 0.005)]
+    t = np.linspace(-1.0, 1.0, 9)
+    for s in (-1.0, 1.0):
+        z = seat_z + 0.03 + (top - 0.07 - seat_z) * 0.5 * (t + 1.0)
+        x = x_low + (x_top - x_low) * 0.5 * (t + 1.0) - 0.02 * (1.0 - t**2) - 0.008 * s
+        rails.append(sweep(np.column_stack([x, s * 0.94 * span * t, z]), 0.011, 8))
+    return {"frame": merged(*_wooden_frame(size_m, seat_z)), "seat": _seat_board(rng, size_m, seat_z), "backrest": merged(*rails)}
+
+
+def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
+    _, _, height, half_d, half_w = halved(size_m)
+    seat_z = min(0.48, 0.505 * height)
+    legs = [
+        rod((sx * (half_d - 0.025), sy * (half_w - 0.025), 0.0), (sx * (half_d - 0.06), sy * (half_w - 0.05), seat_z - 0.05), 0.011, 0.02)
+        for sx, sy in CORNERS
+    ]
+    seat = cushion(rng, (-half_d + 0.06, -half_w, seat_z - 0.075), (half_d, half_w, seat_z + 0.025), 0.035, 0.022)
+    rest = cushion(rng, (-half_d + 0.045, -half_w + 0.012, seat_z - 0.06), (-half_d + 0.095, half_w - 0.012, height), 0.02, 0.014, axis=0)
+    points = rest.vertices.astype(np.float64)
+    rise = np.clip((points[:, 2] - seat_z) / (height - seat_z), 0.0, 1.0)
+    points[:, 0] += 0.018 * (points[:, 1] / half_w) ** 2 - 0.045 * rise**1.3
+    points[:, 1] *= 1.0 - 0.1 * rise**2
+    return {"frame": merged(*legs), "seat": seat, "back": rest._replace(vertices=points.astype(np.float32))}
+
+
+def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a high stool with a ring for the feet: round on four legs, or a padded seat with a low back on a column and plate."""
+    _, _, height, half_d, half_w = halved(size_m)
+    r = min(half_d, half_w)
+    if style == "round":
+        top = height - 0.035
+        profile = [(0.0, top), (0.68 * r, top), (0.78 * r, top + 0.012), (0.78 * r, height - 0.008), (0.72 * r, height)]
+        seat = lathe([*profile, (0.4 * r, height - 0.006), (0.0, height - 0.009)], 36)
+        out = 0.94 * r / math.sqrt(2.0)
+        legs, rails = [], []
+        feet_z = 0.34 * height
+        for sx, sy in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+            legs.append(rod((sx * out, sy * out, 0.0), (sx * 0.6 * out, sy * 0.6 * out, top + 0.004), 0.014, 0.019))
+        at = out * (1.0 - 0.4 * feet_z / top)
+        corners = [(-at, -at), (at, -at), (at, at), (-at, at)]
+        for k, ((ax, ay), (bx, by)) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
+            z = feet_z + (0.05 if k % 2 else 0.0)
+            rails.append(rod((ax, ay, z), (bx, by, z), 0.01))
+        return {"legs": legs, "footrest": rails, "seat": seat}
+    seat_z = min(0.68, 0.76 * height)
+    plate = lathe([(0.0, 0.0), (r, 0.0), (r, 0.006), (0.95 * r, 0.012), (0.2 * r, 0.022), (0.03, 0.05), (0.0, 0.05)], 40)
+    column = rod((0.0, 0.0, 0.02), (0.0, 0.0, seat_z - 0.06), 0.022, segments=20)
+    ring = _ring(0.62 * r, 0.32 * seat_z, 0.01)
+    arm = rod((0.0, 0.0, 0.32 * seat_z), (0.62 * r, 0.0, 0.32 * seat_z), 0.009)
+    seat = cushion(rng, (-0.9 * r, -0.95 * r, seat_z - 0.06), (r, 0.95 * r, seat_z + 0.025), 0.045, 0.02)
+    under = rounded_box((-0.5 * r, -0.5 * r, seat_z - 0.075), (0.5 * r, 0.5 * r, seat_z - 0.05), 0.01)
+    return {"legs": [plate, column, under], "footrest": [ring, arm], "seat": [seat, _low_back(0.95 * r, seat_z - 0.03, height)]}
+
+
+def _ring(radius: float, z: float, bar: float) -> Mesh:
+    """Return a lying torus."""
+    angle = np.arange(10) * (2.0 * math.pi / 10)
+    return lathe([(radius + bar * math.cos(a), z + bar * math.sin(a)) for a in angle], 32, closed=True)
+
+
+def _low_back(r: float, low: float, high: float) -> Mesh:
+    """Return a padded band round the back of a seat."""
+    angle = np.linspace(math.radians(105.0), math.radians(255.0), 22)
+    v = np.linspace(0.0, 1.0, 6)
+    aa, vv = np.meshgrid(angle, v, indexing="ij")
+    fade = np.sin((aa - angle[0]) / (angle[-1] - angle[0]) * math.pi) ** 0.5
+    z = low + (high - low) * vv * (0.45 + 0.55 * fade)
+    thick = 0.045 * np.sqrt(np.clip(1.0 - (2.0 * vv - 1.0) ** 4, 0.05, 1.0))
+    outer = np.dstack([r * 1.02 * np.cos(aa), r * 1.0 * np.sin(aa), z])
+    inner = np.dstack([(r - thick) * np.cos(aa), (r - thick) * np.sin(aa), z])
+    return sheet(outer, inner)
+
+
+def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a low stool on four legs with a round, slightly hollow seat, or a square one on an apron."""
+    del rng
+    _, _, height, half_d, half_w = halved(size_m)
+    top = height - 0.03
+    if style == "round":
+        r = min(half_d, half_w)
+        rim = [(0.0, top), (0.9 * r, top), (r, top + 0.008), (r, height - 0.006), (0.95 * r, height)]
+        seat, out, inner = lathe([*rim, (0.5 * r, height - 0.005), (0.0, height - 0.007)], 40), 0.9 * r / math.sqrt(2.0), 0.62
+        square, thick = (out, out), (0.013, 0.017)
+    else:
+        seat = rounded_box((-half_d, -half_w, top), (half_d, half_w, height), 0.008)
+        square, thick, inner = (half_d - 0.03, half_w - 0.03), (0.014, 0.018), 0.97
+    corners = [(sx * square[0], sy * square[1]) for sx, sy in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))]
+    legs = [rod((x, y, 0.0), (inner * x, inner * y, top + 0.004), *thick) for x, y in corners]
+    low = 0.3 * height
+    at = 1.0 - (1.0 - inner) * low / top
+    rails = [
+        rod((ax * at, ay * at, low), (bx * at, by * at, low), 0.009)
+        for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True)
+    ]
+    if style == "square":
+        a, b, z = square[0], square[1], top - 0.045
+        rails.append(blocks([(-a, -b - 0.009, z), (-a, b - 0.009, z)], [(a, -b + 0.009, top), (a, b + 0.009, top)], 0.002))
+        rails.append(blocks([(-a - 0.009, -b, z), (a - 0.009, -b, z)], [(-a + 0.009, b, top), (a + 0.009, b, top)], 0.002))
+    return {"legs": [*legs, *rails], "seat": seat}
+
+
+MODELS = {
+    "desk_chair": Model(build_desk_chair, ("office", "wooden", "shell")),
+    "dining_chair": Model(build_dining_chair, ("slats", "cross", "padded")),
+    "bar_stool": Model(build_bar_stool, ("round", "backed")),
+    "stool": Model(build_stool, ("round", "square")),
+}

@@ -1,4 +1,7 @@
-"""Gym machines and weights; who uses a treadmill or bike mounts it from +x and looks towards its console at -x."""
+"""Gym machines, weights and exercise bikes.
+
+Who uses a treadmill or bike mounts it from +x and looks towards its console at -x.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,18 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 from renderer.models.lamps import globe
-from renderer.models.lofts import bent, disc, loft, lying, oval, ring
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion
+from renderer.models.vehicles import saddle
 
 
-def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a treadmill: deck with belt and side rails, motor hood, uprights with hand rails or short bars, console."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     compact = style == "compact"
     deck = min(0.2, 0.15 * height) * (0.7 if compact else 1.0)
     hood_end = -half_d + 0.26 * depth
@@ -60,19 +63,16 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     screen = block((0.02, -0.5 * half_w, 0.3 * (height - top)), (0.033, 0.5 * half_w, 0.86 * (height - top)), 0.002)
     keys = [disc("x", (0.03, y, 0.15 * (height - top)), 0.012, 0.01, 12) for y in np.linspace(-0.45, 0.45, 7) * half_w]
     console, screen, buttons = (moved(rotated(mesh, "y", -0.3), x, z=top) for mesh in (console, screen, merged(*keys)))
-    return fitted(
-        {
-            "frame": merged(*frame, *posts),
-            "rails": merged(*rails, *caps),
-            "belt": belt,
-            "hood": hood,
-            "grips": merged(*grips, bar),
-            "console": merged(tray, console),
-            "screen": screen,
-            "buttons": buttons,
-        },
-        size_m,
-    )
+    return {
+        "frame": [*frame, *posts],
+        "rails": [*rails, *caps],
+        "belt": belt,
+        "hood": hood,
+        "grips": [*grips, bar],
+        "console": [tray, console],
+        "screen": screen,
+        "buttons": buttons,
+    }
 
 
 def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list[Mesh], list[Mesh], float]:
@@ -94,12 +94,7 @@ def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list
             continue
         grips.append(
             bent(
-                [
-                    (head[0] - 0.02, s * post_y, top - 0.01),
-                    (reach, s * post_y, top - 0.05),
-                    (reach - 0.05, s * post_y, 0.55 * top),
-                    (foot[0] - 0.03, s * post_y, 0.42 * top),
-                ],
+                points([head[0] - 0.02, reach, reach - 0.05, foot[0] - 0.03], s * post_y, [top - 0.01, top - 0.05, 0.55 * top, 0.42 * top]),
                 0.02,
                 0.08,
                 10,
@@ -108,13 +103,12 @@ def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list
     return posts, grips, -half_d + 0.1 + lean
 
 
-def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a padded bench, flat, with raised back, or flat with rollers for the legs, and a bar with plates.
 
     A bench at least 0.95 m wide and 0.75 m high has a rack that carries the bar; the bar of a smaller one lies under its pad.
     """
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     racked = width >= 0.95 and height >= 0.75
     r = min(0.21, 0.2 * height + 0.03, 0.3 * depth) if racked else min(0.13, 0.27 * height, 0.2 * width)
     bar_x, bar_z = (-half_d + r, height - r) if racked else (-0.08 * depth, r)
@@ -151,7 +145,7 @@ def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         frame += _rack(bar_x, post_y, bar_z, 0.28 * r + 0.1)
     bar, plates = _barbell(rng, half_w, post_y, r)
     at = {"x": bar_x, "z": bar_z}
-    return fitted({"frame": merged(*frame), "pads": pads, "bar": moved(bar, **at), "plates": moved(plates, **at)}, size_m)
+    return {"frame": frame, "pads": pads, "bar": moved(bar, **at), "plates": moved(plates, **at)}
 
 
 def _bench_feet(half_d: float, half: float, seat: float, head: float, racked: bool) -> list[Mesh]:
@@ -200,10 +194,9 @@ def dumbbell(length: float, radius: float, hexagonal: bool) -> tuple[Mesh, Mesh]
     return rod((-0.3 * length, 0.0, 0.0), (0.3 * length, 0.0, 0.0), min(0.016, 0.5 * radius), segments=8), heads
 
 
-def build_dumbbell_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_dumbbell_rack(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return two or three tilted shelves full of dumbbells, larger ones below, on side frames."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     tiers = 2 if height < 0.75 else 3
     frame: list[Mesh] = []
     grips: list[Mesh] = []
@@ -225,13 +218,12 @@ def build_dumbbell_rack(rng: np.random.Generator, size_m: Size, style: str) -> P
         for y in np.linspace(-half_w + 0.06 + r, half_w - 0.06 - r, count):
             for into, mesh in zip((grips, heads), dumbbell(2.0 * reach + 0.12, r, style == "hexagonal"), strict=True):
                 into.append(moved(rotated(mesh, "y", 0.2), x, float(y), z + 0.012 + r))
-    return fitted({"frame": merged(*frame), "grips": merged(*grips), "weights": merged(*heads)}, size_m)
+    return {"frame": frame, "grips": grips, "weights": heads}
 
 
-def build_exercise_mat(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_exercise_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a mat that lies flat, with ribs across it."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     long = half_w >= half_d
     wide, tall = (half_d, half_w) if long else (half_w, half_d)
     body = loft([oval(wide - i, tall - i, z, power=30.0, points=40) for i, z in ((0.0, 0.0), (0.0, 0.8 * height), (0.003, 0.97 * height))])
@@ -242,10 +234,10 @@ def build_exercise_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     parts = {"mat": body, "ribs": ribs}
     if not long:
         parts = {name: rotated(mesh, "z", 0.5 * math.pi) for name, mesh in parts.items()}
-    return fitted(parts, size_m)
+    return parts
 
 
-def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an inflated ball with grooves round its equator and a plug."""
     r = 0.5 * float(min(size_m))
     angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
@@ -256,10 +248,10 @@ def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     lean = rng.uniform(0.2, 1.2)
     ball = rotated(lathe(profile, 36), "x", lean, (0.0, 0.0, r))
     plug = rotated(moved(globe(0.02, 0.0, 0.4, 6), z=1.994 * r), "x", lean + 0.4, (0.0, 0.0, r))
-    return fitted({"ball": ball, "plug": plug}, size_m)
+    return {"ball": ball, "plug": plug}
 
 
-def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a ball with flat foot, a loop to grip, and a coloured ring that tells its weight."""
     depth, width, height = size_m
     r = min(0.5 * min(depth, width), 0.34 * height)
@@ -269,18 +261,149 @@ def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Part
     profile = [(0.0, 0.0), *((r * max(math.cos(a), 0.0), z0 + r * math.sin(a)) for a in shares[:-1]), (0.0, z0 + r)]
     tube = min(0.018, 0.2 * r)
     wide = 0.62 * r
-    path = [
-        (0.0, -0.5 * r, z0 + 0.72 * r),
-        (0.0, -wide, height - 0.25 * r),
-        (0.0, -0.6 * wide, height - tube),
-        (0.0, 0.6 * wide, height - tube),
-        (0.0, wide, height - 0.25 * r),
-        (0.0, 0.5 * r, z0 + 0.72 * r),
-    ]
+    path = points(
+        0.0,
+        [-0.5 * r, -wide, -0.6 * wide, 0.6 * wide, wide, 0.5 * r],
+        [z0 + 0.72 * r, height - 0.25 * r, height - tube, height - tube, height - 0.25 * r, z0 + 0.72 * r],
+    )
     inside, outside = ((0.985, (0.12, -0.12)), (1.012, (-0.12, -0.04, 0.04, 0.12)))
     section = [(s * r * math.cos(a), z0 + s * r * math.sin(a)) for s, angles in (inside, outside) for a in angles]
     band = lathe(section, 32, closed=True)
-    return fitted({"body": lathe(profile, 32), "grip": bent(path, tube, 0.04, 10), "band": band}, size_m)
+    return {"body": lathe(profile, 32), "grip": bent(path, tube, 0.04, 10), "band": band}
+
+
+def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a spinning bike with bare flywheel, an upright bike with covered drive, or a recumbent one; bars at -x, saddle at +x."""
+    if style == "recumbent":
+        return _recumbent(rng, size_m)
+    depth, _, height, half_d, half_w = halved(size_m)
+    feet = [rounded_box((x - 0.035, -half_w, 0.0), (x + 0.035, half_w, 0.06), 0.02, 2) for x in (-half_d + 0.05, half_d - 0.05)]
+    r = min(0.24, 0.23 * depth, 0.2 * height)
+    wheel = (-half_d + r + 0.05, 0.0, r + 0.09)
+    crank = (0.04 * depth, 0.0, 0.29 * height)
+    seat_top = (0.26 * depth, 0.0, 0.74 * height)
+    bar_top = (-0.27 * depth, 0.0, 0.84 * height)
+    beam = [bent([(-half_d + 0.05, 0, 0.05), (0.0, 0.0, 0.09), (half_d - 0.05, 0, 0.05)], 0.03, 0.2, 10)]
+    beam += [sweep([(0.0, 0.0, 0.08), crank, (0.2 * depth, 0.0, 0.56 * height)], 0.034, 10)]
+    beam += [sweep([crank, (-0.2 * depth, 0.0, 0.62 * height), (-0.22 * depth, 0.0, 0.66 * height)], 0.034, 10)]
+    fork = [
+        bent([(wheel[0], s * 0.05, wheel[2]), (-0.22 * depth, s * 0.045, 0.5 * height), (-0.2 * depth, 0.0, 0.6 * height)], 0.016, 0.1, 8)
+        for s in (-1.0, 1.0)
+    ]
+    posts = [sweep([(0.19 * depth, 0, 0.5 * height), (seat_top[0], 0, seat_top[2] - 0.05)], 0.022, 10)]
+    posts += [sweep([(-0.21 * depth, 0.0, 0.6 * height), (bar_top[0], 0.0, bar_top[2])], 0.022, 10)]
+    if style == "spinning":
+        fly = merged(
+            disc("y", wheel, r, 0.03, 40, 0.006), disc("y", wheel, 0.3 * r, 0.07, 20, 0.01), ring("y", wheel, 0.95 * r, 0.02, 40, 8)
+        )
+        cover = [sweep([wheel, crank], [0.55 * r, 0.11], 24, 0.16)]
+        cover = [moved(mesh, y=-0.055) for mesh in cover]
+    else:
+        fly = disc("y", (wheel[0], 0.0, wheel[2]), 0.8 * r, 0.14, 36, 0.02)
+        shell = [disc("y", (wheel[0] + 0.02, 0.0, wheel[2] + 0.01), 1.02 * r, 0.11, 36, 0.04), disc("y", crank, 0.17, 0.11, 28, 0.04)]
+        cover = [*shell, sweep([(wheel[0], 0, wheel[2] + 0.1 * r), crank], [0.9 * r, 0.15], 24, 0.2)]
+    pedals, arms = [], [rod((crank[0], -0.1, crank[2]), (crank[0], 0.1, crank[2]), 0.016)]
+    turn, reach = rng.uniform(0.0, 2.0 * math.pi), min(0.17, crank[2] - 0.1)
+    for s in (-1.0, 1.0):
+        px, pz = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
+        arms.append(sweep([(crank[0], s * 0.095, crank[2]), (px, s * 0.1, pz)], 0.013, 8))
+        pedals.append(block((px - 0.045, s * 0.14 - 0.04, pz - 0.012), (px + 0.045, s * 0.14 + 0.04, pz + 0.012), 0.006))
+    grip_w = 0.92 * half_w
+    reach = -half_d + 0.02
+    bars = bent(
+        points(
+            [reach + 0.2 * depth, reach, bar_top[0] - 0.02, bar_top[0] - 0.02, reach, reach + 0.2 * depth],
+            [-grip_w, -grip_w, -0.06, 0.06, grip_w, grip_w],
+            [bar_top[2] + 0.02, bar_top[2] + 0.05, bar_top[2], bar_top[2], bar_top[2] + 0.05, bar_top[2] + 0.02],
+        ),
+        0.015,
+        0.06,
+        10,
+    )
+    z = bar_top[2] + 0.03
+    console = rounded_box((-0.02, -0.13, 0.0), (0.02, 0.13, height - z), 0.014, 2)
+    screen = block((0.012, -0.1, 0.25 * (height - z)), (0.023, 0.1, 0.85 * (height - z)), 0.002)
+    console, screen = (moved(rotated(mesh, "y", -0.5), bar_top[0] + 0.02, z=z) for mesh in (console, screen))
+    return {
+        "frame": [*feet, *beam, *fork],
+        "posts": [*posts, *arms],
+        "flywheel": fly,
+        "cover": cover,
+        "pedals": pedals,
+        "saddle": saddle(rng, 0.27, 0.21, seat_top, -1.0),
+        "handlebar": bars,
+        "console": console,
+        "screen": screen,
+    }
+
+
+def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
+    """A low bike with a seat with back at +x, pedals before it, a covered drive, and bars beside the seat."""
+    depth, _, height, half_d, half_w = halved(size_m)
+    r = min(0.22, 0.2 * depth, 0.19 * height)
+    feet = [rounded_box((x - 0.035, -half_w, 0.0), (x + 0.035, half_w, 0.055), 0.02, 2) for x in (-half_d + 0.12, half_d - 0.05)]
+    hub, crank = (-half_d + r + 0.02, 0.0, 0.3 * height), (-half_d + 1.5 * r + 0.1, 0.0, 0.4 * height)
+    seat_z = 0.48 * height
+    beam = rounded_box((-half_d + 0.08, -0.045, 0.05), (half_d - 0.03, 0.045, 0.13), 0.02, 2)
+    rest = rod((0.27 * depth, 0.0, 0.1), (0.27 * depth, 0.0, seat_z - 0.05), 0.035)
+    shell = [disc("y", hub, 1.05 * r, 0.13, 36, 0.04), disc("y", crank, 0.55 * r, 0.13, 28, 0.04)]
+    shell += [
+        sweep([hub, crank], [0.95 * r, 0.5 * r], 24, 0.06 / r),
+        rounded_box((hub[0] - 0.5 * r, -0.06, 0.08), (crank[0], 0.06, hub[2]), 0.03, 2),
+    ]
+    turn, reach = rng.uniform(0.0, 2.0 * math.pi), min(0.16, crank[2] - 0.14)
+    pedals, arms = [], [rod((crank[0], -0.11, crank[2]), (crank[0], 0.11, crank[2]), 0.016)]
+    for s in (-1.0, 1.0):
+        px, pz = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
+        arms.append(sweep([(crank[0], s * 0.1, crank[2]), (px, s * 0.105, pz)], 0.013, 8))
+        pedals.append(block((px - 0.012, s * 0.15 - 0.04, pz - 0.05), (px + 0.03, s * 0.15 + 0.04, pz + 0.05), 0.008))
+    wide = min(0.2, 0.75 * half_w)
+    seat = cushion(rng, (0.08 * depth, -wide, seat_z - 0.05), (0.36 * depth, wide, seat_z + 0.03), 0.03, 0.03)
+    back = rotated(cushion(rng, (-0.03, -wide, 0.0), (0.05, wide, 0.34 * height), 0.03, 0.03, axis=0), "y", math.pi)
+    back = moved(rotated(mirrored(back, "z"), "y", 0.18), 0.36 * depth, z=seat_z)
+    mast_x, mast_z = -0.2 * depth, 0.86 * height
+    mast = sweep([(crank[0] - 0.5 * r, 0.0, crank[2] + 0.3 * r), (mast_x - 0.06, 0.0, mast_z)], 0.028, 10)
+    bars = [
+        bent(
+            points(
+                [mast_x - 0.05, mast_x, mast_x + 0.16],
+                [s * 0.02, s * 0.8 * half_w, s * 0.8 * half_w],
+                [0.9 * mast_z, 0.92 * mast_z, 0.9 * mast_z],
+            ),
+            0.015,
+            0.05,
+            8,
+        )
+        for s in (-1.0, 1.0)
+    ]
+    bars += [
+        bent(
+            points(
+                [0.3 * depth, 0.28 * depth, 0.12 * depth],
+                [s * 0.1, s * 0.92 * half_w, s * 0.92 * half_w],
+                [seat_z - 0.08, seat_z - 0.08, seat_z + 0.12],
+            ),
+            0.015,
+            0.06,
+            8,
+        )
+        for s in (-1.0, 1.0)
+    ]
+    rise = height - mast_z + 0.02
+    console = rounded_box((-0.02, -0.15, 0.0), (0.02, 0.15, rise), 0.014, 2)
+    screen = block((0.012, -0.12, 0.2 * rise), (0.023, 0.12, 0.88 * rise), 0.002)
+    console, screen = (moved(rotated(mesh, "y", -0.35), mast_x - 0.04, z=mast_z - 0.02) for mesh in (console, screen))
+    return {
+        "frame": merged(*feet, beam, mast),
+        "posts": merged(rest, *arms),
+        "flywheel": disc("y", hub, 0.6 * r, 0.15, 36, 0.02),
+        "cover": merged(*shell),
+        "pedals": merged(*pedals),
+        "saddle": merged(seat, back),
+        "handlebar": merged(*bars),
+        "console": console,
+        "screen": screen,
+    }
 
 
 MODELS = {
@@ -290,4 +413,5 @@ MODELS = {
     "exercise_mat": Model(build_exercise_mat, ("ribbed",)),
     "gym_ball": Model(build_gym_ball, ("ball",)),
     "kettlebell": Model(build_kettlebell, ("kettlebell",)),
+    "exercise_bike": Model(build_exercise_bike, ("spinning", "upright", "recumbent")),
 }

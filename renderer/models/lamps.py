@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, merged, moved, rod, rotated, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 PLEATS = 30
 
@@ -33,17 +34,10 @@ def globe(radius: float, center_z: float, squash: float = 1.0, steps: int = 14) 
 def bulb(center_z: float, radius: float = 0.03) -> Mesh:
     """Return a lamp bulb with its cap below."""
     r = radius
-    profile = [
-        (0.0, -2.2 * r),
-        (0.42 * r, -2.2 * r),
-        (0.42 * r, -1.2 * r),
-        (0.7 * r, -0.75 * r),
-        (0.95 * r, -0.25 * r),
-        (r, 0.1 * r),
-        (0.85 * r, 0.55 * r),
-        (0.5 * r, 0.88 * r),
-        (0.0, r),
-    ]
+    profile = points(
+        [0.0, 0.42 * r, 0.42 * r, 0.7 * r, 0.95 * r, r, 0.85 * r, 0.5 * r, 0.0],
+        [-2.2 * r, -2.2 * r, -1.2 * r, -0.75 * r, -0.25 * r, 0.1 * r, 0.55 * r, 0.88 * r, r],
+    )
     return moved(lathe(profile, 16), z=center_z)
 
 
@@ -51,7 +45,7 @@ def _pleats(angle: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(1.0 + 0.022 * np.cos(PLEATS * angle))
 
 
-def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a lamp with a turned ceramic foot and pleated shade, a slim metal one with a drum shade, or a glowing globe."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -60,12 +54,10 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
         foot = [(0.0, 0.0), (0.62 * ball, 0.0), (0.62 * ball, 0.012), (0.55 * ball, 0.02), (0.0, 0.02)]
         stem = rod((0, 0, 0.018), (0, 0, height - 1.9 * ball), 0.05 * ball + 0.006)
         cup = lathe(
-            [
-                (0.0, height - 2.0 * ball - 0.012),
-                (0.3 * ball, height - 2.0 * ball - 0.01),
-                (0.42 * ball, height - 1.9 * ball),
-                (0.0, height - 1.86 * ball),
-            ],
+            points(
+                [0.0, 0.3 * ball, 0.42 * ball, 0.0],
+                [height - 2.0 * ball - 0.012, height - 2.0 * ball - 0.01, height - 1.9 * ball, height - 1.86 * ball],
+            ),
             20,
         )
         parts = {
@@ -74,7 +66,7 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
             "shade": globe(r, height - ball, ball / r),
             "bulb": bulb(height - ball, 0.3 * ball),
         }
-        return fitted(parts, size_m)
+        return parts
     shade_low = height * rng.uniform(0.52, 0.6)
     top = r * (rng.uniform(0.55, 0.72) if style == "ceramic" else rng.uniform(0.85, 1.0))
     shade = hollow_shade(r, top, shade_low, height, pleated=style == "ceramic")
@@ -84,19 +76,10 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
         z = shade_low * 0.9
         belly = rng.uniform(0.3, 0.5)
         base = lathe(
-            [
-                (0.0, 0.0),
-                (0.62 * b, 0.0),
-                (0.64 * b, 0.015),
-                (0.55 * b, 0.03),
-                (0.9 * b, belly * z * 0.6),
-                (b, belly * z),
-                (0.86 * b, (belly + 0.2) * z),
-                (0.45 * b, (belly + 0.4) * z),
-                (0.24 * b, 0.93 * z),
-                (0.26 * b, z),
-                (0.0, z),
-            ],
+            points(
+                [0.0, 0.62 * b, 0.64 * b, 0.55 * b, 0.9 * b, b, 0.86 * b, 0.45 * b, 0.24 * b, 0.26 * b, 0.0],
+                [0.0, 0.0, 0.015, 0.03, belly * z * 0.6, belly * z, (belly + 0.2) * z, (belly + 0.4) * z, 0.93 * z, z, z],
+            ),
             32,
         )
     else:
@@ -107,7 +90,7 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
         lathe([(0.0, neck - 0.01), (0.014, neck - 0.01), (0.014, neck + 0.03), (0.0, neck + 0.03)], 14),
         *_spider(r, top, shade_low, height),
     )
-    return fitted({"base": base, "stem": stem, "shade": shade, "bulb": bulb(neck + 0.085, min(0.03, 0.3 * r))}, size_m)
+    return {"base": base, "stem": stem, "shade": shade, "bulb": bulb(neck + 0.085, min(0.03, 0.3 * r))}
 
 
 def _spider(low_radius: float, high_radius: float, low: float, high: float) -> list[Mesh]:
@@ -118,12 +101,12 @@ def _spider(low_radius: float, high_radius: float, low: float, high: float) -> l
     return [rod((0.0, 0.0, z), (radius * math.cos(a), radius * math.sin(a), z), 0.002, segments=6) for a in turn]
 
 
-def build_floor_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_floor_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a straight standing lamp, one on a wooden tripod, or an arc that hangs its shade forward."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
     if style == "arc":
-        return fitted(_arc(depth, r, height), size_m)
+        return _arc(depth, r, height)
     shade_height = min(0.34, 0.22 * height)
     low = height - shade_height
     shade_radius = 0.5 * max(depth, width) if style == "straight" else 0.9 * r
@@ -145,7 +128,7 @@ def build_floor_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
         )
         hub = lathe([(0.0, top - 0.05), (0.05, top - 0.05), (0.05, top - 0.02), (0.03, top + 0.005), (0.0, top + 0.005)], 20)
         pole = merged(hub, rod((0, 0, top), (0, 0, neck), 0.01), holder, *wires)
-    return fitted({"base": base, "pole": pole, "shade": shade, "bulb": bulb(neck + 0.1, 0.032)}, size_m)
+    return {"base": base, "pole": pole, "shade": shade, "bulb": bulb(neck + 0.1, 0.032)}
 
 
 def _arc(depth: float, r: float, height: float) -> Parts:
@@ -154,22 +137,23 @@ def _arc(depth: float, r: float, height: float) -> Parts:
     end = 0.5 * depth - shade_r
     shade_low, shade_high = 0.70 * height, 0.82 * height
     angle = np.linspace(0.0, math.pi, 22)
-    path = np.column_stack(
-        [back + 0.5 * (end - back) * (1.0 - np.cos(angle)), np.zeros(22), 0.55 * height + (0.445 * height - 0.012) * np.sin(angle) ** 0.8]
-    )
+    path = points(back + 0.5 * (end - back) * (1.0 - np.cos(angle)), 0.0, 0.55 * height + (0.445 * height - 0.012) * np.sin(angle) ** 0.8)
     down = path[:, 0] > 0.55 * end + 0.45 * back
     path[down, 2] = np.maximum(path[down, 2], shade_high + 0.03)
     path = np.vstack([[back, 0.0, 0.02], [back, 0.0, 0.3 * height], path])
-    dome = [
-        (shade_r - 0.004, shade_low),
-        (shade_r, shade_low),
-        (0.93 * shade_r, 0.4 * shade_low + 0.6 * shade_high),
-        (0.6 * shade_r, 0.1 * shade_low + 0.9 * shade_high),
-        (0.05, shade_high),
-        (0.048, shade_high - 0.004),
-        (0.57 * shade_r, 0.12 * shade_low + 0.88 * shade_high - 0.004),
-        (0.89 * shade_r, 0.41 * shade_low + 0.59 * shade_high - 0.002),
-    ]
+    dome = points(
+        [shade_r - 0.004, shade_r, 0.93 * shade_r, 0.6 * shade_r, 0.05, 0.048, 0.57 * shade_r, 0.89 * shade_r],
+        [
+            shade_low,
+            shade_low,
+            0.4 * shade_low + 0.6 * shade_high,
+            0.1 * shade_low + 0.9 * shade_high,
+            shade_high,
+            shade_high - 0.004,
+            0.12 * shade_low + 0.88 * shade_high - 0.004,
+            0.41 * shade_low + 0.59 * shade_high - 0.002,
+        ],
+    )
     base = moved(lathe([(0.0, 0.0), (0.7 * r, 0.0), (0.7 * r, 0.035), (0.66 * r, 0.042), (0.0, 0.042)], 36), x=back)
     wide = moved(lathe([(0.0, 0.0), (r, 0.0), (r, 0.004), (0.0, 0.004)], 36), x=back + 0.3 * r)
     cap = moved(rod((0, 0, shade_high - 0.03), (0, 0, path[-1, 2] + 0.004), 0.052, 0.02), x=path[-1, 0])
@@ -181,7 +165,7 @@ def _arc(depth: float, r: float, height: float) -> Parts:
     }
 
 
-def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a pendant on a cord, a flush opal dome, or a drum close below the ceiling."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -194,14 +178,11 @@ def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         angle = np.linspace(0.0, 0.5 * math.pi, 9)
         bowl = [(r * math.sin(a) if i else 0.0, bowl_top - bowl_top * math.cos(a)) for i, a in enumerate(angle)]
         dome = lathe([*bowl, (0.95 * r, bowl_top + 0.006), (0.0, bowl_top + 0.006)], 40)
-        return fitted(
-            {
-                "mount": merged(ring, *neck),
-                "shade": dome,
-                "bulb": moved(rotated(bulb(0.0, min(0.03, 0.2 * height)), "x", math.pi), z=0.5 * bowl_top),
-            },
-            size_m,
-        )
+        return {
+            "mount": [ring, *neck],
+            "shade": dome,
+            "bulb": moved(rotated(bulb(0.0, min(0.03, 0.2 * height)), "x", math.pi), z=0.5 * bowl_top),
+        }
     mount = lathe([(0.0, height - 0.028), (0.02, height - 0.028), (0.05, height - 0.008), (0.05, height), (0.0, height)], 24)
     if style == "drum":
         shade_high = min(max(height - 0.07, 0.6 * height), 1.1 * r)
@@ -212,14 +193,11 @@ def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pa
             for a in (0.0, 2.0944, 4.1888)
         ]
         post = rod((0, 0, 0.75 * shade_high), (0, 0, height - 0.02), 0.009)
-        return fitted(
-            {
-                "mount": merged(mount, post, *arms),
-                "shade": merged(shade, diffuser),
-                "bulb": moved(rotated(bulb(0.0, min(0.03, 0.14 * shade_high)), "x", math.pi), z=0.55 * shade_high),
-            },
-            size_m,
-        )
+        return {
+            "mount": [mount, post, *arms],
+            "shade": [shade, diffuser],
+            "bulb": moved(rotated(bulb(0.0, min(0.03, 0.14 * shade_high)), "x", math.pi), z=0.55 * shade_high),
+        }
     shade_high = min(0.62 * height, 1.5 * r)
     kind = rng.random()
     if kind < 0.5:
@@ -235,14 +213,11 @@ def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         rod((0, 0, shade_high - 0.01), (0.32 * r * math.cos(a), 0.32 * r * math.sin(a), shade_high - 0.01), 0.002, segments=6)
         for a in (0.0, 2.0944, 4.1888)
     ]
-    return fitted(
-        {
-            "mount": merged(mount, cord, socket, *arms),
-            "shade": shade,
-            "bulb": moved(rotated(bulb(0.0, min(0.032, 0.2 * shade_high)), "x", math.pi), z=0.55 * shade_high),
-        },
-        size_m,
-    )
+    return {
+        "mount": [mount, cord, socket, *arms],
+        "shade": shade,
+        "bulb": moved(rotated(bulb(0.0, min(0.032, 0.2 * shade_high)), "x", math.pi), z=0.55 * shade_high),
+    }
 
 
 MODELS = {

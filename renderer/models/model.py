@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import stretched
+from renderer.geometry.shapes import merged, stretched
 
 Size = tuple[float, float, float]
+
 Parts = dict[str, Mesh]
+Pieces = Mapping[str, Mesh | Sequence[Mesh]]
+"""Part name -> its mesh, or the meshes that it consists of."""
+
+CORNERS = ((-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0))
+"""Signs of x and y at the corners of a footprint."""
 
 
 class Model(NamedTuple):
@@ -21,12 +27,19 @@ class Model(NamedTuple):
     depth along x, width along y, height).  The set of parts depends on the style only.  styles: the known styles; the first is the default.
     """
 
-    build: Callable[[np.random.Generator, Size, str], Parts]
+    build: Callable[[np.random.Generator, Size, str], Pieces]
     styles: tuple[str, ...]
 
 
-def fitted(parts: Parts, size_m: Size) -> Parts:
-    """Return the parts stretched together so that their common bounding box is exactly the object's box."""
+def halved(size_m: Size) -> tuple[float, float, float, float, float]:
+    """Return depth, width and height of a box, and half its depth and half its width."""
+    depth, width, height = size_m
+    return depth, width, height, 0.5 * depth, 0.5 * width
+
+
+def fitted(pieces: Pieces, size_m: Size) -> Parts:
+    """Return the parts, each of one mesh, stretched together so that their common bounding box is exactly the object's box."""
+    parts = {name: piece if isinstance(piece, Mesh) else merged(*piece) for name, piece in pieces.items()}
     low = np.min([mesh.vertices.min(axis=0) for mesh in parts.values()], axis=0).astype(np.float64)
     high = np.max([mesh.vertices.max(axis=0) for mesh in parts.values()], axis=0).astype(np.float64)
     size = np.asarray(size_m, np.float64)

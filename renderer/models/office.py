@@ -1,4 +1,7 @@
-"""Things of offices and studies: filing cabinet, whiteboard, printer, desk lamp, pens, paper tray, globe; fronts look along +x."""
+"""Things of offices and studies, and screens: filing cabinets, whiteboards, printers, desk lamps, pens, globes, laptops, monitors.
+
+Fronts look along +x.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +9,20 @@ import itertools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.core.arrays import Array
+from renderer.geometry.lofts import arc, bent, chain, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
+from renderer.geometry.shapes import block, blocks, flat_quads, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lamps import bulb, globe
-from renderer.models.lofts import arc, bent, chain, disc, loft, oval, ring
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 
 
-def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a steel cabinet with deep drawers, bar or cup handles and label holders; a wooden one; or one with a tambour front."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     front = half_d - 0.022
     low = 0.03
     body = [block((-half_d, -half_w, low), (front - 0.02, half_w, height - 0.01), 0.003)]
@@ -48,15 +51,12 @@ def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> 
         grips.append(block(frame[0], frame[1], 0.001))
         cards.append(block((front, -holder[0], holder[1] - 0.014), (front + 0.0042, holder[0], holder[1] + 0.014), 0.0005))
     lock = disc("x", (front - 0.002, half_w - 0.035, height - 0.0145), 0.008, 0.04, 12)
-    return fitted(
-        {"body": merged(*body), "drawers": fronts(front, areas), "handles": merged(*grips, lock), "labels": merged(*cards)}, size_m
-    )
+    return {"body": body, "drawers": fronts(front, areas), "handles": [*grips, lock], "labels": cards}
 
 
-def build_whiteboard(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_whiteboard(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a whiteboard with a diagram on it, pens and eraser on its ledge."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     face = -half_d + min(0.022, 0.45 * depth)
     low, rim = 0.03, 0.016
     bars = [
@@ -86,7 +86,7 @@ def build_whiteboard(rng: np.random.Generator, size_m: Size, style: str) -> Part
         pens.append(rod((x, float(y), 0.007 + thick), (x, float(y) + reach, 0.007 + thick), thick, segments=8))
     wipe = block((face, 0.6 * ledge_half, 0.006), (half_d - 0.006, 0.6 * ledge_half + reach, 0.03), 0.005)
     strokes = _diagram(rng, face, half_w - 0.12, (low + 0.15 * height, height - 0.12 * height))
-    return fitted({"frame": merged(frame, *corners, ledge, foot), "board": board, "marks": strokes, "pens": merged(*pens, wipe)}, size_m)
+    return {"frame": [frame, *corners, ledge, foot], "board": board, "marks": strokes, "pens": [*pens, wipe]}
 
 
 def _diagram(rng: np.random.Generator, x: float, half: float, z: tuple[float, float]) -> Mesh:
@@ -107,7 +107,7 @@ def _diagram(rng: np.random.Generator, x: float, half: float, z: tuple[float, fl
     meshes += [line(0.0, z[0], 0.0, z[0] + 0.85 * tall), line(0.0, z[0], 0.85 * half, z[0])]
     ys = np.linspace(0.03 * half, 0.8 * half, 16)
     curve = z[0] + tall * (0.1 + 0.6 * rng.uniform(0.7, 1.2) * (ys / half) ** 1.5 + 0.05 * np.sin(9.0 * ys / half + rng.uniform(0, 6)))
-    meshes.append(sweep(np.column_stack([np.full(16, x), ys, curve]), thick, 4, 0.4))
+    meshes.append(sweep(points(x, ys, curve), thick, 4, 0.4))
     for k in range(4):
         zc, y0 = z[0] + (0.34 - 0.1 * k) * tall, -half
         for _ in range(int(rng.integers(2, 5))):
@@ -117,10 +117,9 @@ def _diagram(rng: np.random.Generator, x: float, half: float, z: tuple[float, fl
     return merged(*meshes)
 
 
-def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a laser printer with paper cassette and output on top, or an inkjet with scanner lid and front tray."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     if style == "laser":
         front = half_d - 0.02
         body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.86 * height), 0.02, 2)]
@@ -150,10 +149,10 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         paper = block((front - 0.04, -0.45 * half_w, 0.134 * height), (half_d - 0.03, 0.45 * half_w, 0.15 * height), 0.001)
         at = (front - 0.004, 0.55 * half_w, 0.52 * height)
     panel = block((at[0] - 0.05, at[1] - 0.05, at[2] - 0.012), (at[0] + 0.01, at[1] + 0.05, at[2] + 0.012), 0.003)
-    return fitted({"body": merged(*body), "trim": merged(*dark), "paper": paper, "screen": panel}, size_m)
+    return {"body": body, "trim": dark, "paper": paper, "screen": panel}
 
 
-def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a lamp that leans over the desk: jointed arms with springs, or one slim bar with a flat head; the part ``shade`` shines."""
     depth, width, height = size_m
     half_d = 0.5 * depth
@@ -166,7 +165,7 @@ def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         head = rounded_box((head_x[0] + 0.12 * depth, -0.26 * r, height - 0.018), (head_x[1], 0.26 * r, height), 0.006, 2)
         glow = rounded_box((head_x[0] + 0.16 * depth, -0.2 * r, height - 0.028), (head_x[1] - 0.02, 0.2 * r, height - 0.016), 0.004, 1)
         bulbs = block((head_x[0] + 0.2 * depth, -0.1 * r, height - 0.02), (head_x[1] - 0.04, 0.1 * r, height - 0.014))
-        return fitted({"base": moved(base, foot_x), "arm": merged(arm, head), "shade": glow, "bulb": bulbs}, size_m)
+        return {"base": moved(base, foot_x), "arm": [arm, head], "shade": glow, "bulb": bulbs}
     base = lathe([(0.0, 0.0), (r, 0.0), (r, 0.012), (0.9 * r, 0.024), (0.2 * r, 0.03), (0.16 * r, 0.05), (0.0, 0.05)], 28)
     hood = 0.75 * r
     elbow = (-half_d + 0.02, 0.0, 0.56 * height)
@@ -196,10 +195,10 @@ def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     placed = {name: moved(rotated(mesh, "y", -tilt), *at) for name, mesh in (lamp | {"cap": cap}).items()}
     top = at[0] - 1.4 * hood * math.sin(tilt), 0.0, at[2] + 1.4 * hood * math.cos(tilt)
     arms += [placed.pop("cap"), sweep([wrist, top], 0.006, 8)]
-    return fitted({"base": moved(base, foot_x), "arm": merged(*arms), **placed}, size_m)
+    return {"base": moved(base, foot_x), "arm": arms, **placed}
 
 
-def build_pen_holder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_pen_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a cup, round or square, with pens and pencils."""
     depth, width, height = size_m
     r = 0.46 * min(depth, width)
@@ -214,13 +213,12 @@ def build_pen_holder(rng: np.random.Generator, size_m: Size, style: str) -> Part
         sides, thick = (6, 0.0038) if k % 2 else (10, 0.0045)
         pen = sweep([(0, 0, 0.008), (0, 0, 0.92 * tall), (0, 0, tall)], [thick, thick, 0.3 * thick if k % 2 else 0.8 * thick], sides)
         groups[k % 2].append(rotated(moved(rotated(pen, "y", lean), x=-0.55 * r), "z", float(turn)))
-    return fitted({"cup": cup, "pens": merged(*groups[0]), "pencils": merged(*groups[1])}, size_m)
+    return {"cup": cup, "pens": [*groups[0]], "pencils": [*groups[1]]}
 
 
-def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return stacked letter trays of plastic or wire with piles of paper."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     levels = max(1, min(3, round(height / 0.075)))
     step = height / levels
     tray, sheets = [], []
@@ -231,12 +229,11 @@ def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Part
             for top in (z + 0.004, rim):
                 tray.append(
                     bent(
-                        [
-                            (half_d - 0.003, -half_w + 0.003, top),
-                            (-half_d + 0.003, -half_w + 0.003, top),
-                            (-half_d + 0.003, half_w - 0.003, top),
-                            (half_d - 0.003, half_w - 0.003, top),
-                        ],
+                        points(
+                            [half_d - 0.003, -half_d + 0.003, -half_d + 0.003, half_d - 0.003],
+                            [-half_w + 0.003, -half_w + 0.003, half_w - 0.003, half_w - 0.003],
+                            top,
+                        ),
                         0.003,
                         0.02,
                         6,
@@ -259,10 +256,10 @@ def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Part
         sheets.append(rotated(block((-0.9 * half_d, -0.88 * half_w, z + 0.003), (0.9 * half_d, 0.86 * half_w, pile), 0.001), "z", turn))
     posts = [(x, y) for x in (-half_d + 0.004, half_d - 0.02) for y in (-half_w + 0.004, half_w - 0.004)]
     tray += [rod((x, y, 0.0), (x, y, height), 0.004, segments=8) for x, y in posts]
-    return fitted({"tray": merged(*tray), "papers": merged(*sheets)}, size_m)
+    return {"tray": tray, "papers": sheets}
 
 
-def build_globe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_globe(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a terrestrial globe, tilted in its meridian, on a turned foot; land is drawn as patches on the sea."""
     depth, width, height = size_m
     r = min(0.46 * min(depth, width), 0.4 * height)
@@ -277,9 +274,7 @@ def build_globe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     neck = [(0.09 * r, 0.5 * low + 0.05 * height), (0.12 * r, low), (0.0, low)]
     stand = lathe([*foot, *neck], 24)
     arm, sphere, patches = (moved(mesh, z=z) for mesh in turned)
-    return fitted(
-        {"stand": stand, "arm": merged(arm, ring("z", (0, 0, low), 0.1 * r, 0.02 * r, 16, 6)), "sea": sphere, "land": patches}, size_m
-    )
+    return {"stand": stand, "arm": [arm, ring("z", (0, 0, low), 0.1 * r, 0.02 * r, 16, 6)], "sea": sphere, "land": patches}
 
 
 def _continents(rng: np.random.Generator, r: float) -> Mesh:
@@ -309,6 +304,116 @@ def _patch(rows: list[Array], r: float) -> Mesh:
     )
 
 
+def build_laptop(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return an open laptop; its keyboard lies on the +x side of the hinge."""
+    depth, _, height, half_d, half_w = halved(size_m)
+    thick = 0.016 if style == "slim" else 0.024
+    hinge = -half_d + 0.28 * min(depth, height)
+    angle = math.radians(90.0) + math.atan2(hinge + half_d, height)
+    base = rounded_box((hinge, -half_w, 0.0), (half_d, half_w, thick), 0.35 * thick, 2)
+    reach = math.hypot(height - 0.7 * thick, hinge + half_d)
+    lid = rounded_box((0.0, -half_w, 0.0), (reach, half_w, 0.4 * thick), 0.18 * thick, 2)
+    rim = 0.012 if style == "slim" else 0.02
+    screen = block((rim * 1.6, -half_w + rim, -0.0005), (reach - rim, half_w - rim, 0.001), 0.0003)
+    hinge_z = 0.7 * thick
+    lid, screen = (moved(rotated(mesh, "y", -angle), x=hinge + 0.004, z=hinge_z) for mesh in (lid, screen))
+    deep = half_d - hinge
+    keys = _key_grid((hinge + 0.12 * deep, hinge + 0.58 * deep), 0.9 * half_w, thick - 0.001, 0.0018, 14, 5)
+    pad = block((hinge + 0.63 * deep, -0.28 * half_w, thick - 0.001), (hinge + 0.94 * deep, 0.28 * half_w, thick + 0.0006), 0.0003)
+    return {"base": [base, pad], "keyboard": keys, "lid": lid, "screen": screen}
+
+
+def _key_grid(x: tuple[float, float], half_w: float, z: float, travel: float, columns: int, rows: int) -> Mesh:
+    """Return rows of keys between two x, the front row with a space bar; ``columns`` keys to a row."""
+    low, high = [], []
+    xs = np.linspace(x[0], x[1], rows + 1)
+    for r in range(rows):
+        edges = np.linspace(-half_w, half_w, columns + 1)
+        if r == rows - 1:
+            edges = np.concatenate([edges[:4], edges[columns - 4 + 1 :]])
+        for a, b in itertools.pairwise(edges):
+            gap = min(0.0016, 0.12 * (xs[1] - xs[0]))
+            low.append((xs[r] + gap, a + gap, z))
+            high.append((xs[r + 1] - gap, b - gap, z + travel))
+    return keycaps(np.asarray(low), np.asarray(high))
+
+
+def keycaps(low: NDArray[np.float64], high: NDArray[np.float64], taper_m: float = 0.0012) -> Mesh:
+    """Return boxes (n, 3) whose tops are ``taper_m`` smaller on each side than their feet, 12 triangles each."""
+    taper = np.minimum(taper_m, 0.12 * (high - low)[:, :2].min(axis=1))[:, None]
+    rings = []
+    for z, inset in ((low[:, 2:], 0.0 * taper), (high[:, 2:], taper)):
+        x0, y0, x1, y1 = low[:, :1] + inset, low[:, 1:2] + inset, high[:, :1] - inset, high[:, 1:2] - inset
+        rings.append([np.hstack([x, y, z]) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
+    foot, top = rings
+    sides = [[foot[k], foot[(k + 1) % 4], top[(k + 1) % 4], top[k]] for k in range(4)]
+    quads = np.asarray([*sides, top, foot[::-1]])
+    return flat_quads(quads.transpose(0, 2, 1, 3).reshape(-1, 4, 3))
+
+
+def build_keyboard(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a keyboard whose space bar lies on the +x side; ``full`` has a number pad."""
+    depth, width, height, half_d, half_w = halved(size_m)
+    case_top = 0.62 * height
+    case = rounded_box((-half_d, -half_w, 0.0), (half_d, half_w, case_top), 0.35 * case_top, 2)
+    x = (-half_d + 0.07 * depth, half_d - 0.07 * depth)
+    rim = 0.02 * width
+    if style == "full":
+        split = half_w - rim - 0.2 * width
+        left = _key_grid(x, 0.5 * (split + half_w - rim) - 0.004, case_top - 0.001, height - case_top + 0.001, 15, 5)
+        left = moved(left, y=0.5 * (split - half_w + rim) - 0.004)
+        pad = moved(_key_grid(x, 0.095 * width, case_top - 0.001, height - case_top + 0.001, 4, 4), y=half_w - rim - 0.097 * width)
+        keys = merged(left, pad)
+    else:
+        keys = _key_grid(x, half_w - rim, case_top - 0.001, height - case_top + 0.001, 15, 5)
+    return {"case": case, "keys": keys}
+
+
+def build_monitor(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a computer screen on a foot plate, or on a V-shaped foot."""
+    _, width, height, half_d, half_w = halved(size_m)
+    low = height * rng.uniform(0.2, 0.27)
+    x = 0.02
+    frame = merged(
+        rounded_box((x - 0.025, -half_w, low), (x, half_w, height), 0.006),
+        rounded_box((x - 0.05, -0.45 * half_w, low + 0.2 * (height - low)), (x - 0.02, 0.45 * half_w, low + 0.75 * (height - low)), 0.015),
+    )
+    rim = 0.009
+    screen = block((x - 0.004, -half_w + rim, low + 1.8 * rim), (x + 0.0006, half_w - rim, height - rim), 0.0004)
+    neck = block((x - 0.075, -0.03, 0.01), (x - 0.045, 0.03, low + 0.45 * (height - low)), 0.006)
+    if style == "plate":
+        foot = rounded_box((-half_d, -0.24 * width, 0.0), (half_d, 0.24 * width, 0.012), 0.005)
+    else:
+        feet = [rod((x - 0.06, 0.0, 0.014), (half_d - 0.012, s * 0.27 * width, 0.009), 0.014, 0.009) for s in (-1.0, 1.0)]
+        foot = merged(*feet, block((-half_d, -0.035, 0.0), (x - 0.04, 0.035, 0.014), 0.004))
+    return {"stand": [neck, foot], "frame": frame, "screen": screen}
+
+
+def build_television(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a television on two feet or on a central plate."""
+    depth, width, height, half_d, half_w = halved(size_m)
+    low = 0.09 * height
+    thin = min(0.035, 0.4 * depth)
+    frame = merged(
+        rounded_box((-0.5 * thin, -half_w, low), (0.5 * thin, half_w, height), 0.006),
+        rounded_box((-0.5 * thin - 0.03, -0.7 * half_w, low + 0.01), (-0.4 * thin, 0.7 * half_w, low + 0.55 * (height - low)), 0.015),
+    )
+    rim = 0.011
+    screen = block((0.5 * thin - 0.004, -half_w + rim, low + 1.8 * rim), (0.5 * thin + 0.0008, half_w - rim, height - rim), 0.0005)
+    if style == "feet":
+        stand = []
+        for s in (-1.0, 1.0):
+            y = s * 0.72 * half_w
+            stand += [rod((0.0, y, low + 0.02), (sx * (half_d - 0.008), y + s * 0.02, 0.008), 0.009, 0.008) for sx in (-1.0, 1.0)]
+        foot = merged(*stand)
+    else:
+        wide = rng.uniform(0.2, 0.3) * width
+        foot = merged(
+            rounded_box((-half_d, -wide, 0.0), (half_d, wide, 0.014), 0.006), block((-0.02, -0.07, 0.01), (0.01, 0.07, low + 0.03), 0.005)
+        )
+    return {"stand": foot, "frame": frame, "screen": screen}
+
+
 MODELS = {
     "filing_cabinet": Model(build_filing_cabinet, ("steel", "wooden", "tambour")),
     "whiteboard": Model(build_whiteboard, ("framed",)),
@@ -317,4 +422,8 @@ MODELS = {
     "pen_holder": Model(build_pen_holder, ("round", "square")),
     "paper_tray": Model(build_paper_tray, ("plastic", "wire")),
     "globe": Model(build_globe, ("globe",)),
+    "laptop": Model(build_laptop, ("slim", "classic")),
+    "keyboard": Model(build_keyboard, ("full", "compact")),
+    "monitor": Model(build_monitor, ("plate", "vee")),
+    "television": Model(build_television, ("feet", "plate")),
 }

@@ -3,6 +3,7 @@
 Frame of an opening: origin on the wall's inner face at the middle of the hole's lower edge, x into the room, y along the wall, z up;
 the wall fills x from -thickness to 0.  Casings and sills stand out of the hole; every joint is covered, so that no light passes beside the
 pane.
+
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, make_mesh, merged, mirrored, moved, rod, sweep
 from renderer.models.model import Parts
@@ -102,16 +104,7 @@ def build_garage_door(rng: np.random.Generator, hole: Hole, style: str) -> Parts
         )
     plate = block((back + thick - 0.004, -0.03, levels[1] + 0.08), (back + thick + 0.012, 0.03, levels[1] + 0.2), 0.003)
     grip_x = back + thick + 0.012
-    grip = sweep(
-        [
-            (grip_x, -0.08, levels[1] + 0.14),
-            (grip_x + 0.022, -0.05, levels[1] + 0.14),
-            (grip_x + 0.022, 0.05, levels[1] + 0.14),
-            (grip_x, 0.08, levels[1] + 0.14),
-        ],
-        0.009,
-        8,
-    )
+    grip = sweep(points([grip_x, grip_x + 0.022, grip_x + 0.022, grip_x], [-0.08, -0.05, 0.05, 0.08], levels[1] + 0.14), 0.009, 8)
     return {"frame": frame, "leaf": merged(*pieces), "handle": merged(plate, grip)}
 
 
@@ -233,12 +226,7 @@ def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
     handle = merged(
         block((grip_x - 0.002, grip_y - 0.014, grip_z - 0.035), (grip_x + 0.008, grip_y + 0.014, grip_z + 0.035), 0.003),
         sweep(
-            [
-                (grip_x, grip_y, grip_z),
-                (grip_x + 0.03, grip_y, grip_z),
-                (grip_x + 0.036, grip_y, grip_z - 0.02),
-                (grip_x + 0.034, grip_y, grip_z - 0.11),
-            ],
+            points([grip_x, grip_x + 0.03, grip_x + 0.036, grip_x + 0.034], grip_y, [grip_z, grip_z, grip_z - 0.02, grip_z - 0.11]),
             [0.007, 0.007, 0.008, 0.007],
             8,
         ),

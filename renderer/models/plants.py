@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from renderer.core.arrays import Array
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, make_mesh, merged, moved, rounded_box, sheet, smooth_normals, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 
 def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop: Array, fold: float = 0.25, steps: int = 6) -> Mesh:
@@ -57,28 +58,17 @@ def _pot(rng: np.random.Generator, radius: float, height: float, square: bool) -
         return body, soil
     base = rng.uniform(0.62, 0.8)
     rim = 0.014 if rng.random() < 0.6 else 0.0
-    profile = [
-        (0.0, 0.0),
-        (base * radius, 0.0),
-        ((0.15 + 0.85 * base) * radius, 0.012),
-        (radius - rim, 0.84 * height),
-        (radius, 0.85 * height),
-        (radius, height),
-        (0.9 * radius, height),
-        (0.86 * radius, 0.88 * height),
-        (0.0, 0.87 * height),
-    ]
-    filling = [
-        (0.0, 0.8 * height),
-        (0.875 * radius, 0.8 * height),
-        (0.875 * radius, 0.9 * height),
-        (0.5 * radius, 0.925 * height),
-        (0.0, 0.93 * height),
-    ]
+    profile = points(
+        [0.0, base * radius, (0.15 + 0.85 * base) * radius, radius - rim, radius, radius, 0.9 * radius, 0.86 * radius, 0.0],
+        [0.0, 0.0, 0.012, 0.84 * height, 0.85 * height, height, height, 0.88 * height, 0.87 * height],
+    )
+    filling = points(
+        [0.0, 0.875 * radius, 0.875 * radius, 0.5 * radius, 0.0], [0.8 * height, 0.8 * height, 0.9 * height, 0.925 * height, 0.93 * height]
+    )
     return lathe(profile, 32), lathe(filling, 20)
 
 
-def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a ficus, a palm of arching fronds, upright snake-plant blades, or large leaves on long stalks in a pot."""
     depth, width, height = size_m
     spread = 0.5 * min(depth, width)
@@ -86,7 +76,7 @@ def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     pot_radius = min((0.58 if style == "snake" else 0.46) * spread, 0.62 * pot_height + 0.02)
     pot, soil = _pot(rng, pot_radius, pot_height, square=style == "snake" and bool(rng.random() < 0.4))
     grown = {"ficus": _ficus, "palm": _palm, "snake": _snake, "stalks": _stalks}[style](rng, spread, pot_radius, 0.88 * pot_height, height)
-    return fitted({"pot": pot, "soil": soil} | grown, size_m)
+    return {"pot": pot, "soil": soil} | grown
 
 
 def _ficus(rng: np.random.Generator, spread: float, pot_radius: float, low: float, height: float) -> Parts:
@@ -178,8 +168,8 @@ def _snake(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
         twist = angle + 0.5 * math.pi + rng.uniform(-0.5, 0.5) + rng.uniform(-0.7, 0.7) * t
         profile = wide * np.minimum(1.0, 0.75 + 0.6 * t) * np.sqrt(np.clip(1.0 - t**5, 0.0004, 1.0))
         center = np.column_stack([(ring + lean * t**1.8) * math.cos(angle), (ring + lean * t**1.8) * math.sin(angle), low + tall * t])
-        across = np.column_stack([np.cos(twist), np.sin(twist), np.zeros(9)])
-        normal = np.column_stack([-np.sin(twist), np.cos(twist), np.zeros(9)])
+        across = points(np.cos(twist), np.sin(twist), 0.0)
+        normal = points(-np.sin(twist), np.cos(twist), 0.0)
         s = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
         grid = (
             center[:, None]
@@ -195,7 +185,7 @@ def _snake(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
     return {"leaves": merged(*blades)}
 
 
-def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a turned vase, empty or with a bunch of flowers."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -203,25 +193,28 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     radius = r if style == "empty" else min(0.55 * r, 0.45 * body_height)
     belly, neck = rng.uniform(0.3, 0.6), rng.uniform(0.35, 0.6)
     lip = min(1.0, neck * rng.uniform(1.2, 1.5))
-    outer = [
-        (0.0, 0.0),
-        (0.55 * radius, 0.0),
-        (0.6 * radius, 0.01 * body_height),
-        (0.9 * radius, 0.55 * belly * body_height),
-        (radius, belly * body_height),
-        (0.85 * radius, (0.4 + 0.6 * belly) * body_height),
-        (neck * radius, 0.86 * body_height),
-        (lip * radius, body_height),
-    ]
+    outer = points(
+        [0.0, 0.55 * radius, 0.6 * radius, 0.9 * radius, radius, 0.85 * radius, neck * radius, lip * radius],
+        [
+            0.0,
+            0.0,
+            0.01 * body_height,
+            0.55 * belly * body_height,
+            belly * body_height,
+            (0.4 + 0.6 * belly) * body_height,
+            0.86 * body_height,
+            body_height,
+        ],
+    )
     inner = [
         (0.93 * lip * radius, body_height),
         (0.88 * neck * radius, 0.85 * body_height),
         (0.7 * radius, 0.6 * body_height),
         (0.0, 0.5 * body_height),
     ]
-    parts = {"body": lathe(_rounded(outer) + inner, 18)}
+    parts = {"body": lathe([*_rounded(outer), *inner], 18)}
     if style == "empty":
-        return fitted(parts, size_m)
+        return parts
     stems, heads, roots, directions = [], [], [], []
     cup = bool(rng.random() < 0.35)
     for k in range(7):
@@ -240,15 +233,14 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     lengths, widths, droop = (np.full(count, value) for value in (0.45 * r, 0.13 * r, 0.5))
     parts["stems"] = merged(*stems, leaves(np.array(roots), np.array(directions), lengths, widths, droop, steps=4))
     parts["flowers"] = merged(*heads)
-    return fitted(parts, size_m)
+    return parts
 
 
-def _rounded(profile: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def _rounded(profile: Array) -> Array:
     """Cut the corners of an open profile once (Chaikin), keeping its ends and its flat foot."""
-    points = np.asarray(profile)
-    a, b = points[2:-1], points[3:]
+    a, b = profile[2:-1], profile[3:]
     cut = np.stack([0.75 * a + 0.25 * b, 0.25 * a + 0.75 * b], axis=1).reshape(-1, 2)
-    return [(float(r), float(z)) for r, z in np.vstack([points[:3], cut, points[-1:]])]
+    return np.vstack([profile[:3], cut, profile[-1:]])
 
 
 def _blossom(rng: np.random.Generator, radius: float, cup: bool) -> Mesh:
@@ -262,7 +254,4 @@ def _blossom(rng: np.random.Generator, radius: float, cup: bool) -> Mesh:
     return lathe(outline, 2 * petals, wave=lambda angle: 1.0 - deep * (0.5 - 0.5 * np.cos(petals * angle)))
 
 
-MODELS = {
-    "potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake", "stalks")),
-    "vase": Model(build_vase, ("flowers", "empty")),
-}
+MODELS = {"potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake", "stalks")), "vase": Model(build_vase, ("flowers", "empty"))}

@@ -1,26 +1,23 @@
-"""What is stored: steel shelf with boxes, cardboard box, plastic crate, suitcase; and the bicycle."""
+"""What is stored: shelves with boxes, cardboard boxes, plastic crates, suitcases; and plain boxes for what is of no known kind."""
 
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from renderer.geometry.lofts import bent, disc, loft, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
-from renderer.models.exercise_bikes import saddle
-from renderer.models.lofts import bent, chain, disc, loft, oval, ring, turned
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 
 Corner = tuple[float, float, float]
 
 
-def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return boards between posts, the top one at full height; boxes, crates and tins on those below."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     boards = max(2, round(height / 0.42))
     levels = np.linspace(0.09, height, boards + 1)[1:] if height < 0.6 else np.linspace(0.1, height, boards)
     thick = {"steel": 0.03, "wooden": 0.022, "tubes": 0.05}[style]
@@ -63,7 +60,7 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
     goods: dict[str, list[Mesh]] = {"boxes": [], "crates": [], "tape": []}
     for low, high in itertools.pairwise(levels):
         _fill_board(rng, goods, half_d - 0.02, half_w - side - 0.01, float(low), float(high - thick - low))
-    return fitted({"frame": merged(*posts), "shelves": shelves} | {name: merged(*meshes) for name, meshes in goods.items()}, size_m)
+    return {"frame": posts, "shelves": [shelves], **goods}
 
 
 def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Mesh]:
@@ -112,10 +109,9 @@ def _small_crate(low: Corner, high: Corner) -> Mesh:
     return merged(box, block((high[0] - 0.02, y - 0.3 * hy, z1 - 0.05), (high[0] + 0.002, y + 0.3 * hy, z1 - 0.034), 0.003))
 
 
-def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a shut box with tape along its seam, or with two straps and their clasps; a label on one side."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     thick = min(0.004, 0.03 * min(size_m))
     body = [block((-half_d, -half_w, 0.0), (half_d, half_w, height - thick), 0.003)]
     body += [block((s * half_d, -half_w + 0.001, height - thick), (s * 0.001, half_w - 0.001, height), 0.001) for s in (-1.0, 1.0)]
@@ -131,21 +127,20 @@ def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> P
             tape.append(block((half_d - 0.001, y - 0.012, 0.6 * height), (half_d + 0.003, y + 0.012, 0.6 * height + 0.03), 0.001))
     y, z = rng.uniform(0.0, 0.4) * half_w, rng.uniform(0.45, 0.6) * height
     label = block((half_d - 0.002, y - 0.28 * half_w, z), (half_d + 0.0006, y + 0.28 * half_w, z + 0.24 * height), 0.0002)
-    return fitted({"body": merged(*body), "tape": merged(*tape), "label": label}, size_m)
+    return {"body": body, "tape": tape, "label": label}
 
 
-def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a box with rounded edges: what stands for objects of no known kind."""
     del rng, style
     depth, width, height = size_m
     edge = min(0.01, 0.1 * min(size_m))
-    return fitted({"body": block((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height), edge)}, size_m)
+    return {"body": block((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height), edge)}
 
 
-def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an open stacking crate with slotted sides, or a box with a lid and latches."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     if style == "lidded":
         lid_low = 0.86 * height
         box = [(0.88, 0.0), (0.95, lid_low - 0.02), (0.98, lid_low - 0.018), (0.98, lid_low)]
@@ -162,7 +157,7 @@ def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> P
         latches = [
             block((-0.07, s * half_w - 0.012, lid_low - 0.05), (0.07, s * half_w + 0.002, lid_low + 0.022), 0.004) for s in (-1.0, 1.0)
         ]
-        return fitted({"body": body, "lid": merged(lid, *latches)}, size_m)
+        return {"body": body, "lid": [lid, *latches]}
     wall = 0.005
     pieces = [((-half_d + 0.012, -half_w + 0.012, 0.0), (half_d - 0.012, half_w - 0.012, 0.006))]
     rows = [(0.0, 0.2), (0.26, 0.4), (0.46, 0.6), (0.66, 0.78), (0.86, 1.0)]
@@ -181,7 +176,7 @@ def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> P
                 pieces.append(((*(low if axis == 0 else low[::-1]), 0.0), (*(high if axis == 0 else high[::-1]), 0.99 * height)))
     rim = [((-half_d, s * half_w - 0.016 * (s > 0), 0.955 * height), (half_d, s * half_w + 0.016 * (s < 0), height)) for s in (-1.0, 1.0)]
     rim += [((s * half_d - 0.016 * (s > 0), -half_w, 0.955 * height), (s * half_d + 0.016 * (s < 0), half_w, height)) for s in (-1.0, 1.0)]
-    return fitted({"body": _boxes(pieces), "lid": _boxes(rim)}, size_m)
+    return {"body": _boxes(pieces), "lid": _boxes(rim)}
 
 
 def _boxes(corners: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]) -> Mesh:
@@ -193,10 +188,9 @@ def _boxes(corners: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]) -> Me
     return merged(*meshes)
 
 
-def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a standing suitcase with ribbed hard shell or soft pockets, pull handle and wheels."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     low = min(0.06, 0.09 * height)
     top = height * (0.8 if rng.random() < 0.6 else 0.95)
     shell = [rounded_box((-half_d + 0.008, -half_w + 0.008, low), (half_d - 0.012, half_w - 0.008, top), 0.2 * depth, 3)]
@@ -227,92 +221,7 @@ def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
                 disc("y", (wx, wy, 0.42 * low), 0.42 * low, 0.022, 16, 0.004),
                 block((wx - 0.018, wy - 0.02, 0.5 * low), (wx + 0.018, wy + 0.02, low + 0.01), 0.004),
             ]
-    return fitted({"shell": merged(*shell), "trim": merged(*trim, grip, handle), "poles": merged(*pole), "wheels": merged(*wheels)}, size_m)
-
-
-def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a diamond-frame or step-through bicycle on its stand, its front wheel towards +x or, where that is the long side, +y."""
-    along_y = size_m[1] > size_m[0]
-    length, width, height = (size_m[1], size_m[0], size_m[2]) if along_y else size_m
-    half_l, half_w = 0.5 * length, 0.5 * width
-    r = min(0.345, 0.196 * length, 0.36 * height)
-    rear, front = (-half_l + r, 0.0, r), (half_l - r, 0.0, r)
-    crank = (-0.06 * length, 0.0, 0.82 * r)
-    seat = (crank[0] - 0.1 * length, 0.0, height * 0.74)
-    head_low, head_high = (front[0] - 0.1 * length, 0.0, height * 0.6), (front[0] - 0.125 * length, 0.0, height * 0.78)
-    lower = (
-        (seat[0] + 0.3 * (crank[0] - seat[0]), 0.0, seat[2] + 0.3 * (crank[2] - seat[2]))
-        if style == "diamond"
-        else (seat[0] + 0.72 * (crank[0] - seat[0]), 0.0, seat[2] + 0.72 * (crank[2] - seat[2]))
-    )
-    tubes = [
-        *chain([crank, head_low], 0.02, 10),
-        *chain([lower, head_high], 0.018, 10),
-        *chain([crank, seat], 0.018, 10),
-        *chain([head_low, head_high], 0.022, 10),
-    ]
-    for s in (-1.0, 1.0):
-        hub = (rear[0], s * 0.055, rear[2])
-        tubes += [*chain([(crank[0], s * 0.03, crank[2]), hub], 0.009), *chain([(seat[0], s * 0.015, seat[2] - 0.04), hub], 0.008)]
-        tubes.append(
-            bent(
-                [(head_low[0] + 0.002, s * 0.035, head_low[2] - 0.02), (front[0] - 0.03, s * 0.05, 1.25 * r), (front[0], s * 0.05, r)],
-                0.012,
-                0.1,
-                8,
-            )
-        )
-    tubes.append(rod((head_low[0], -0.045, head_low[2] - 0.02), (head_low[0], 0.045, head_low[2] - 0.02), 0.02))
-    tyres = [ring("y", hub, r - 0.018, 0.018, 40, 8) for hub in (rear, front)]
-    rims = [ring("y", hub, r - 0.042, 0.011, 36, 6) for hub in (rear, front)]
-    for hub in (rear, front):
-        rims.append(rod((hub[0], -0.06, hub[2]), (hub[0], 0.06, hub[2]), 0.018, segments=10))
-        for k in range(18):
-            a = 2.0 * math.pi * (k + 0.3) / 18
-            rims.append(
-                sweep(
-                    [(hub[0], 0.025 * (-1) ** k, hub[2]), (hub[0] + (r - 0.045) * math.cos(a), 0.0, hub[2] + (r - 0.045) * math.sin(a))],
-                    0.0016,
-                    4,
-                )
-            )
-    parts = {"frame": merged(*tubes), "tyres": merged(*tyres), "rims": merged(*rims), "drive": _drive(rng, crank, rear, r)}
-    post = (seat[0] - 0.012 * length, 0.0, height * 0.86)
-    top = (head_high[0] - 0.03, 0.0, height - 0.03)
-    back = 0.12 if style == "diamond" else 0.2
-    reach = [(top[0] - back, s * (half_w - 0.01), top[2] + 0.012) for s in (-1.0, 1.0)]
-    middle = [(top[0] + 0.03, s * 0.5 * half_w, top[2] + 0.005) for s in (-1.0, 1.0)]
-    bars = [
-        bent([reach[0], middle[0], (top[0] + 0.03, 0.0, top[2] - 0.02), middle[1], reach[1]], 0.012, 0.1, 10),
-        *chain([head_high, (top[0] + 0.03, 0.0, top[2] - 0.02)], 0.015),
-    ]
-    bars += chain([(seat[0], 0.0, seat[2]), (post[0], 0.0, post[2] - 0.04)], 0.014)
-    grips = [
-        sweep([end, tuple(0.55 * np.asarray(end) + 0.45 * np.asarray(mid))], 0.018, 10) for end, mid in zip(reach, middle, strict=True)
-    ]
-    parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
-    return fitted(turned(parts, 0.5 * math.pi) if along_y else parts, size_m)
-
-
-def _drive(rng: np.random.Generator, crank: Corner, rear: Corner, r: float) -> Mesh:
-    """Chain wheel, chain, sprocket, cranks with pedals, and the stand."""
-    y = -0.045
-    wheel, sprocket = min(0.09, 0.27 * r), 0.035
-    a, b = np.array([crank[0], y, crank[2]]), np.array([rear[0], y, rear[2]])
-    meshes = [ring("y", tuple(a), wheel, 0.008, 24, 6, 0.5), disc("y", tuple(b), sprocket, 0.012, 18)]
-    turn = rng.uniform(0.0, 2.0 * math.pi)
-    meshes += [sweep([a, a + wheel * np.array([math.cos(t), 0.0, math.sin(t)])], 0.006, 6) for t in turn + np.arange(5) * 2.0 * math.pi / 5]
-    meshes += [sweep(np.array([a, b]) + np.outer((wheel, sprocket), (0.0, 0.0, s)), 0.004, 6) for s in (-1.0, 1.0)]
-    meshes.append(rod((crank[0], -0.07, crank[2]), (crank[0], 0.07, crank[2]), 0.018))
-    for s in (-1.0, 1.0):
-        reach = min(0.17, 0.62 * crank[2])
-        x, z = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
-        meshes += [
-            sweep([(crank[0], s * 0.07, crank[2]), (x, s * 0.075, z)], 0.009, 8),
-            block((x - 0.04, s * 0.12 - 0.035, z - 0.011), (x + 0.04, s * 0.12 + 0.035, z + 0.011), 0.004),
-        ]
-    meshes.append(sweep([(crank[0] - 0.08, 0.03, crank[2] - 0.01), (crank[0] - 0.05, 0.16, 0.01)], 0.009, 8))
-    return merged(*meshes)
+    return {"shell": shell, "trim": [*trim, grip, handle], "poles": pole, "wheels": wheels}
 
 
 MODELS = {
@@ -322,5 +231,4 @@ MODELS = {
     "other_prop": Model(build_plain_box, ("plain",)),
     "plastic_crate": Model(build_plastic_crate, ("slotted", "lidded")),
     "suitcase": Model(build_suitcase, ("hard", "soft")),
-    "bicycle": Model(build_bicycle, ("diamond", "step_through")),
 }

@@ -1,16 +1,34 @@
-"""Things on walls: pictures, mirrors, radiators; they look along +x, the wall is behind them."""
+"""Things on walls: pictures, mirrors, radiators, curtains, coat hooks, light switches; they look along +x, the wall is behind them."""
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 
 from renderer.core.arrays import Array
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, sheet, slab, stretched
-from renderer.models.model import Model, Parts, Size, fitted
-from renderer.models.upholstery import repeated
+from renderer.geometry.shapes import (
+    block,
+    blocks,
+    flat_quads,
+    grid_faces,
+    lathe,
+    merged,
+    moved,
+    rod,
+    rotated,
+    rounded_box,
+    sheet,
+    slab,
+    smooth_normals,
+    stretched,
+    sweep,
+)
+from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.soft import repeated
 
 ART_COLORS = 5
 
@@ -31,7 +49,7 @@ def molding(width: float, height: float, rim: float, profile: list[tuple[float, 
     return flat_quads(np.asarray(quads))
 
 
-def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a framed picture with mat: a landscape of ridges, an abstract of fields, circles, or a canvas for a painted texture."""
     depth, width, height = size_m
     rim = min(0.035, 0.09 * min(width, height))
@@ -46,14 +64,14 @@ def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     half, low, high = 0.5 * width - border, border, height - border
     if style == "print":
         area = np.array([(-half, low), (half, low), (half, high), (-half, high)])
-        return fitted({"frame": frame, "mat": mat, "canvas": standing(area, face - 0.001, face + 0.0006)}, size_m)
+        return {"frame": frame, "mat": mat, "canvas": standing(area, face - 0.001, face + 0.0006)}
     fields = {"landscape": landscape, "abstract": _abstract, "circles": _circles}[style](rng, half, low, high)
     thick = 0.0006
     parts = {"frame": frame, "mat": mat}
     for k in range(ART_COLORS):
         layer = [standing(outline, face - 0.001, face + thick * (1 + k)) for outline in fields[k]]
         parts[f"art_{k}"] = merged(*layer)
-    return fitted(parts, size_m)
+    return parts
 
 
 def standing(outline: Array, x0: float, x1: float) -> Mesh:
@@ -88,7 +106,7 @@ def landscape(rng: np.random.Generator, half: float, low: float, high: float) ->
         level = low + tall * (0.52 - 0.16 * k)
         waves = sum(rng.uniform(0.3, 1.0) / f * np.sin(f * 2.2 * y / half + rng.uniform(0, 6.3)) for f in (1, 2, 3, 5))
         ridge = level + 0.06 * tall * np.asarray(waves)
-        fields.append([np.stack([np.column_stack([y, np.full(18, low)]), np.column_stack([y, ridge])], axis=1)])
+        fields.append([np.stack([points(y, low), np.column_stack([y, ridge])], axis=1)])
     return fields
 
 
@@ -123,7 +141,7 @@ def _circles(rng: np.random.Generator, half: float, low: float, high: float) -> 
     return fields
 
 
-def build_wall_mirror(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_wall_mirror(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a mirror with a moulded rectangular, a round or an arched frame."""
     depth, width, height = size_m
     x0, front = -0.5 * depth, 0.5 * depth
@@ -134,7 +152,7 @@ def build_wall_mirror(rng: np.random.Generator, size_m: Size, style: str) -> Par
             width, height, rim, [(x0, 0.0), (front - 0.3 * depth, 0.0), (front, 0.3), (front, 0.7), (glass_x - 0.001, 1.0), (x0, 1.0)]
         )
         glass = block((x0 + 0.001, -0.5 * width + 0.8 * rim, 0.8 * rim), (glass_x, 0.5 * width - 0.8 * rim, height - 0.8 * rim), 0.0005)
-        return fitted({"frame": frame, "glass": glass}, size_m)
+        return {"frame": frame, "glass": glass}
     if style == "round":
         ring = lathe(
             [(0.94, x0), (1.0, x0), (1.0, front - 0.2 * depth), (0.985, front), (0.955, front), (0.94, front - 0.2 * depth)],
@@ -145,11 +163,11 @@ def build_wall_mirror(rng: np.random.Generator, size_m: Size, style: str) -> Par
         frame, glass = (
             stretched(rotated(mesh, "y", math.pi / 2), (1.0, 0.5 * width, 0.5 * height), (0.0, 0.0, 0.5 * height)) for mesh in (ring, disc)
         )
-        return fitted({"frame": frame, "glass": glass}, size_m)
+        return {"frame": frame, "glass": glass}
     rim = 0.018
     outer = _arch(0.5 * width, height)
     inner = _arch(0.5 * width - rim, height - 2 * rim) + np.array([0.0, rim])
-    return fitted({"frame": _band(outer, inner, x0, front), "glass": standing(0.5 * (outer + inner), x0 + 0.001, glass_x)}, size_m)
+    return {"frame": _band(outer, inner, x0, front), "glass": standing(0.5 * (outer + inner), x0 + 0.001, glass_x)}
 
 
 def _arch(half: float, height: float) -> Array:
@@ -162,17 +180,16 @@ def _arch(half: float, height: float) -> Array:
 
 def _band(outer: Array, inner: Array, x0: float, x1: float) -> Mesh:
     """Return the frame between two outlines (n, 2) of equal length."""
-    loops = [np.column_stack([np.full(len(outer), x), line]) for x, line in ((x0, outer), (x1, outer), (x1, inner), (x0, inner))]
+    loops = [points(x, line) for x, line in ((x0, outer), (x1, outer), (x1, inner), (x0, inner))]
     pieces = []
     for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
         pieces.append(flat_quads(np.stack([a, np.roll(a, -1, axis=0), np.roll(b, -1, axis=0), b], axis=1)))
     return merged(*pieces)
 
 
-def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a panel radiator with ribs and grille, columns of cast sections, or flat bars; valve and pipe at one end."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     side = 1.0 if rng.random() < 0.5 else -1.0
     low = 0.09 * height
     valve = merged(
@@ -189,7 +206,7 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             [(half_d, y + 0.021, z + 0.055) for y in ys for z in (low, height - 0.055)],
             0.016,
         )
-        return fitted({"panel": merged(tubes, heads), "valve": valve}, size_m)
+        return {"panel": [tubes, heads], "valve": valve}
     if style == "bars":
         count = max(3, round((height - low) / 0.085))
         zs = np.linspace(low, height, count + 1)
@@ -203,7 +220,7 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             [(-half_d, s * (half_w - 0.06) - 0.012, 0.6 * height) for s in (-1.0, 1.0)],
             [(half_d - 0.03, s * (half_w - 0.06) + 0.012, 0.6 * height + 0.05) for s in (-1.0, 1.0)],
         )
-        return fitted({"panel": merged(flats, risers, hung), "valve": valve}, size_m)
+        return {"panel": [flats, risers, hung], "valve": valve}
     pitch = 0.034
     count = max(4, round((width - 0.06) / pitch))
     ys = np.linspace(-half_w + 0.05, half_w - 0.05, count)
@@ -223,11 +240,163 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         [(-half_d, s * 0.6 * half_w - 0.02, 0.3 * height) for s in (-1.0, 1.0)],
         [(-half_d + 0.014, s * 0.6 * half_w + 0.02, 0.8 * height) for s in (-1.0, 1.0)],
     )
-    return fitted({"panel": merged(*panels, ribs, slots, sides, brackets), "valve": valve}, size_m)
+    return {"panel": [*panels, ribs, slots, sides, brackets], "valve": valve}
+
+
+def build_curtain(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return two curtains drawn to the sides, hanging free, gathered by bands, or below a pelmet; the middle half stays open."""
+    depth, width, height, half_d, half = halved(size_m)
+    bar = min(0.014, 0.16 * depth)
+    rod_z = height - 1.6 * bar
+    cloth_half = 0.5 * width - 2.6 * bar
+    span = min(rng.uniform(0.2, 0.25) * width, 0.55)
+    top = rod_z - 1.2 * bar
+    hangings = []
+    bands = []
+    for s in (-1.0, 1.0):
+        edge = s * cloth_half
+        low, high = sorted((edge, edge - s * span))
+        hangings.append(_hanging(rng, (low, high), edge, half_d - 0.004, top, style == "tied"))
+        if style == "tied":
+            bands.append(_tie(edge - s * 0.21 * span, 0.23 * span, half_d - 0.003, 0.42 * height))
+    pole = [rod((0.0, -half + 1.8 * bar, rod_z), (0.0, half - 1.8 * bar, rod_z), 0.8 * bar, segments=14)]
+    ball = lathe(
+        [
+            (1.6 * bar * math.cos(a) if abs(a) < 1.57 else 0.0, 1.6 * bar * math.sin(a))
+            for a in np.linspace(-0.5 * math.pi, 0.5 * math.pi, 9)
+        ],
+        16,
+    )
+    pole += [moved(ball, y=s * (half - 1.6 * bar), z=rod_z) for s in (-1.0, 1.0)]
+    for s in (-1.0, 1.0):
+        y = s * (half - 4.5 * bar)
+        pole.append(rod((-half_d, y, rod_z), (0.0, y, rod_z), 0.5 * bar, segments=10))
+        pole.append(
+            moved(
+                rotated(lathe([(0.0, 0.0), (1.5 * bar, 0.0), (1.5 * bar, 0.004), (0.0, 0.004)], 16), "y", 0.5 * math.pi), -half_d, y, rod_z
+            )
+        )
+    spots = cloth_half - np.linspace(0.04, 0.96, 7) * span
+    rings = repeated(_ring(0.0, rod_z, 1.15 * bar, 0.22 * bar), [(0.0, s * y, 0.0) for s in (-1.0, 1.0) for y in spots])
+    parts = {"cloth": merged(*hangings, *bands), "rod": merged(*pole, rings)}
+    if style == "pelmet":
+        parts["pelmet"] = _pelmet(half_d, half, height)
+    return parts
+
+
+def _pelmet(half_d: float, half: float, height: float) -> Mesh:
+    """Return a board with a scalloped lower edge that hides the rod, and its returns to the wall."""
+    drop = min(0.24, 0.12 * height)
+    count = max(3, round(2.0 * half / 0.34))
+    y = np.linspace(-half, half, 8 * count + 1)
+    low = height - drop + 0.3 * drop * (1.0 - np.abs(np.sin(0.5 * math.pi * count * (y / half + 1.0))) ** 0.7)
+    z = low[:, None] + (height - low)[:, None] * np.linspace(0.0, 1.0, 4)
+    yy = np.broadcast_to(y[:, None], z.shape)
+    face = np.dstack([np.full_like(z, half_d), yy, z])
+    board = sheet(face, face - np.array([0.012, 0.0, 0.0]))
+    ends = blocks(
+        [(-half_d, -half, height - drop), (-half_d, half - 0.012, height - drop), (-half_d, -half, height - 0.012)],
+        [(half_d - 0.004, -half + 0.012, height), (half_d - 0.004, half, height), (half_d - 0.002, half, height)],
+        0.002,
+    )
+    return merged(board, ends)
+
+
+def _ring(y: float, z: float, radius: float, bar: float) -> Mesh:
+    """Return a ring round the rod with an eye to the cloth below."""
+    loop = [(radius + bar * math.cos(a), bar * math.sin(a)) for a in np.arange(6) * (math.pi / 3)]
+    ring = moved(rotated(lathe(loop, 14, closed=True), "x", 0.5 * math.pi), 0.0, y, z)
+    return merged(ring, rod((0.0, y, z - 0.95 * radius), (0.0, y, z - 1.9 * radius), 0.8 * bar, segments=6))
+
+
+def _hanging(rng: np.random.Generator, span: tuple[float, float], edge: float, reach: float, top: float, tied: bool) -> Mesh:
+    """Return one curtain between two y: pleats that are tight at the top and swing out below; ``tied`` draws it to ``edge`` at a band."""
+    width = span[1] - span[0]
+    pleats = max(3, round(width / rng.uniform(0.075, 0.095)))
+    columns, rows = 12 * pleats + 1, 14
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows), indexing="ij")
+    phase = rng.uniform(0.0, 2.0 * math.pi, 3)
+    drift = 0.35 * np.sin(2.0 * math.pi * (1.3 * u + 0.5 * v) + phase[0]) * (1.0 - v)
+    angle = 2.0 * math.pi * pleats * u + drift
+    open_m = np.interp(v, [0.0, 0.6, 1.0], [1.0, 0.9, 0.6])
+    uneven = 0.82 + 0.18 * np.sin(2.0 * math.pi * 1.7 * u + phase[1])
+    thick = 0.003
+    amplitude = (reach - thick) * open_m * uneven
+    x = amplitude * np.sin(angle)
+    y = span[0] + width * u + 0.085 * width / pleats * np.sin(2.0 * angle) * open_m
+    z = top * v
+    if tied:
+        pinch = np.exp(-(((v - 0.42) / 0.16) ** 2)) + np.exp(-(((v - 0.42) / 0.3) ** 2)) * (v > 0.42)
+        pull = 0.58 * np.minimum(pinch, 1.0)
+        y = y + pull * (edge - y)
+    front = np.dstack([np.clip(x, -reach + thick, reach), y, z])
+    normals = smooth_normals(front.reshape(-1, 3), grid_faces(columns, rows))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return sheet(front, front - thick * normals.reshape(front.shape))
+
+
+def _tie(y: float, half: float, reach: float, z: float) -> Mesh:
+    """Return a cloth band round a gathered curtain, higher at the wall's side."""
+    turn = np.arange(25) * (2.0 * math.pi / 24)
+    ring = np.column_stack([reach * np.cos(turn), y + 1.02 * half * np.sin(turn)])
+    heights = np.array([-0.03, 0.03])
+    outer = np.stack([points(ring, z + h) for h in heights], axis=1)
+    inner = outer.copy()
+    inner[:, :, 0] *= 0.9
+    inner[:, :, 1] = y + (inner[:, :, 1] - y) * 0.95
+    return sheet(outer, inner)
+
+
+def crook(reach: float, rise: float, bar: float) -> Mesh:
+    """Return a hook that goes forward along +x from the origin and bends up to ``rise``, with a round end."""
+    path = [(0.0, 0.0, 0.0), (0.55 * reach, 0.0, -0.1 * rise), (0.9 * reach, 0.0, 0.25 * rise), (reach, 0.0, rise)]
+    ball = lathe([(0.0, -1.6 * bar), (1.2 * bar, -1.1 * bar), (1.7 * bar, 0.0), (1.2 * bar, 1.1 * bar), (0.0, 1.6 * bar)], 8)
+    return merged(sweep(path, bar, 7), moved(ball, reach, 0.0, rise))
+
+
+def build_wall_hooks(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a row of double hooks on a board, or of turned wooden pegs."""
+    depth, width, height, half_d, half = halved(size_m)
+    board_low = 0.35 * height if style == "hooks" else 0.2 * height
+    thick = min(0.018, 0.25 * depth)
+    board = rounded_box((-half_d, -half, board_low), (-half_d + thick, half, height), 0.006)
+    count = max(2, round(width / 0.14))
+    ys = np.linspace(-half, half, 2 * count + 1)[1::2]
+    x = -half_d + thick - 0.001
+    pieces = []
+    for y in ys:
+        if style == "pegs":
+            length = depth - thick
+            peg = lathe([(0.0, 0.0), (0.012, 0.0), (0.007, 0.4 * length), (0.013, 0.85 * length), (0.011, length), (0.0, length)], 14)
+            pieces.append(moved(rotated(peg, "y", 0.5 * math.pi - 0.25), x, float(y), 0.55 * height))
+            continue
+        rise = 0.3 * height
+        pieces.append(moved(crook(depth - thick, rise, 0.005), x, float(y), 0.65 * height))
+        pieces.append(moved(crook(0.6 * (depth - thick), 0.18 * height, 0.005), x, float(y), 0.1 * height + 0.005))
+        pieces.append(block((x, float(y) - 0.009, 0.1 * height - 0.012), (x + 0.005, float(y) + 0.009, 0.85 * height), 0.002))
+    return {"board": board, "hooks": pieces}
+
+
+def build_light_switch(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a plate with one rocker, or with two side by side."""
+    depth, width, height, half_d, half = halved(size_m)
+    face = -half_d + 0.6 * depth
+    plate = rounded_box((-half_d, -half, 0.0), (face, half, height), 0.3 * depth, 3)
+    edges = np.linspace(-0.72 * half, 0.72 * half, (1 if style == "one" else 2) + 1)
+    rockers = []
+    for a, b in itertools.pairwise(edges):
+        body = block((face - 0.3 * depth, a + 0.01 * width, 0.14 * height), (half_d, b - 0.01 * width, 0.86 * height), 0.12 * depth)
+        points = body.vertices.copy()
+        points[:, 0] -= np.where(points[:, 0] > face, 0.22 * depth * np.clip(points[:, 2] / height, 0.0, 1.0), 0.0).astype(np.float32)
+        rockers.append(body._replace(vertices=points))
+    return {"plate": plate, "rocker": rockers}
 
 
 MODELS = {
     "picture": Model(build_picture, ("landscape", "abstract", "circles", "print")),
     "wall_mirror": Model(build_wall_mirror, ("rectangular", "round", "arched")),
     "radiator": Model(build_radiator, ("panel", "column", "bars")),
+    "curtain": Model(build_curtain, ("free", "tied", "pelmet")),
+    "wall_hooks": Model(build_wall_hooks, ("hooks", "pegs")),
+    "light_switch": Model(build_light_switch, ("one", "two")),
 }

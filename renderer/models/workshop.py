@@ -7,17 +7,16 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import bent, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
 from renderer.models.cabinets import Front, fronts
-from renderer.models.lofts import bent, disc, loft, oval, ring
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 
 
-def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bench with thick top and vise on its front: wooden legs over a shelf, a steel frame with drawers, or two drawer blocks."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     jut = min(0.07, 0.1 * depth)
     front = half_d - jut
     thick = 0.05
@@ -52,15 +51,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         other = _bench_drawers(front - 0.05, end, *hung)
         pedestal = merged(pedestal[0], other[0]), merged(pedestal[1], other[1])
     parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
-    return fitted(
-        parts
-        | {
-            "vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)),
-            "boxes": boxes,
-            "tins": tins,
-        },
-        size_m,
-    )
+    return parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}
 
 
 def _bench_drawers(front: float, side: float, reach: float, top: float, style: str, height: float) -> tuple[Mesh, Mesh]:
@@ -109,21 +100,19 @@ def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, roo
     return merged(*things[0]), merged(*things[1])
 
 
-def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a rolling cabinet of flat drawers with full-width grips, or one with drawers over a door, on castors."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     low = min(0.13, 0.16 * height)
     front = half_d - 0.018
     body = [block((-half_d + 0.004, -half_w + 0.02, low), (front - 0.016, half_w, height - 0.02), 0.004)]
     mat = block((-half_d, -half_w, height - 0.024), (half_d, half_w, height), 0.006)
     grip = bent(
-        [
-            (-0.6 * half_d, -half_w + 0.02, 0.86 * height),
-            (-0.6 * half_d, -half_w + 0.002, 0.86 * height),
-            (0.6 * half_d, -half_w + 0.002, 0.86 * height),
-            (0.6 * half_d, -half_w + 0.02, 0.86 * height),
-        ],
+        points(
+            [-0.6 * half_d, -0.6 * half_d, 0.6 * half_d, 0.6 * half_d],
+            [-half_w + 0.02, -half_w + 0.002, -half_w + 0.002, -half_w + 0.02],
+            0.86 * height,
+        ),
         0.0018 + 0.006,
         0.015,
         8,
@@ -142,22 +131,12 @@ def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
             wheels += [disc("y", (x, y, r), r, 0.03, 20, 0.005), block((x - 0.02, y - 0.024, r), (x + 0.02, y + 0.024, low + 0.002), 0.003)]
             wheels.append(block((x - 0.035, y - 0.03, low - 0.012), (x + 0.035, y + 0.03, low + 0.003), 0.002))
     lock = disc("x", (front, 0.0, height - 0.03), 0.009, 0.02, 12)
-    return fitted(
-        {
-            "body": merged(*body),
-            "drawers": fronts(front, areas, 0.016),
-            "handles": merged(*grips, grip, lock),
-            "top": mat,
-            "castors": merged(*wheels),
-        },
-        size_m,
-    )
+    return {"body": body, "drawers": fronts(front, areas, 0.016), "handles": [*grips, grip, lock], "top": mat, "castors": wheels}
 
 
-def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a plastic box with latches and recessed grip, or a steel cantilever box with a bar handle."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     top = 0.8 * height
     if style == "steel":
         edges = [0.0, 0.3 * top, 0.62 * top, top]
@@ -173,12 +152,11 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
                 )
         arms.append(
             bent(
-                [
-                    (0, -0.75 * half_w, top - 0.01),
-                    (0, -0.75 * half_w, height - 0.008),
-                    (0, 0.75 * half_w, height - 0.008),
-                    (0, 0.75 * half_w, top - 0.01),
-                ],
+                points(
+                    0,
+                    [-0.75 * half_w, -0.75 * half_w, 0.75 * half_w, 0.75 * half_w],
+                    [top - 0.01, height - 0.008, height - 0.008, top - 0.01],
+                ),
                 0.008,
                 0.03,
                 10,
@@ -190,7 +168,7 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
                 for i, z in ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
             ]
         )
-        return fitted({"body": merged(*body), "lid": lid, "handle": merged(*arms)}, size_m)
+        return {"body": body, "lid": lid, "handle": arms}
     split = 0.62 * top
     base = loft(
         [
@@ -202,12 +180,11 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     lid = loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in shell])
     grip = [
         bent(
-            [
-                (0, -0.42 * half_w, top - 0.005),
-                (0, -0.38 * half_w, height - 0.012),
-                (0, 0.38 * half_w, height - 0.012),
-                (0, 0.42 * half_w, top - 0.005),
-            ],
+            points(
+                0,
+                [-0.42 * half_w, -0.38 * half_w, 0.38 * half_w, 0.42 * half_w],
+                [top - 0.005, height - 0.012, height - 0.012, top - 0.005],
+            ),
             0.012,
             0.03,
             10,
@@ -224,25 +201,17 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         for x in (-0.45, 0.45)
         for y in (-0.55, 0.55)
     ]
-    return fitted({"body": base, "lid": lid, "handle": merged(*grip, *organiser)}, size_m)
+    return {"body": base, "lid": lid, "handle": [*grip, *organiser]}
 
 
-def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tin with label, rims, pressed lid and a wire handle that lies at its side; open, its paint shows."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width) - 0.006
     top = height - 0.004
-    rim = [
-        (0.0, 0.0),
-        (0.97 * r, 0.0),
-        (r, 0.004),
-        (r, 0.01),
-        (0.97 * r, 0.014),
-        (0.97 * r, top - 0.016),
-        (r, top - 0.012),
-        (r, top),
-        (0.93 * r, top),
-    ]
+    rim = points(
+        [0.0, 0.97 * r, r, r, 0.97 * r, 0.97 * r, r, r, 0.93 * r], [0.0, 0.0, 0.004, 0.01, 0.014, top - 0.016, top - 0.012, top, top]
+    )
     label = lathe(
         [(0.95 * r, 0.1 * height), (0.982 * r, 0.1 * height), (0.982 * r, 0.86 * height), (0.95 * r, 0.86 * height)], 26, closed=True
     )
@@ -258,14 +227,10 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     else:
         body = lathe([*rim, (0.92 * r, top - 0.008), (0.0, top - 0.008)], 26)
         paint = lathe(
-            [
-                (0.0, top - 0.01),
-                (0.88 * r, top - 0.01),
-                (0.88 * r, top - 0.001),
-                (0.8 * r, top - 0.001),
-                (0.78 * r, top - 0.005),
-                (0.0, top - 0.005),
-            ],
+            points(
+                [0.0, 0.88 * r, 0.88 * r, 0.8 * r, 0.78 * r, 0.0],
+                [top - 0.01, top - 0.01, top - 0.001, top - 0.001, top - 0.005, top - 0.005],
+            ),
             26,
         )
     ears = merged(*(disc("y", (0.0, s * (r - 0.001), 0.78 * height), 0.014, 0.012, 14, 0.003) for s in (-1.0, 1.0)))
@@ -277,13 +242,12 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         if style == "closed"
         else merged(ears, sweep(wire, 0.002, 6), ring("z", (0, 0, top), 0.97 * r, 0.004, 26, 6))
     )
-    return fitted({"body": body, "label": label, "paint": paint, "handle": handle}, size_m)
+    return {"body": body, "label": label, "paint": paint, "handle": handle}
 
 
-def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an opened step ladder of aluminium or wood, or one with a broad platform and a tray; one climbs it from +x."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     count = max(2, round((0.72 if style == "platform" else 1.0) * height / 0.3))
     apex = -half_d + 0.3 * depth
     metal, broad = style != "wooden", style == "platform"
@@ -341,14 +305,14 @@ def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Par
         rod((x, s * 0.9 * side(0.4), z), (half_d - 0.02 + 0.42 * (apex - half_d), s * side(0.4), z + 0.02), 0.005, segments=6)
         for s in (-1.0, 1.0)
     ]
-    return fitted({"rails": merged(*rails, *stays), "treads": merged(*treads), "feet": merged(*pads)}, size_m)
+    return {"rails": [*rails, *stays], "treads": treads, "feet": pads}
 
 
 def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: float, thick: float) -> Mesh:
     """A straight bar of rectangular section from a to b, its broad side along x."""
     start, end = np.asarray(a), np.asarray(b)
     corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (wide, thick)
-    section = np.column_stack([corners, np.zeros(4)])
+    section = points(corners, 0.0)
     return loft([start + section, end + section])
 
 

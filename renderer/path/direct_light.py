@@ -14,14 +14,12 @@ from renderer.core import lanes as ln
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
-from renderer.path.blocked_light import add_blocked_light
-from renderer.path.clipping import CLIPPED_REACH
+from renderer.path.film_sums import CLIPPED_REACH
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
-from renderer.path.records import Film, Scratch
-from renderer.path.shadow_rays import pop_shadow_rays, push_shadow_rays, trace_shadow_rays
+from renderer.path.records import Film, LitScene, Scratch
+from renderer.path.shadow_rays import add_blocked_light, pop_shadow_rays, push_shadow_rays, trace_shadow_rays
 from renderer.path.sun_patches import mix_patch_pdf
-from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _NEAR = np.float32(2.25)
@@ -51,24 +49,14 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 @inlined
 def sample_lights(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    lights: Lights,
-    kinds: int,
-    depth: int,
-    limit: np.float32,
-    waiting: int,
-    column: int,
-    row: int,
-    scratch: Scratch,
-    film: Film,
+    scene: LitScene, kinds: int, depth: int, limit: np.float32, waiting: int, column: int, row: int, scratch: Scratch, film: Film
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 
     ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring to its own
     pixel.  (column, row): where the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
     """
-    lanes, shadow_rays = scratch.lanes, scratch.shadow_rays
+    surfaces, lights, lanes, shadow_rays = scene.surfaces, scene.lights, scratch.lanes, scratch.shadow_rays
     direct, arriving = depth == 0 and film.direct.shape[0] > 0, depth == 0 and film.arriving.shape[0] > 0
     for source in range(2 if len(lights.infinite.part) > 0 else 1):
         # A point on a light, its luminance and light_pdf.
@@ -79,7 +67,7 @@ def sample_lights(
         # What it adds to the pixel if nothing blocks it.
         wi_to_lights(lanes)
         if arriving:
-            add_blocked_light(scene, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
+            add_blocked_light(scene.tree, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
             scratch.traced[0] += count_chosen(lanes, ln.LIGHT_PDF)
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
         if len(lights.patches) > 0:
@@ -89,7 +77,7 @@ def sample_lights(
         push_shadow_rays(lanes, scratch.lane_slot, direct, shadow_rays, waiting)
         waiting += count_chosen(lanes, ln.LIGHT_PDF)
         if waiting >= LANES:
-            trace_shadow_rays(scene, shadow_rays, LANES, scratch.light)
+            trace_shadow_rays(scene.tree, shadow_rays, LANES, scratch.light)
             scratch.traced[0] += LANES
             pop_shadow_rays(shadow_rays)
             waiting -= LANES

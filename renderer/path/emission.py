@@ -12,7 +12,7 @@ from renderer.core.color import Rgb
 from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
-from renderer.path.clipping import CLIPPED_REACH
+from renderer.path.film_sums import CLIPPED_REACH
 from renderer.path.infinite_light import infinite_le, sky_le
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.queues import WAVE

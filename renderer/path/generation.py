@@ -1,4 +1,4 @@
-"""Where waves begin: random numbers of pixels, camera rays through them, random numbers of hits."""
+"""Where waves begin and go on: random numbers of pixels, camera rays through them, from the queue to hits, random numbers of these."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from renderer.camera.shutter import move_rays
 from renderer.camera.thin_lens import sample_lens
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
+from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
 from renderer.core.kernel import inlined
-from renderer.core.lanes import count_chosen
+from renderer.core.lanes import CARRIED, count_chosen
 from renderer.core.packing import pack, pack_slots
 from renderer.core.random_numbers import mix_bits, sample_2d
 from renderer.path import queues as qu
 from renderer.path.lights import Lights
-from renderer.path.queues import ROW, WAVE, slot_pixel
+from renderer.path.queues import ROW, WAVE, Queue, slot_pixel
 from renderer.path.records import Scratch
 
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
@@ -89,3 +89,26 @@ def generate_ray_samples(lights: Lights, depth: int, sample: np.uint32, choices:
         sample_2d(scratch.lane_seeds, sample, np.uint32(_INFINITE_PAIRS + depth), scratch.lanes[ln.U_INFINITE_0 :])
     if len(lights.patches) > 0:
         sample_2d(scratch.lane_seeds, sample, np.uint32(_GUIDE_PAIRS + depth), scratch.lanes[ln.U_GUIDE_0 :])
+
+
+@inlined
+def intersect_closest(scene: SceneHandle, here: Queue, first: int, count: int, primary: bool, scratch: Scratch) -> None:
+    """Take paths ``first`` to ``first`` + 15 of ``count`` from the queue into packet and lanes, and find what their rays hit first."""
+    rays, lanes, state = scratch.rays, scratch.lanes, here.state
+    real, integer = rays.real, rays.integer
+    for k in range(LANES):
+        i = first + k
+        real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = state[qu.ORG_X + i], state[qu.ORG_Y + i], state[qu.ORG_Z + i]
+        real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = state[qu.DIR_X + i], state[qu.DIR_Y + i], state[qu.DIR_Z + i]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _INFINITE
+        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+        integer[ray.GEOM_ID + k] = INVALID_ID
+        rays.alive[k] = -1 if i < count else 0
+        lanes[ln.WIDTH + k] = state[qu.WIDTH + i]
+        for field in range(CARRIED):
+            lanes[ln.BETA_R + LANES * field + k] = state[qu.BETA_R + ROW * field + i]
+        slot = here.slot[i]
+        scratch.lane_slot[k] = slot
+        scratch.lane_seeds[k] = scratch.seeds[slot]
+    flags = scene.coherent if primary else scene.incoherent
+    intersect16(rays.alive.ctypes.data, scene.address, real.ctypes.data, flags)

@@ -14,25 +14,8 @@ from numpy.typing import DTypeLike, NDArray
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_rays
-from renderer.core.embree import (
-    BARY_U,
-    BARY_V,
-    DIR_X,
-    DIR_Y,
-    DIR_Z,
-    GEOM_ID,
-    INVALID_ID,
-    LANES,
-    NEAREST,
-    NG_X,
-    NG_Y,
-    NG_Z,
-    PRIM_ID,
-    TFAR,
-    Packet,
-    SceneHandle,
-    intersect16,
-)
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.tiles import store_bits, store_numbers, store_vectors
 
@@ -61,20 +44,37 @@ class Hits(NamedTuple):
     v: NDArray[np.float32]
 
 
+class TracedView(NamedTuple):
+    """A view whose rays have been traced: camera, distance along the rays (height, width), metres, hit record, and the mesh that was hit.
+
+    vertices: (n, 3) float32; faces: (m, 3) uint32.
+    """
+
+    camera: PosedCamera
+    distance: NDArray[np.float32]
+    hits: Hits
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+
+
 def hit_record_shapes(height: int, width: int) -> list[tuple[tuple[int, int], DTypeLike]]:
     """Return the shapes and dtypes of a hit record's fields."""
     return [((height, width), dtype) for dtype in (np.int32, np.float32, np.float32)]
 
 
-class Labels(NamedTuple):
-    """What the triangles are: (m + 1,) uint32, the object's id times 256 plus the NYU40 class, so that one look-up gives both; last 0."""
+class LabelledScene(NamedTuple):
+    """Triangles, and what they are.
 
+    ids: (m + 1,) uint32, the object's id times 256 plus the NYU40 class, so that one look-up gives both; last 0.
+    """
+
+    tree: SceneHandle
     ids: NDArray[np.uint32]
 
 
-def make_labels(face_part: NDArray[np.int32], label: NDArray[np.uint8], object_id: NDArray[np.uint16]) -> Labels:
-    """Return the ids of triangles for ``face_part`` (m,), the part of each, and of the parts NYU40 class (p,) and object id (p,)."""
-    return Labels(np.append((object_id.astype(np.uint32) << 8 | label)[face_part], np.uint32(0)))
+def label_scene(tree: SceneHandle, face_part: NDArray[np.int32], label: NDArray[np.uint8], object_id: NDArray[np.uint16]) -> LabelledScene:
+    """Return triangles with their ids for ``face_part`` (m,), the part of each, and of the parts NYU40 class (p,) and object id (p,)."""
+    return LabelledScene(tree, np.append((object_id.astype(np.uint32) << 8 | label)[face_part], np.uint32(0)))
 
 
 @kernel
@@ -82,14 +82,14 @@ def _face_camera(r: NDArray[np.float32], real: NDArray[np.float32]) -> None:
     """Turn the packet's geometric normals into unit normals of the optical frame, rotation ``r``, that look towards the camera."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     for k in range(LANES):
-        x, y, z = real[NG_X + k], real[NG_Y + k], real[NG_Z + k]
-        away = x * real[DIR_X + k] + y * real[DIR_Y + k] + z * real[DIR_Z + k]
+        x, y, z = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+        away = x * real[ray.DIR_X + k] + y * real[ray.DIR_Y + k] + z * real[ray.DIR_Z + k]
         length = np.sqrt(x * x + y * y + z * z)
         scale = _ONE / (length if length > _TINY else _TINY)
         scale = -scale if away > _ZERO else scale
-        real[NG_X + k] = (r00 * x + r10 * y + r20 * z) * scale
-        real[NG_Y + k] = (r01 * x + r11 * y + r21 * z) * scale
-        real[NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
+        real[ray.NG_X + k] = (r00 * x + r10 * y + r20 * z) * scale
+        real[ray.NG_Y + k] = (r01 * x + r11 * y + r21 * z) * scale
+        real[ray.NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
 
 
 @kernel
@@ -97,19 +97,19 @@ def _measure(r: NDArray[np.float32], lens: bool, real: NDArray[np.float32], aliv
     """Replace TFAR by the depth, and DIR_X by the distance; NaN for rays that are off."""
     r02, r12, r22 = r[0, 2], r[1, 2], r[2, 2]
     for k in range(LANES):
-        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
-        t = real[TFAR + k]
+        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+        t = real[ray.TFAR + k]
         t = t if alive[k] != 0 else _NAN
-        real[TFAR + k] = t * (r02 * dx + r12 * dy + r22 * dz) if lens else t
-        real[DIR_X + k] = t * np.sqrt(dx * dx + dy * dy + dz * dz)
+        real[ray.TFAR + k] = t * (r02 * dx + r12 * dy + r22 * dz) if lens else t
+        real[ray.DIR_X + k] = t * np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @kernel
 def _end_at_hits(real: NDArray[np.float32]) -> None:
     """Put TFAR, which the filter of a steady scene has left a little behind the hits, at them."""
     for k in range(LANES):
-        nearest = real[NEAREST + k]
-        real[TFAR + k] = nearest if nearest < _INFINITY else real[TFAR + k]
+        nearest = real[ray.NEAREST + k]
+        real[ray.TFAR + k] = nearest if nearest < _INFINITY else real[ray.TFAR + k]
 
 
 @kernel
@@ -117,8 +117,8 @@ def _look_up_ids(ids: NDArray[np.uint32], integer: NDArray[np.uint32]) -> None:
     """Replace GEOM_ID by the ids of the triangles that were hit, 0 for none."""
     nothing = np.uint32(len(ids) - 1)
     for k in range(LANES):
-        face = integer[PRIM_ID + k]
-        integer[GEOM_ID + k] = ids[face if integer[GEOM_ID + k] != INVALID_ID else nothing]
+        face = integer[ray.PRIM_ID + k]
+        integer[ray.GEOM_ID + k] = ids[face if integer[ray.GEOM_ID + k] != INVALID_ID else nothing]
 
 
 @inlined
@@ -126,19 +126,18 @@ def _record_hits(packet: Packet, column: int, row: int, hits: Hits) -> None:
     """Write the hit record of a tile that begins at (column, row)."""
     real, integer = packet.real, packet.integer
     for k in range(LANES):
-        hit = integer[GEOM_ID + k] != INVALID_ID
-        integer[PRIM_ID + k] = integer[PRIM_ID + k] if hit else INVALID_ID
-        real[BARY_U + k] = real[BARY_U + k] if hit else _ZERO
-        real[BARY_V + k] = real[BARY_V + k] if hit else _ZERO
-    store_bits(integer, PRIM_ID, 0, column, row, hits.face)
-    store_numbers(real, BARY_U, column, row, hits.u)
-    store_numbers(real, BARY_V, column, row, hits.v)
+        hit = integer[ray.GEOM_ID + k] != INVALID_ID
+        integer[ray.PRIM_ID + k] = integer[ray.PRIM_ID + k] if hit else INVALID_ID
+        real[ray.BARY_U + k] = real[ray.BARY_U + k] if hit else _ZERO
+        real[ray.BARY_V + k] = real[ray.BARY_V + k] if hit else _ZERO
+    store_bits(integer, ray.PRIM_ID, 0, column, row, hits.face)
+    store_numbers(real, ray.BARY_U, column, row, hits.u)
+    store_numbers(real, ray.BARY_V, column, row, hits.v)
 
 
 @entry
 def trace_geometry(
-    scene: SceneHandle,
-    labels: Labels,
+    scene: LabelledScene,
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
@@ -151,14 +150,15 @@ def trace_geometry(
 
     ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
-    lens, recorded, steady = len(camera.bearings) > 0, hits.face.shape[0] > 0, scene.primary != scene.coherent
+    tree = scene.tree
+    lens, recorded, steady = len(camera.bearings) > 0, hits.face.shape[0] > 0, tree.primary != tree.coherent
     real, integer, r = packet.real, packet.integer, camera.rotation
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, centre, packet)
             if steady:
-                real[NEAREST : NEAREST + LANES] = _INFINITY
-            intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.primary)
+                real[ray.NEAREST : ray.NEAREST + LANES] = _INFINITY
+            intersect16(packet.alive.ctypes.data, tree.address, real.ctypes.data, tree.primary)
             if steady:
                 _end_at_hits(real)
             if camera.row_step > _ZERO:
@@ -167,9 +167,9 @@ def trace_geometry(
                 _record_hits(packet, column, row, hits)
             _face_camera(r, real)
             _measure(r, lens, real, packet.alive)
-            _look_up_ids(labels.ids, integer)
-            store_numbers(real, TFAR, column, row, images.depth)
-            store_numbers(real, DIR_X, column, row, images.range)
-            store_vectors(real, NG_X, column, row, images.normals)
-            store_bits(integer, GEOM_ID, 0, column, row, images.semantic)
-            store_bits(integer, GEOM_ID, 8, column, row, images.instance)
+            _look_up_ids(scene.ids, integer)
+            store_numbers(real, ray.TFAR, column, row, images.depth)
+            store_numbers(real, ray.DIR_X, column, row, images.range)
+            store_vectors(real, ray.NG_X, column, row, images.normals)
+            store_bits(integer, ray.GEOM_ID, 0, column, row, images.semantic)
+            store_bits(integer, ray.GEOM_ID, 8, column, row, images.instance)

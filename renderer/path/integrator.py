@@ -33,7 +33,7 @@ paths too; energy is kept, caustics lose their edges (path space regularization,
 
 Where the sun comes in, hits look for its patches too (:mod:`renderer.path.sun_patches`), by one pdf with the BSDF's.
 
-*Clamp* limits what a single stroke of indirect light brings to its own pixel; what is beyond is shared (:mod:`renderer.path.clipping`).
+*Clamp* limits what a single stroke of indirect light brings to its own pixel; what is beyond is shared (:mod:`renderer.path.film_sums`).
 
 *Direct* light has been scattered once at most on its way from the emitter to the camera: what lights send themselves, and what a surface, a
 mirror or a pane of glass like any other, makes of light that comes straight from one.  All other light is indirect.
@@ -46,20 +46,16 @@ from __future__ import annotations
 import numpy as np
 
 from renderer.camera.cameras import PosedCamera
-from renderer.core.embree import LANES, SceneHandle
+from renderer.core.embree import LANES
 from renderer.core.kernel import entry
-from renderer.path.aov import update_aovs
 from renderer.path.direct_light import flush_shadow_rays, sample_lights, weigh_lights
 from renderer.path.emission import add_emission
-from renderer.path.film_update import update_film
-from renderer.path.generation import generate_camera_rays, generate_ray_samples, seed_pixels
-from renderer.path.intersection import intersect_closest
-from renderer.path.lights import Lights
+from renderer.path.film_sums import update_aovs, update_film
+from renderer.path.generation import generate_camera_rays, generate_ray_samples, intersect_closest, seed_pixels
 from renderer.path.queues import WAVE_EDGE
-from renderer.path.records import Film, Scratch, Transport, Work
+from renderer.path.records import Film, LitScene, Scratch, Transport, Work
 from renderer.path.scattering import build_bsdfs, regularize, spawn_rays
 from renderer.path.sun_patches import weigh_patches
-from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
 _INFINITE = np.float32(np.inf)
@@ -68,17 +64,9 @@ _ROULETTE_FROM = 2
 
 
 @entry
-def trace_paths(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    lights: Lights,
-    camera: PosedCamera,
-    transport: Transport,
-    work: Work,
-    scratch: Scratch,
-    film: Film,
-) -> None:
+def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work: Work, scratch: Scratch, film: Film) -> None:
     """Add a piece's samples to ``film``."""
+    surfaces, lights = scene.surfaces, scene.lights
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
         column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
@@ -92,8 +80,8 @@ def trace_paths(
                 roulette = depth >= _ROULETTE_FROM
                 queued = 0
                 for first in range(0, count, LANES):
-                    intersect_closest(scene, here, first, count, depth == 0, scratch)
-                    evaluate_surfaces(scene, surfaces, lights, depth == 0, transport.widest, scratch)
+                    intersect_closest(scene.tree, here, first, count, depth == 0, scratch)
+                    evaluate_surfaces(scene, depth == 0, transport.widest, scratch)
                     update_aovs(film, column, row, depth, scratch)
                     if depth > 0:
                         regularize(transport.caustic_blur, scratch)
@@ -105,12 +93,12 @@ def trace_paths(
                     if len(lights.patches) > 0:
                         weigh_patches(lights.patches, scratch)
                     generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
-                    waiting = sample_lights(scene, surfaces, lights, kinds, depth, at_lights, waiting, column, row, scratch, film)
+                    waiting = sample_lights(scene, kinds, depth, at_lights, waiting, column, row, scratch, film)
                     queued = spawn_rays(surfaces, lights, kinds, roulette, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued
                 if count == 0:
                     break
                 here, ahead = ahead, here
-            flush_shadow_rays(scene, waiting, scratch)
+            flush_shadow_rays(scene.tree, waiting, scratch)
             update_film(camera, column, row, scratch.light, film)

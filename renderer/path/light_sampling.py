@@ -14,7 +14,7 @@ from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
 from renderer.path import lights as lt
 from renderer.path.emission import pane_transmittance, surface_le
-from renderer.path.infinite_light import InfiniteLight, infinite_le, sample_infinite, sky_le
+from renderer.path.infinite_light import InfiniteLight, infinite_le, limb_darkening, sample_infinite, sky_le
 from renderer.path.lights import Lights, choose_emitter, clamp_unit, sample_triangle
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
@@ -216,3 +216,34 @@ def _is_above(lanes: NDArray[np.float32], k: int, dx: np.float32, dy: np.float32
     above_ng = dx * lanes[ln.NG_X + k] + dy * lanes[ln.NG_Y + k] + dz * lanes[ln.NG_Z + k]
     above: bool = (above_ns > _ZERO) & (above_ng > _ZERO)
     return above
+
+
+_HALF, _THREE_QUARTERS = np.float32(0.5), np.float32(0.75)
+
+
+@inlined
+def sample_sun(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> None:
+    """Fill lanes as :func:`renderer.path.light_sampling.sample_infinite_light` does, but the sun's disc in proportion to its luminance."""
+    lanes: NDArray[np.float32] = scratch.lanes
+    is_disc = len(lights.infinite.sun) > 0
+    if is_disc:
+        for k in range(LANES):
+            lanes[ln.U_INFINITE_0 + k] = _share_of_disc(lanes[ln.U_INFINITE_0 + k])
+    sample_infinite_light(surfaces, lights.infinite, scratch)
+    if is_disc:
+        for k in range(LANES):
+            lanes[ln.LIGHT_PDF + k] *= limb_darkening(lanes[ln.U_INFINITE_0 + k])
+
+
+@inlined
+def _share_of_disc(light: np.float32) -> np.float32:
+    """Return the share of the disc's area, from its middle on, that sends this share of its light (Newton's method).
+
+    The share of the light within the area a is the integral of the limb darkening, a / 2 + (1 - (1 - a)^1.5) / 2.
+    """
+    area = light
+    for _ in range(3):
+        mu = np.sqrt(_ONE - area)
+        within = _HALF * area + _HALF * (_ONE - mu * mu * mu)
+        area = min(max(area - (within - light) / (_HALF + _THREE_QUARTERS * mu), _ZERO), _ONE)
+    return area

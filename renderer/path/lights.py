@@ -85,6 +85,7 @@ def build_lights(flat: FlatScene) -> Lights:
         row = flat.part_profile[flat.face_part]
         shaped = np.flatnonzero((row >= 0) & (area > 1e-10))
         luminance[shaped] *= brightest_seen(flat.profiles[row[shaped]], cross[shaped] / (2.0 * area[shaped, None]))
+    # Triangles that shine, group by group.
     lit = np.flatnonzero((area > 1e-10) & (luminance > 0.0))
     unit = cross[lit] / (2.0 * area[lit, None])
     keys, group = np.unique(_group_keys(flat.face_part[lit].astype(np.int64), corners[lit].mean(axis=1), unit), return_inverse=True)
@@ -93,10 +94,12 @@ def build_lights(flat: FlatScene) -> Lights:
     start = np.searchsorted(group, np.arange(len(keys) + 1)).astype(np.int32)
     face_group = np.full(len(flat.face_part), -1, np.int32)
     face_group[lit] = group
+    # Of each group bounds and area, and a table by which a triangle is drawn by area.
     rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], luminance[lit[a:b]].max()) for a, b in pairwise(start)]
     table = np.array(rows, np.float32).reshape(-1, 12)
     groups = LightGroups(np.ascontiguousarray(table[:, :11]), np.ascontiguousarray(table[:, 11]), start)
     steps = [_alias_table(area[lit[a:b]]) for a, b in pairwise(start)]
+    # A row for each triangle.
     part = np.ascontiguousarray(flat.face_part[lit], np.int32)
     emitters = np.zeros((len(lit), EMITTER_SIZE), np.float32)
     for column, values in (

@@ -7,10 +7,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES, Packet, aligned_floats, make_packet
+from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet
 from renderer.core.lanes import LANES_SIZE
+from renderer.path.lights import Lights
 from renderer.path.queues import WAVE, Queue, make_queue
 from renderer.path.shadow_rays import ShadowRays, make_shadow_rays
+from renderer.path.surface_tables import Surfaces
+
+
+class LitScene(NamedTuple):
+    """A scene as kernels trace light in it: triangles, what they are made of, and what shines."""
+
+    tree: SceneHandle
+    surfaces: Surfaces
+    lights: Lights
 
 
 class Work(NamedTuple):
@@ -26,7 +36,7 @@ class Transport(NamedTuple):
     """How paths are traced.
 
     frame_key: of the frame's random numbers; max_depth: most segments of a path; clamp: most that one stroke of indirect light brings to
-    its own pixel, cd/m2, what is beyond is clipped (:mod:`renderer.path.clipping`); caustic_blur: least roughness of what fully scattered
+    its own pixel, cd/m2, what is beyond is clipped (:mod:`renderer.path.film_sums`); caustic_blur: least roughness of what fully scattered
     rays hit, 0 leaves surfaces as they are; widest: most that the ray cone, by which textures are filtered, grows per metre.
     """
 

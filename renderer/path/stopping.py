@@ -35,11 +35,8 @@ def relative_noise(first: NDArray[np.float32], both: NDArray[np.float32], sample
 
     Of two equal halves of the samples, differences are normal for many samples, and their mean size is sqrt(2 / pi) of their deviation.
 
-    Args:
-        first: sums of the first half of the samples, (height, width, 3).
-        both: sums of all samples.
-        samples: how many, even.
-        white: luminance of display white, in the units of the means.
+    ``first``, ``both``: sums of the first half of the samples and of all, (height, width, 3); ``samples``: how many, even; ``white``:
+    luminance of display white, in the units of the means.
     """
     half = samples / 2
     a, b = (np.minimum(part / half, white) for part in (first, both - first))

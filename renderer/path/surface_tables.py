@@ -72,6 +72,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     if len(flat.part_profile):
         table[:, PROFILE] = flat.part_profile + 1
     textured = flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32)
+    # What swallows all light is black and rough, and has no boundary.
     if len(flat.absorbs):
         table[flat.absorbs, :PROFILE] = 0.0
         table[flat.absorbs, EMISSION : EMISSION + 3] = parts.emission[flat.absorbs]
@@ -87,13 +88,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
             reflected_table(),
             np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         ),
-        build_textures(
-            textured,
-            flat.textures,
-            flat.mesh.vertices,
-            flat.mesh.uvs,
-            flat.mesh.faces,
-        ),
+        build_textures(textured, flat.textures, flat.mesh.vertices, flat.mesh.uvs, flat.mesh.faces),
         Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
         np.ascontiguousarray(flat.profiles, np.float32),
     )

@@ -1,4 +1,7 @@
-"""What the rays of a packet hit: position, normals, material and emission, one table look-up per lane."""
+"""What the rays of a packet hit: position, normals, material and emission, one table look-up per lane.
+
+Textures are asked for one lane at a time, after the material of its part is known; a pane shows the sky only where nothing stands behind.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,15 @@ from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle
+from renderer.core.embree import INVALID_ID, LANES, PASS_PANES, Packet, SceneHandle, occluded16
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
 from renderer.path import surface_tables as st
 from renderer.path.emission import emitter_le, escaped_le, material_glow
-from renderer.path.lights import Lights
-from renderer.path.panes import look_through_panes
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
-from renderer.path.textured_hits import apply_texture
+from renderer.textures import look_up as tex
+from renderer.textures.look_up import Textures, evaluate_texture
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _USABLE, _GRAZING = np.float32(1e-3), np.float32(1e-4)
@@ -32,7 +34,7 @@ def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
 
 
 @inlined
-def evaluate_surfaces(scene: SceneHandle, surfaces: Surfaces, lights: Lights, primary: bool, widest: np.float32, scratch: Scratch) -> None:
+def evaluate_surfaces(scene: LitScene, primary: bool, widest: np.float32, scratch: Scratch) -> None:
     """Fill the hits, their materials and emission for 16 traced rays, and make the rays' directions unit.
 
     Camera rays (``primary``) that leave the scene see the sky, and rays that come from outside; others are dark, as light from outside
@@ -40,9 +42,10 @@ def evaluate_surfaces(scene: SceneHandle, surfaces: Surfaces, lights: Lights, pr
     ``widest``: most that ray cones grow per metre.
     """
     packet, lanes, parts = scratch.rays, scratch.lanes, scratch.parts
+    surfaces, lights = scene.surfaces, scene.lights
     _place_hits(packet, lanes)
     _fetch_materials(packet, surfaces, _ONE if primary else _ZERO, widest, lanes, parts)
-    look_through_panes(scene, scratch)
+    look_through_panes(scene.tree, scratch)
     # One by one, the few lanes whose material is more than a row of the table.
     for k in range(LANES):
         if lanes[ln.SPECIAL + k] == _ZERO:
@@ -157,3 +160,113 @@ def _orient_shading_normals(packet: Packet, lanes: NDArray[np.float32]) -> None:
         x, y, z = x - bend * dx, y - bend * dy, z - bend * dz
         scale = _ONE / max(np.sqrt(x * x + y * y + z * z), _TINY)
         lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = x * scale, y * scale, z * scale
+
+
+_INFINITE = np.float32(np.inf)
+
+
+@inlined
+def look_through_panes(scene: SceneHandle, scratch: Scratch) -> None:
+    """Fill OPEN of the lanes that hit a pane from inside: their rays go on through it, and through any other, to the sky or not.
+
+    Frames, sills and the reveals of walls are what they meet.  The packet of the shadow rays serves, as none is traced meanwhile.
+    """
+    lanes, rays, packet = scratch.lanes, scratch.rays, scratch.shadow_rays.packet
+    count = 0
+    for k in range(LANES):
+        count += 1 if lanes[ln.THIN + k] > _ZERO else 0
+    if count == 0:
+        return
+    for k in range(LANES):
+        for axis in range(0, 3 * LANES, LANES):
+            packet.real[ray.ORG_X + axis + k] = lanes[ln.P_X + axis + k]
+            packet.real[ray.DIR_X + axis + k] = rays.real[ray.DIR_X + axis + k]
+        packet.real[ray.TNEAR + k], packet.real[ray.TFAR + k] = _ZERO, _INFINITE
+        packet.integer[ray.MASK + k] = PASS_PANES
+        looks = (lanes[ln.THIN + k] > _ZERO) & (lanes[ln.COS_FRONT + k] > _ZERO) & (rays.alive[k] != 0)
+        packet.alive[k] = -1 if looks else 0
+    occluded16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.incoherent)
+    for k in range(LANES):
+        # Embree sets the end of a blocked ray to minus infinity.
+        lanes[ln.OPEN + k] = _ONE if (packet.alive[k] != 0) & (packet.real[ray.TFAR + k] > _ZERO) else _ZERO
+
+
+_HALF, _LEAST = np.float32(0.5), np.float32(1e-20)
+_LEAST_COSINE, _SHARPNESS = np.float32(0.02), np.float32(0.5)
+_STEEPEST, _LOWEST_ROUGHNESS = np.float32(1.2), np.float32(0.02)
+_EXPONENT, _MANTISSA = np.float32(127.0), np.float32(1.0 / 8388608.0)
+
+
+@inlined
+def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
+    """Change the base colour, roughnesses, metalness and shading normal of lane k as texture ``row`` says.
+
+    NS is the interpolated normal of the mesh on the triangle's front; WIDTH is that of the ray cone, in metres.
+    """
+    at = tex.FACE_SIZE * np.int64(packet.integer[ray.PRIM_ID + k])
+    faces, rows = textures.faces, textures.rows
+    v, w = packet.real[ray.BARY_U + k], packet.real[ray.BARY_V + k]
+    per_u, per_v, turn, lean = rows[row, tex.PER_U], rows[row, tex.PER_V], rows[row, tex.COS], rows[row, tex.SIN]
+    # How many texels the ray cone covers, aslant, which tells the level of detail; then where the hit lies on the texture.
+    texels = abs(per_u * per_v) * np.float32(1 << (textures.layout[row, tex.WIDTH_LOG] + textures.layout[row, tex.HEIGHT_LOG]))
+    cosine = max(abs(lanes[ln.COS_FRONT + k]), _LEAST_COSINE)
+    width = lanes[ln.WIDTH + k]
+    seen = _SHARPNESS * width * width / cosine * texels * faces[at + tex.FACE_DENSITY]
+    detail = _HALF * _log2(max(seen, _ONE))
+    u = faces[at + tex.FACE_U] + v * faces[at + tex.FACE_AU] + w * faces[at + tex.FACE_BU]
+    v = faces[at + tex.FACE_V] + v * faces[at + tex.FACE_AV] + w * faces[at + tex.FACE_BV]
+    texture = evaluate_texture(
+        textures,
+        row,
+        (turn * u + lean * v) * per_u,
+        (turn * v - lean * u) * per_v,
+        detail,
+        lanes[ln.BASE_R + k],
+        lanes[ln.BASE_G + k],
+        lanes[ln.BASE_B + k],
+        lanes[ln.ROUGHNESS + k],
+        lanes[ln.METALLIC + k],
+    )
+    # Slopes too fine to be seen make the surface rougher.
+    lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k] = texture.red, texture.green, texture.blue
+    lanes[ln.METALLIC + k] = texture.metallic
+    lanes[ln.ROUGHNESS + k] = _roughen(texture.roughness, texture.spread)
+    if lanes[ln.COAT + k] > _ZERO:
+        lanes[ln.COAT_ROUGHNESS + k] = _roughen(lanes[ln.COAT_ROUGHNESS + k], texture.spread)
+    if rows[row, tex.SLOPE] == _ZERO or faces[at + tex.FACE_DENSITY] == _ZERO:
+        return
+    # Relief: the normal leans against the slopes, along the texture's axes on the triangle.
+    tx, ty, tz = faces[at + tex.FACE_TX], faces[at + tex.FACE_TY], faces[at + tex.FACE_TZ]
+    sx, sy, sz = faces[at + tex.FACE_SX], faces[at + tex.FACE_SY], faces[at + tex.FACE_SZ]
+    slope_u = turn * texture.slope_u - lean * texture.slope_v
+    slope_v = lean * texture.slope_u + turn * texture.slope_v
+    slope_u, slope_v = min(max(slope_u, -_STEEPEST), _STEEPEST), min(max(slope_v, -_STEEPEST), _STEEPEST)
+    hx, hy, hz = _unit(lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+    lanes[ln.NS_X + k] = hx - slope_u * tx - slope_v * sx
+    lanes[ln.NS_Y + k] = hy - slope_u * ty - slope_v * sy
+    lanes[ln.NS_Z + k] = hz - slope_u * tz - slope_v * sz
+
+
+@kernel
+def _roughen(roughness: np.float32, spread: np.float32) -> np.float32:
+    """Return the roughness of a surface whose slopes vary: their variance adds to that of the microfacets.
+
+    For Beckmann's distribution alpha^2 = 2 sigma^2.
+    """
+    alpha = max(roughness, _LOWEST_ROUGHNESS)
+    alpha *= alpha
+    return min(np.sqrt(np.sqrt(alpha * alpha + spread * spread)), _ONE)
+
+
+@kernel
+def _unit(x: np.float32, y: np.float32, z: np.float32) -> tuple[np.float32, np.float32, np.float32]:
+    scale = _ONE / max(np.sqrt(x * x + y * y + z * z), _LEAST)
+    return x * scale, y * scale, z * scale
+
+
+@kernel
+def _log2(x: np.float32) -> np.float32:
+    """Return the binary logarithm of x >= 1 to 0.09: exact at powers of two, straight between; the same on every processor."""
+    bits = np.float32(x).view(np.int32)
+    logarithm: np.float32 = np.float32(bits) * _MANTISSA - _EXPONENT
+    return logarithm

@@ -32,17 +32,7 @@ from renderer.scene.room_shell import build_opening, build_shell
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.generators import GENERATORS
-from scene_description import (
-    Environment,
-    Light,
-    Luminaire,
-    Material,
-    ModelReference,
-    Opening,
-    Part,
-    SceneDescription,
-    SceneObject,
-)
+from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 from scene_description.labels import LABEL_ID, part_ids
 from scene_description.light_labels import light_ids
 
@@ -74,9 +64,7 @@ class _Row(NamedTuple):
 def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatScene:
     """Return the world-space mesh and tables of a scene.
 
-    Args:
-        scene: a checked scene description.
-        catalog_dir: folder of the user's meshes; model files are looked up below it only.
+    ``catalog_dir``: folder of the user's meshes; model files are looked up below it only.
 
     Raises:
         FlattenError: unknown generator or style, a part without material, a model file that cannot be used.

@@ -39,11 +39,7 @@ def build_shell(room: Room) -> Parts:
     triangles = triangulate(polygon)
     walls = [_wall(room, polygon, index) for index in range(len(polygon))]
     boards = [board for index in range(len(polygon)) for board in _skirting(room, polygon, index)]
-    parts = {
-        "floor": _slab(polygon, triangles, -SLAB_M, 0.0),
-        "wall": merged(*walls),
-        "ceiling": _ceiling(room, polygon, triangles),
-    }
+    parts = {"floor": _slab(polygon, triangles, -SLAB_M, 0.0), "wall": merged(*walls), "ceiling": _ceiling(room, polygon, triangles)}
     return parts | ({"skirting": merged(*boards)} if boards else {})
 
 
@@ -134,11 +130,7 @@ def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float)
     corners = np.stack([bottom, bottom[following], top[following], top], axis=1)
     up = np.broadcast_to((0.0, 0.0, 1.0), top.shape)
     uvs = _slab_uvs(polygon)
-    return merged(
-        make_mesh(top, up, triangles, uvs),
-        make_mesh(bottom, -up, triangles[:, ::-1], uvs),
-        flat_quads(corners),
-    )
+    return merged(make_mesh(top, up, triangles, uvs), make_mesh(bottom, -up, triangles[:, ::-1], uvs), flat_quads(corners))
 
 
 def _corner_reach(polygon: Array, corner: int, thickness: float) -> float:

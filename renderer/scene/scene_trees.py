@@ -15,9 +15,7 @@ class SceneTrees:
 
     Threading: guards itself.
 
-    Args:
-        flat: the scene.
-        portable: as of ``RenderConfig``.
+    ``portable``: as of ``RenderConfig``.
 
     Raises:
         RenderError: Embree is missing or reports a fault.

@@ -12,10 +12,8 @@ from scene_description.label_standards import StandardName, label_standard
 def with_classes(flat: FlatScene, scene: SceneDescription, standard: StandardName) -> FlatScene:
     """Return a flat scene whose parts have the class ids of a standard.
 
-    Args:
-        flat: with NYU40 class ids, as ``flatten`` makes it.
-        scene: the description that it was made of: it has the objects' categories.
-        standard: whose ids; ``nyu40`` leaves the scene as it is.
+    ``flat``: with NYU40 class ids, as ``flatten`` makes it; ``scene``: the description, which has the objects' categories; ``standard``:
+    whose ids; ``nyu40`` leaves the scene as it is.
     """
     if standard == "nyu40":
         return flat

@@ -90,9 +90,7 @@ def profile_row(luminaire: Luminaire, profile: NDArray[np.float64]) -> NDArray[n
 def brightest_seen(rows: NDArray[np.float32], normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the most of a profile that faces (m,) send to any side, within 90 degrees of their normals (m, 3).
 
-    Args:
-        rows: (m, 3 + STEPS), axis and profile of each face's light.
-        normals: (m, 3), unit.
+    ``rows``: (m, 3 + STEPS), axis and profile of each face's light; ``normals``: (m, 3), unit.
     """
     angles = np.linspace(0.0, math.pi, STEPS)
     off = np.arccos(np.clip(np.einsum("ij,ij->i", rows[:, :3].astype(np.float64), normals), -1.0, 1.0))

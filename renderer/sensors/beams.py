@@ -24,8 +24,7 @@ from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, interse
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.path import surface_tables as st
 from renderer.path.surface_tables import Surfaces
-from renderer.path.surfaces import lift_height
-from renderer.path.textured_hits import apply_texture
+from renderer.path.surfaces import apply_texture, lift_height
 
 _ZERO, _ONE, _HALF, _TINY, _PI = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-20), np.float32(np.pi)
 _INFINITE, _NAN = np.float32(np.inf), np.float32(np.nan)
@@ -55,6 +54,18 @@ class Beams(NamedTuple):
     lit: NDArray[np.uint8]
 
 
+class Eye(NamedTuple):
+    """What beams are traced with: triangles, what they are made of, the camera, and where its light comes from.
+
+    light: (3,) float32, world, metres; (0,) where there is none.
+    """
+
+    tree: SceneHandle
+    surfaces: Surfaces
+    camera: PosedCamera
+    light: NDArray[np.float32]
+
+
 class BeamScratch(NamedTuple):
     """Memory of one thread: rays, lanes as of ``renderer.core.lanes``, and the beams of a packet, (16 * BEAM_FIELDS,) float32."""
 
@@ -82,52 +93,48 @@ def make_beam_scratch() -> BeamScratch:
 
 @entry
 def trace_beams(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    camera: PosedCamera,
-    projector: NDArray[np.float32],
-    jitter: NDArray[np.float32],
-    tiles: NDArray[np.int32],
-    scratch: BeamScratch,
-    beams: Beams,
-    first: int,
-    step: int,
+    eye: Eye, jitter: NDArray[np.float32], tiles: NDArray[np.int32], scratch: BeamScratch, beams: Beams, first: int, step: int
 ) -> None:
     """Fill the beams of tiles ``first``, ``first + step``, ... of ``tiles``, numbers of 4 x 4 pixels row by row.
 
-    ``projector``: (3,) float32, where the light comes from, world, m; (0,) where there is none.  ``jitter``: (32,) float32, as of
-    ``aim_tile``.
+    ``jitter``: (32,) float32, as of ``aim_tile``.
     """
-    rays, lanes, state = scratch.rays, scratch.lanes, scratch.state
+    rays, tree, camera = scratch.rays, eye.tree, eye.camera
     across = (camera.width + TILE - 1) // TILE
     for index in range(first, len(tiles), step):
         row, column = (tiles[index] // across) * TILE, (tiles[index] % across) * TILE
         aim_tile(camera, column, row, jitter, rays)
-        _begin(camera, rays, lanes, state)
-        for k in range(LANES):
-            x, y = column + (k & 3), row + (k >> 2)
-            inside = x < camera.width and y < camera.height
-            if inside:
-                seen = rays.alive[k] != 0
-                beams.distance[y, x] = _INFINITE if seen else _NAN
-                beams.z[y, x] = state[_Z + k]
-                beams.cosine[y, x] = beams.reflectance[y, x] = _ZERO
-                beams.lit[y, x] = 0
-                for axis in range(3):
-                    beams.normal[y, x, axis] = beams.point[y, x, axis] = beams.world_normal[y, x, axis] = _ZERO
-                beams.color[y, x, 0] = beams.color[y, x, 1] = _ZERO
-            else:
-                rays.alive[k] = 0
-        left, depth = True, 0
-        while left and depth <= _DEEPEST:
-            intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent if depth == 0 else scene.incoherent)
-            left = False
+        _begin(camera, rays, scratch.lanes, scratch.state)
+        _clear_pixels(camera, column, row, scratch, beams)
+        # From surface to surface, until all beams have ended.
+        going, depth = True, 0
+        while going and depth <= _DEEPEST:
+            intersect16(rays.alive.ctypes.data, tree.address, rays.real.ctypes.data, tree.coherent if depth == 0 else tree.incoherent)
+            going = False
             for k in range(LANES):
                 if rays.alive[k] != 0:
-                    left |= _meet(surfaces, camera, column + (k & 3), row + (k >> 2), k, rays, lanes, state, beams)
+                    going |= _meet(eye, column + (k & 3), row + (k >> 2), k, scratch, beams)
             depth += 1
-        if len(projector):
-            _find_lit(scene, camera, projector, row, column, rays, state, beams)
+        if len(eye.light):
+            _find_lit(eye, row, column, scratch, beams)
+
+
+@inlined
+def _clear_pixels(camera: PosedCamera, column: int, row: int, scratch: BeamScratch, beams: Beams) -> None:
+    """Let nothing return to the pixels of a tile, and switch off the beams beside the image."""
+    rays = scratch.rays
+    for k in range(LANES):
+        x, y = column + (k & 3), row + (k >> 2)
+        if x >= camera.width or y >= camera.height:
+            rays.alive[k] = 0
+            continue
+        beams.distance[y, x] = _INFINITE if rays.alive[k] != 0 else _NAN
+        beams.z[y, x] = scratch.state[_Z + k]
+        beams.cosine[y, x] = beams.reflectance[y, x] = _ZERO
+        beams.lit[y, x] = 0
+        for axis in range(3):
+            beams.normal[y, x, axis] = beams.point[y, x, axis] = beams.world_normal[y, x, axis] = _ZERO
+        beams.color[y, x, 0] = beams.color[y, x, 1] = _ZERO
 
 
 @kernel
@@ -145,18 +152,9 @@ def _begin(camera: PosedCamera, rays: Packet, lanes: NDArray[np.float32], state:
 
 
 @kernel
-def _meet(
-    surfaces: Surfaces,
-    camera: PosedCamera,
-    x: int,
-    y: int,
-    k: int,
-    rays: Packet,
-    lanes: NDArray[np.float32],
-    state: NDArray[np.float32],
-    beams: Beams,
-) -> bool:
+def _meet(eye: Eye, x: int, y: int, k: int, scratch: BeamScratch, beams: Beams) -> bool:
     """Take what the beam of lane k has hit: write what returns, or send it on and return True."""
+    rays, lanes, state, camera, surfaces = scratch.rays, scratch.lanes, scratch.state, eye.camera, eye.surfaces
     if rays.integer[ray.GEOM_ID + k] == INVALID_ID:
         rays.alive[k] = 0
         return False
@@ -176,7 +174,7 @@ def _meet(
         return True
     shines = table[at + st.EMISSION] + table[at + st.EMISSION + 1] + table[at + st.EMISSION + 2] > _ZERO
     rays.alive[k] = 0
-    _write_return(camera, clear, shines, x, y, k, lanes, state, beams)
+    _write_return(camera, clear, shines, x, y, k, scratch, beams)
     return False
 
 
@@ -236,18 +234,9 @@ def _send_on(mirror: bool, clear: np.float32, k: int, rays: Packet, lanes: NDArr
 
 
 @inlined
-def _write_return(
-    camera: PosedCamera,
-    clear: np.float32,
-    shines: bool,
-    x: int,
-    y: int,
-    k: int,
-    lanes: NDArray[np.float32],
-    state: NDArray[np.float32],
-    beams: Beams,
-) -> None:
+def _write_return(camera: PosedCamera, clear: np.float32, shines: bool, x: int, y: int, k: int, scratch: BeamScratch, beams: Beams) -> None:
     """Write to pixel (x, y) what the surface sends back along the beam of lane k; what ``shines`` itself is brighter than any base."""
+    lanes, state = scratch.lanes, scratch.state
     red, green, blue = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
     metallic, rough, cosine = lanes[ln.METALLIC + k], lanes[ln.ROUGHNESS + k], lanes[ln.COS_FRONT + k]
     alpha2 = max(rough * rough, np.float32(1e-3))
@@ -273,25 +262,17 @@ def _write_return(
 
 
 @kernel
-def _find_lit(
-    scene: SceneHandle,
-    camera: PosedCamera,
-    projector: NDArray[np.float32],
-    row: int,
-    column: int,
-    rays: Packet,
-    state: NDArray[np.float32],
-    beams: Beams,
-) -> None:
+def _find_lit(eye: Eye, row: int, column: int, scratch: BeamScratch, beams: Beams) -> None:
     """Put in shadow what the projector does not see; what lies behind glass or in a mirror counts as lit."""
+    rays, camera, tree, light = scratch.rays, eye.camera, eye.tree, eye.light
     real, integer = rays.real, rays.integer
     for k in range(LANES):
         x, y = column + (k & 3), row + (k >> 2)
         rays.alive[k] = 0
-        if x < camera.width and y < camera.height and beams.lit[y, x] and state[_CLEAN + k] > _ZERO:
+        if x < camera.width and y < camera.height and beams.lit[y, x] and scratch.state[_CLEAN + k] > _ZERO:
             rays.alive[k] = -1
             px, py, pz = beams.point[y, x, 0], beams.point[y, x, 1], beams.point[y, x, 2]
-            dx, dy, dz = projector[0] - px, projector[1] - py, projector[2] - pz
+            dx, dy, dz = light[0] - px, light[1] - py, light[2] - pz
             if dx * beams.world_normal[y, x, 0] + dy * beams.world_normal[y, x, 1] + dz * beams.world_normal[y, x, 2] <= _ZERO:
                 rays.alive[k] = 0
                 beams.lit[y, x] = 0
@@ -299,7 +280,7 @@ def _find_lit(
             real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx, dy, dz
             real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _SHADOW_END
         integer[ray.GEOM_ID + k] = INVALID_ID
-    occluded16(rays.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+    occluded16(rays.alive.ctypes.data, tree.address, real.ctypes.data, tree.coherent)
     for k in range(LANES):
         if rays.alive[k] != 0 and real[ray.TFAR + k] < _ZERO:
             beams.lit[row + (k >> 2), column + (k & 3)] = 0

@@ -14,14 +14,13 @@ from renderer.core.errors import RenderError
 from renderer.core.workers import Workers
 from renderer.path.surface_tables import Surfaces
 from renderer.sensors import virtual_images
-from renderer.sensors.beams import Beams, make_beam_scratch, make_beams, trace_beams
+from renderer.sensors.beams import Beams, Eye, make_beam_scratch, make_beams, trace_beams
 from renderer.sensors.block_matcher import census, make_match_scratch, match_rows
-from renderer.sensors.config import DepthSensorConfig
-from renderer.sensors.devices import Principle, device_of
+from renderer.sensors.devices import DepthSensorConfig, Principle, device_of
 from renderer.sensors.multipath import GRID, cosine_directions, smooth_multipath, sum_multipath
-from renderer.sensors.pixel_noise import LEFT_IMAGE, RIGHT_IMAGE
 from renderer.sensors.structured_light import read_structured_light
-from renderer.sensors.time_of_flight import SUB_PIXELS, SUM_FIELDS, add_returns, mark_edges, read_time_of_flight
+from renderer.sensors.surfaces_seen import LEFT_IMAGE, RIGHT_IMAGE
+from renderer.sensors.time_of_flight import SUB_PIXELS, SUM_FIELDS, Returns, add_returns, mark_edges, read_time_of_flight
 
 _BAND = 16
 _NOWHERE = np.zeros(0, np.float32)
@@ -31,12 +30,7 @@ class DepthSensor:
     """Reads the depth of a scene as a device would; the same key gives the same bytes for any number of threads.
 
     The device's camera is the renderer's; its projector or second camera stands ``baseline_m`` to the right.
-
-    Args:
-        config: which device.
-        scene: Embree's scene, with its robust flag.
-        surfaces: materials and textures.
-        workers: threads.
+    ``scene``: Embree's, with its robust flag.
 
     Raises:
         RenderError: the model is ``ideal``, which needs no sensor.
@@ -83,15 +77,16 @@ class DepthSensor:
         if device.multipath > 0.0:
             directions = cosine_directions()
 
+            eye = Eye(self._scene, self._surfaces, camera, light)
+
             def add(worker: int, first: int) -> None:
-                rays, step = self._scratch[worker].rays, self._workers.count
-                sum_multipath(self._scene, self._surfaces, camera, device, directions, beams, rays, grid, first, step)
+                sum_multipath(eye, device, directions, beams, self._scratch[worker].rays, grid, first, self._workers.count)
 
             self._workers.run(add, range(self._workers.count))
             rough, grid = grid, np.zeros_like(grid)
             self._by_rows(smooth_multipath, camera, beams, rough, grid)
         result = np.empty((camera.height, camera.width), np.float32)
-        self._by_rows(read_time_of_flight, camera, device, beams, edges, sums, grid, key, result)
+        self._by_rows(read_time_of_flight, camera, device, Returns(beams, edges, sums, grid), key, result)
         return result
 
     def _read_stereo(self, camera: PosedCamera, key: np.uint32) -> NDArray[np.float32]:
@@ -149,14 +144,13 @@ class DepthSensor:
         """Return the beams of all pixels, or fill those of some tiles."""
         if tiles is None:
             tiles = np.arange(-(-camera.height // TILE) * -(-camera.width // TILE), dtype=np.int32)
-        found = beams or make_beams(camera.height, camera.width)
+        eye, traced = Eye(self._scene, self._surfaces, camera, light), beams or make_beams(camera.height, camera.width)
 
         def trace(worker: int, first: int) -> None:
-            scratch, step = self._scratch[worker], self._workers.count
-            trace_beams(self._scene, self._surfaces, camera, light, jitter, tiles, scratch, found, first, step)
+            trace_beams(eye, jitter, tiles, self._scratch[worker], traced, first, self._workers.count)
 
         self._workers.run(trace, range(self._workers.count))
-        return found
+        return traced
 
     def _by_rows(self, fill: Callable[..., None], *arguments: object) -> None:
         """Call a kernel in every thread, each with rows, or tiles, of its own."""

@@ -32,45 +32,60 @@ stereo: no device but two grey cameras 12 cm apart without projector; all A.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, make_dataclass
+from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 
-from renderer.sensors.config import OWN, DepthSensorConfig
+from scene_description.strict import Limits
+
+OWN = -1.0
+"""Value of a setting that is left to the device."""
 
 Principle = Literal["ideal", "structured_light", "time_of_flight", "stereo"]
 
 
-class Device(NamedTuple):
-    """The figures of a device, for kernels; fields as in :class:`DepthSensorConfig`, 0 where a principle has no use for one."""
+def _figure(description: str, unit: str = "", most: float = 1e3) -> Limits:
+    return Limits(ge=OWN, le=most, unit=unit, description=f"{description}; -1: the device's own")
 
-    min_range_m: float = 0.0
-    max_range_m: float = 0.0
-    baseline_m: float = 0.0
-    noise_floor_m: float = 0.0
-    noise_growth_per_m: float = 0.0
-    noise_quietest_m: float = 0.0
-    grazing_noise: float = 0.0
-    grazing_exponent: float = 0.0
-    noise_reflectance: float = 0.0
-    lateral_noise_px: float = 0.0
-    lateral_grazing_px: float = 0.0
-    signal_min: float = 0.0
-    signal_max: float = 0.0
-    max_angle_rad: float = 0.0
-    inverse_depth_step_per_m: float = 0.0
-    window_px: float = 0.0
-    window_agreement: float = 0.0
-    modulation_mhz: float = 0.0
-    multipath: float = 0.0
-    min_coherence: float = 0.0
-    disparities: float = 0.0
-    disparity_step_px: float = 0.0
-    dots: float = 0.0
-    ambient: float = 0.0
-    full_well_e: float = 0.0
-    read_noise_e: float = 0.0
-    min_contrast: float = 0.0
-    min_uniqueness: float = 0.0
-    max_mismatch_px: float = 0.0
+
+class Device(NamedTuple):
+    """The figures of a device, for kernels; 0 where a principle has no use for one.
+
+    Each is a setting of :class:`DepthSensorConfig` too.
+    """
+
+    min_range_m: Annotated[float, _figure("Nearest depth, -inf below it", "m")] = 0.0
+    max_range_m: Annotated[float, _figure("Farthest depth, +inf beyond it", "m")] = 0.0
+    baseline_m: Annotated[float, _figure("From the camera to the projector, or to the second camera, on its right", "m", 10.0)] = 0.0
+    noise_floor_m: Annotated[float, _figure("Least standard deviation of depth", "m")] = 0.0
+    noise_growth_per_m: Annotated[float, _figure("Growth of the deviation with the squared distance from the quietest depth", "1/m")] = 0.0
+    noise_quietest_m: Annotated[float, _figure("Depth at which the deviation is least", "m")] = 0.0
+    grazing_noise: Annotated[float, _figure("Factor of the deviation's part that grows with the angle of incidence")] = 0.0
+    grazing_exponent: Annotated[float, _figure("Power of depth in that part", "", 4.0)] = 0.0
+    noise_reflectance: Annotated[
+        float, _figure("Reflectance for which the deviation is told; it grows as the root of darkness; 0: for all", "", 1.0)
+    ] = 0.0
+    lateral_noise_px: Annotated[float, _figure("Standard deviation of where edges are seen", "px", 20.0)] = 0.0
+    lateral_grazing_px: Annotated[float, _figure("Part of it that grows with the angle of incidence", "px", 20.0)] = 0.0
+    signal_min: Annotated[
+        float, _figure("Least signal that is read, of stereo least light that is white; 1: white that faces the device 1 m away")
+    ] = 0.0
+    signal_max: Annotated[float, _figure("Signal that saturates, as of a lamp in a mirror or of gloss seen head-on", "", 1e6)] = 0.0
+    max_angle_rad: Annotated[float, _figure("Greatest angle of incidence that is read", "rad", 1.6)] = 0.0
+    inverse_depth_step_per_m: Annotated[float, _figure("Step of inverse depth, as disparities are counted; 0: none", "1/m", 1.0)] = 0.0
+    window_px: Annotated[float, _figure("Edge of the window that the pattern is correlated over", "px", 31.0)] = 0.0
+    window_agreement: Annotated[float, _figure("Share of that window that must agree in disparity", "", 1.0)] = 0.0
+    modulation_mhz: Annotated[float, _figure("Modulation of the light, for mixed returns", "MHz", 1e4)] = 0.0
+    multipath: Annotated[float, _figure("Share of the light that comes by way of one other surface; 1: as it is", "", 10.0)] = 0.0
+    min_coherence: Annotated[float, _figure("Least agreement in phase of a pixel's returns", "", 1.0)] = 0.0
+    disparities: Annotated[float, _figure("How many disparities are searched", "px", 256.0)] = 0.0
+    disparity_step_px: Annotated[float, _figure("Step of the interpolated disparity", "px", 1.0)] = 0.0
+    dots: Annotated[float, _figure("Dots that the projector casts; 0: no projector", "", 1e6)] = 0.0
+    ambient: Annotated[float, _figure("Light of the room over the projector's at 1 m", "", 1e6)] = 0.0
+    full_well_e: Annotated[float, _figure("Electrons of a white pixel, for shot noise of the matched images", "e-", 1e6)] = 0.0
+    read_noise_e: Annotated[float, _figure("Noise of reading the matched images", "e-", 1e4)] = 0.0
+    min_contrast: Annotated[float, _figure("Least contrast within the matched window over the noise", "", 1e3)] = 0.0
+    min_uniqueness: Annotated[float, _figure("By which share the second best match must be worse", "", 10.0)] = 0.0
+    max_mismatch_px: Annotated[float, _figure("Most that matches from left and from right may differ", "px", 256.0)] = 0.0
 
 
 KINECT_V1 = Device(
@@ -165,6 +180,19 @@ DEVICES: dict[str, tuple[Principle, Device]] = {
     "stereo": ("stereo", STEREO),
 }
 """Model -> how it measures, and its figures."""
+
+
+_MODEL = Annotated[Literal[tuple(DEVICES)], Limits(description="Depth camera to imitate")]  # type: ignore[valid-type]
+_FIGURES = [(name, hint, OWN) for name, hint in get_type_hints(Device, include_extras=True).items()]
+_Settings: Any = make_dataclass("_Settings", [("model", _MODEL, "ideal"), *_FIGURES], frozen=True, kw_only=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DepthSensorConfig(_Settings):  # type: ignore[misc]
+    """The device that ``depth_sensed`` imitates; ``ideal`` reads the true depth.
+
+    Each field but ``model`` has the name and the meaning of one of :class:`Device` and replaces it, unless it is -1.
+    """
 
 
 def device_of(config: DepthSensorConfig) -> tuple[Principle, Device]:

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera
 from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16, occluded16
+from renderer.core.embree import INVALID_ID, LANES, Packet, intersect16, occluded16
 from renderer.core.kernel import entry, kernel
+from renderer.core.sampling import coordinate_system
 from renderer.path import surface_tables as st
-from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
-from renderer.sensors.beams import Beams
+from renderer.sensors.beams import Beams, Eye
 from renderer.sensors.devices import Device
 from renderer.sensors.surfaces_seen import goes_on, pixel_plane
 
@@ -34,6 +34,7 @@ GRID = 8
 DIRECTIONS = 64
 SPEED_OF_LIGHT = 299_792_458.0
 _ZERO, _ONE, _TINY, _INFINITE = np.float32(0.0), np.float32(1.0), np.float32(1e-20), np.float32(np.inf)
+_SHARE_REAL, _SHARE_IMAGINARY = ray.NG_X, ray.NG_Y
 _SHADOW_END, _NEAREST_M, _SAME_WAY = np.float32(0.999), np.float32(0.02), 0.9
 
 
@@ -54,9 +55,7 @@ def radians_per_metre(device: Device) -> float:
 
 @entry
 def sum_multipath(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    camera: PosedCamera,
+    eye: Eye,
     device: Device,
     directions: NDArray[np.float32],
     beams: Beams,
@@ -69,42 +68,31 @@ def sum_multipath(
 
     Row i, column j belongs to the pixel in row ``GRID * i``, column ``GRID * j``, or the image's last.
     """
+    camera, per_metre = eye.camera, radians_per_metre(device)
     for i in range(first, result.shape[0], step):
         for j in range(result.shape[1]):
             x, y = min(GRID * j, camera.width - 1), min(GRID * i, camera.height - 1)
             result[i, j, 0] = result[i, j, 1] = _ZERO
             if beams.lit[y, x] and beams.normal[y, x, 0] ** 2 + beams.normal[y, x, 1] ** 2 + beams.normal[y, x, 2] ** 2 > _ZERO:
-                for half in range(DIRECTIONS // LANES):
-                    _add_half(scene, surfaces, camera, device, directions, half * LANES, beams, x, y, rays, result, i, j)
+                for begin in range(0, DIRECTIONS, LANES):
+                    _aim_around(directions, begin, beams, x, y, rays)
+                    intersect16(rays.alive.ctypes.data, eye.tree.address, rays.real.ctypes.data, eye.tree.incoherent)
+                    for k in range(LANES):
+                        rays.alive[k] = -1 if _scatter(eye, per_metre, beams, x, y, k, rays) else 0
+                    occluded16(rays.alive.ctypes.data, eye.tree.address, rays.real.ctypes.data, eye.tree.incoherent)
+                    for k in range(LANES):
+                        if rays.alive[k] != 0 and rays.real[ray.TFAR + k] > _ZERO:
+                            result[i, j, 0] += rays.real[_SHARE_REAL + k]
+                            result[i, j, 1] += rays.real[_SHARE_IMAGINARY + k]
 
 
 @kernel
-def _add_half(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    camera: PosedCamera,
-    device: Device,
-    directions: NDArray[np.float32],
-    begin: int,
-    beams: Beams,
-    x: int,
-    y: int,
-    rays: Packet,
-    result: NDArray[np.float32],
-    i: int,
-    j: int,
-) -> None:
-    """Add 16 directions."""
-    real, integer = rays.real, rays.integer
-    ox, oy, oz = camera.position[0], camera.position[1], camera.position[2]
+def _aim_around(directions: NDArray[np.float32], begin: int, beams: Beams, x: int, y: int, rays: Packet) -> None:
+    """Aim rays from the point that a pixel sees in 16 directions about its normal, from number ``begin`` on."""
+    real = rays.real
     px, py, pz = beams.point[y, x, 0], beams.point[y, x, 1], beams.point[y, x, 2]
     nx, ny, nz = beams.world_normal[y, x, 0], beams.world_normal[y, x, 1], beams.world_normal[y, x, 2]
-    # A frame about the normal (J. Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017).
-    sign = _ONE if nz >= _ZERO else -_ONE
-    a = -_ONE / (sign + nz)
-    b = nx * ny * a
-    tx, ty, tz = _ONE + sign * nx * nx * a, sign * b, -sign * nx
-    sx, sy, sz = b, sign + ny * ny * a, -ny
+    tx, ty, tz, sx, sy, sz = coordinate_system(nx, ny, nz)
     for k in range(LANES):
         u, v, w = directions[begin + k, 0], directions[begin + k, 1], directions[begin + k, 2]
         real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = px, py, pz
@@ -112,46 +100,47 @@ def _add_half(
         real[ray.DIR_Y + k] = u * ty + v * sy + w * ny
         real[ray.DIR_Z + k] = u * tz + v * sz + w * nz
         real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _INFINITE
-        integer[ray.GEOM_ID + k] = INVALID_ID
+        rays.integer[ray.GEOM_ID + k] = INVALID_ID
         rays.alive[k] = -1
-    intersect16(rays.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
-    distance = beams.distance[y, x]
+
+
+@kernel
+def _scatter(eye: Eye, per_metre: float, beams: Beams, x: int, y: int, k: int, rays: Packet) -> bool:
+    """Aim ray k from the point Q that it has hit at the device, with what light brings that way; return False where none comes.
+
+    The normal's fields keep that, complex, while the shadow ray is traced.
+    """
+    real, surfaces, camera, distance = rays.real, eye.surfaces, eye.camera, beams.distance[y, x]
+    if rays.integer[ray.GEOM_ID + k] == INVALID_ID:
+        return False
+    at = np.int64(surfaces.face_part[rays.integer[ray.PRIM_ID + k]]) * st.ROW_SIZE
+    table = surfaces.materials
+    matt = table[at + st.BASE] * (_ONE - table[at + st.METALLIC]) * (_ONE - table[at + st.TRANSMISSION])
+    # Q, and its normal towards P.
+    t = max(real[ray.TFAR + k], _NEAREST_M)
+    qx, qy, qz = beams.point[y, x, 0], beams.point[y, x, 1], beams.point[y, x, 2]
+    qx, qy, qz = qx + t * real[ray.DIR_X + k], qy + t * real[ray.DIR_Y + k], qz + t * real[ray.DIR_Z + k]
+    mx, my, mz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    scale = _ONE / max(np.sqrt(mx * mx + my * my + mz * mz), _TINY)
+    if mx * real[ray.DIR_X + k] + my * real[ray.DIR_Y + k] + mz * real[ray.DIR_Z + k] > _ZERO:
+        scale = -scale
+    # The way from there to the device.
+    dx, dy, dz = camera.position[0] - qx, camera.position[1] - qy, camera.position[2] - qz
+    away = np.sqrt(dx * dx + dy * dy + dz * dz)
+    cosine = (mx * dx + my * dy + mz * dz) * scale / max(away, _NEAREST_M)
+    if table[at + st.PORTAL] > _ZERO or matt <= _ZERO or cosine <= _ZERO or not _is_illuminated(camera, -dx, -dy, -dz):
+        return False
     direct = beams.cosine[y, x] / (distance * distance)
-    per_metre = radians_per_metre(device)
-    for k in range(LANES):
-        if integer[ray.GEOM_ID + k] == INVALID_ID:
-            rays.alive[k] = 0
-            continue
-        at = np.int64(surfaces.face_part[integer[ray.PRIM_ID + k]]) * st.ROW_SIZE
-        table = surfaces.materials
-        matt = table[at + st.BASE] * (_ONE - table[at + st.METALLIC]) * (_ONE - table[at + st.TRANSMISSION])
-        t = max(real[ray.TFAR + k], _NEAREST_M)
-        qx, qy, qz = px + t * real[ray.DIR_X + k], py + t * real[ray.DIR_Y + k], pz + t * real[ray.DIR_Z + k]
-        mx, my, mz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
-        scale = _ONE / max(np.sqrt(mx * mx + my * my + mz * mz), _TINY)
-        if mx * real[ray.DIR_X + k] + my * real[ray.DIR_Y + k] + mz * real[ray.DIR_Z + k] > _ZERO:
-            scale = -scale
-        dx, dy, dz = ox - qx, oy - qy, oz - qz
-        away = np.sqrt(dx * dx + dy * dy + dz * dz)
-        cosine = (mx * dx + my * dy + mz * dz) * scale / max(away, _NEAREST_M)
-        if table[at + st.PORTAL] > _ZERO or matt <= _ZERO or cosine <= _ZERO or not _is_illuminated(camera, -dx, -dy, -dz):
-            rays.alive[k] = 0
-            continue
-        share = matt * cosine / (away * away) / direct / np.float32(DIRECTIONS)
-        phase = per_metre * 0.5 * (away + t - distance)
-        # The normal's fields keep the share and the phase while the shadow ray is traced.
-        lift = lift_height(qx, qy, qz)
-        real[ray.ORG_X + k] = qx + lift * mx * scale
-        real[ray.ORG_Y + k] = qy + lift * my * scale
-        real[ray.ORG_Z + k] = qz + lift * mz * scale
-        real[ray.NG_X + k], real[ray.NG_Y + k] = share * np.float32(np.cos(phase)), share * np.float32(np.sin(phase))
-        real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx, dy, dz
-        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _SHADOW_END
-    occluded16(rays.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
-    for k in range(LANES):
-        if rays.alive[k] != 0 and real[ray.TFAR + k] > _ZERO:
-            result[i, j, 0] += real[ray.NG_X + k]
-            result[i, j, 1] += real[ray.NG_Y + k]
+    share = matt * cosine / (away * away) / direct / np.float32(DIRECTIONS)
+    phase = per_metre * 0.5 * (away + t - distance)
+    lift = lift_height(qx, qy, qz)
+    real[ray.ORG_X + k] = qx + lift * mx * scale
+    real[ray.ORG_Y + k] = qy + lift * my * scale
+    real[ray.ORG_Z + k] = qz + lift * mz * scale
+    real[_SHARE_REAL + k], real[_SHARE_IMAGINARY + k] = share * np.float32(np.cos(phase)), share * np.float32(np.sin(phase))
+    real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx, dy, dz
+    real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _SHADOW_END
+    return True
 
 
 @entry

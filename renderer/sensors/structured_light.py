@@ -13,8 +13,7 @@ from renderer.camera.cameras import PosedCamera
 from renderer.core.kernel import entry, kernel
 from renderer.sensors.beams import Beams
 from renderer.sensors.devices import Device
-from renderer.sensors.pixel_noise import AXIAL, normal
-from renderer.sensors.surfaces_seen import axial_deviation, is_read, seen_pixel, signal, within_range
+from renderer.sensors.surfaces_seen import AXIAL, axial_deviation, is_read, normal, seen_pixel, signal, within_range
 
 _AGREEING_PX = 1.0
 

@@ -7,6 +7,8 @@ invalid below ``min_coherence``.  Several modulation frequencies are represented
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,14 +17,22 @@ from renderer.core.kernel import entry, kernel
 from renderer.sensors.beams import Beams
 from renderer.sensors.devices import Device
 from renderer.sensors.multipath import multipath_at, radians_per_metre
-from renderer.sensors.pixel_noise import AXIAL, normal
-from renderer.sensors.surfaces_seen import axial_deviation, goes_on, is_read, seen_pixel, signal, within_range
+from renderer.sensors.surfaces_seen import AXIAL, axial_deviation, goes_on, is_read, normal, seen_pixel, signal, within_range
 
 SUM_REAL, SUM_IMAGINARY, SUM_STRENGTH, STRONGEST, STRONGEST_M, SUM_FIELDS = range(6)
 """Fields of a pixel's sum: phasor, strength of all, strength and distance of the strongest."""
 
 SUB_PIXELS = ((-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
 """Where the four beams of a pixel go, in pixels from its centre."""
+
+
+class Returns(NamedTuple):
+    """What pixels are read from: beams; tiles (rows, columns) where a surface ends; their sums (height, width, SUM_FIELDS); multipath."""
+
+    beams: Beams
+    tiles: NDArray[np.uint8]
+    sums: NDArray[np.float32]
+    grid: NDArray[np.float32]
 
 
 @entry
@@ -57,40 +67,22 @@ def add_returns(
 
 @entry
 def read_time_of_flight(
-    camera: PosedCamera,
-    device: Device,
-    beams: Beams,
-    tiles: NDArray[np.uint8],
-    sums: NDArray[np.float32],
-    grid: NDArray[np.float32],
-    key: np.uint32,
-    result: NDArray[np.float32],
-    first: int,
-    step: int,
+    camera: PosedCamera, device: Device, returns: Returns, key: np.uint32, result: NDArray[np.float32], first: int, step: int
 ) -> None:
     """Fill rows ``first``, ``first + step``, ... of the sensed depth (height, width), metres along the optical axis."""
     for y in range(first, camera.height, step):
         for x in range(camera.width):
-            result[y, x] = _read_pixel(camera, device, beams, tiles, sums, grid, x, y, key)
+            result[y, x] = _read_pixel(camera, device, returns, x, y, key)
 
 
 @kernel
-def _read_pixel(
-    camera: PosedCamera,
-    device: Device,
-    beams: Beams,
-    tiles: NDArray[np.uint8],
-    sums: NDArray[np.float32],
-    grid: NDArray[np.float32],
-    x: int,
-    y: int,
-    key: np.uint32,
-) -> float:
+def _read_pixel(camera: PosedCamera, device: Device, returns: Returns, x: int, y: int, key: np.uint32) -> float:
+    beams, sums = returns.beams, returns.sums
     at_x, at_y = seen_pixel(camera, device, beams, x, y, key)
     pixel, per_metre = y * camera.width + x, radians_per_metre(device)
     distance, cosine, strength = beams.distance[at_y, at_x], beams.cosine[at_y, at_x], 0.0
     shift = 0.0
-    if tiles[at_y // 4, at_x // 4] and sums[at_y, at_x, SUM_STRENGTH] > 0.0:
+    if returns.tiles[at_y // 4, at_x // 4] and sums[at_y, at_x, SUM_STRENGTH] > 0.0:
         # Several places in one pixel.
         total, real, imaginary = sums[at_y, at_x, SUM_STRENGTH], sums[at_y, at_x, SUM_REAL], sums[at_y, at_x, SUM_IMAGINARY]
         strength = total / len(SUB_PIXELS)
@@ -106,8 +98,9 @@ def _read_pixel(
     cosine = cosine if cosine > 0.0 else np.float32(1.0)
     if not is_read(device, strength, float(cosine), pixel, key):
         return np.nan
+    # Light that comes by way of other surfaces, then noise.
     if device.multipath > 0.0:
-        real, imaginary = multipath_at(camera, beams, grid, at_x, at_y)
+        real, imaginary = multipath_at(camera, beams, returns.grid, at_x, at_y)
         shift += np.arctan2(device.multipath * imaginary, 1.0 + device.multipath * real) / per_metre
     depth = (distance + shift) * beams.z[y, x]
     sigma = axial_deviation(device, depth, np.arccos(min(cosine, 1.0)), beams.reflectance[at_y, at_x])

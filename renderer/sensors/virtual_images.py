@@ -20,7 +20,7 @@ from renderer.core.kernel import entry, kernel
 from renderer.core.random_numbers import mix_bits
 from renderer.sensors.beams import Beams
 from renderer.sensors.devices import Device
-from renderer.sensors.pixel_noise import normal
+from renderer.sensors.surfaces_seen import normal
 
 _HALF_WIDTH, _HALF_HEIGHT = np.tan(np.radians(43.0)), np.tan(np.radians(28.5))
 _DOT_PX, _REACH = 0.9, 3.5

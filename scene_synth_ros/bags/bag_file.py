@@ -5,16 +5,114 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from scene_synth_ros.bags.background_manifest import BackgroundManifest
-from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
+from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, ManifestBuilder
 from scene_synth_ros.bags.bag_metadata import NO_TIME_NS, BagMetadata, FileInfo, TopicInfo, metadata_record
-from scene_synth_ros.bags.disk_reserve import DiskReserve
+from scene_synth_ros.bags.bounded_thread import BoundedThread
 from scene_synth_ros.bags.qos_metadata import qos_text
 from scene_synth_ros.mcap.file import McapFile
 from scene_synth_ros.messages.message_definitions import MessageDefinition
+
+_UNSUPPORTED = (errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS)
+
+
+class DiskReserve:
+    """A file without a name on the disk of a folder; releasing it, or the death of the process, frees its blocks.
+
+    Args:
+        name: what the file is called for the moment between its making and its unlinking; it must not exist.
+
+    Raises:
+        OSError: the space is not there.
+    """
+
+    def __init__(self, folder_fd: int, name: str, size: int) -> None:
+        self._fd: int | None = os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600, dir_fd=folder_fd)
+        self.size = 0
+        try:
+            os.unlink(name, dir_fd=folder_fd)
+            self.grow(size)
+        except OSError:
+            self.release()
+            raise
+
+    def grow(self, size: int) -> None:
+        """Enlarge the reserve to ``size`` bytes; on file systems that cannot reserve, nothing is held back.
+
+        Raises:
+            OSError: the space is not there; the reserve keeps its size.
+        """
+        if self._fd is None or size <= self.size:
+            return
+        try:
+            os.posix_fallocate(self._fd, 0, size)
+        except OSError as error:
+            if error.errno not in _UNSUPPORTED:
+                raise
+        self.size = size
+
+    def release(self) -> None:
+        """Free the space; harmless if it is free already."""
+        if self._fd is not None:
+            os.close(self._fd)
+            self._fd = None
+
+
+_MAX_WAITING = 16
+_JOB_BYTES, _JOB_MESSAGES = 2**20, 64
+"""Messages are handed over so many bytes, or so many of them, at a time: a thread that is woken for each costs as much as a small hash."""
+
+
+class BackgroundManifest:
+    """A :class:`~scene_synth_ros.bags.bag_manifest.ManifestBuilder` with a thread of its own; ``add`` waits while that is behind.
+
+    Threads: the thread that writes the file calls every method; the builder is used by the thread of this object only, whose first
+    exception the next call raises again.
+    """
+
+    def __init__(self) -> None:
+        self._builder = ManifestBuilder()
+        self._pool = BoundedThread("manifest", _MAX_WAITING)
+        self._fault: Exception | None = None
+        self._job: list[tuple[str, int, bytes]] = []
+        self._job_bytes = 0
+
+    def add(self, topic: str, log_ns: int, data: bytes) -> None:
+        """Take a message."""
+        self._refuse_fault()
+        self._job.append((topic, log_ns, data))
+        self._job_bytes += len(data)
+        if self._job_bytes >= _JOB_BYTES or len(self._job) >= _JOB_MESSAGES:
+            self._hand_over()
+
+    def _hand_over(self) -> None:
+        job, self._job, self._job_bytes = self._job, [], 0
+        self._pool.submit(self._take, job)
+
+    def _take(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
+        try:
+            for topic, log_ns, data in messages:
+                self._builder.add(topic, log_ns, data)
+        except Exception as error:  # kept for whoever writes the file
+            self._fault = self._fault or error
+
+    def to_json(self) -> bytes:
+        """Return the manifest of all messages taken so far, as it is attached to a file."""
+        self._hand_over()
+        text = self._pool.submit(self._builder.to_json).result()
+        self._refuse_fault()
+        return text
+
+    def close(self) -> None:
+        """End the thread; harmless when repeated."""
+        self._pool.shutdown(cancel_futures=True)
+
+    def _refuse_fault(self) -> None:
+        if self._fault is not None:
+            raise self._fault
+
 
 ACTIVE_SUFFIX = ".active"
 
@@ -33,12 +131,11 @@ class FileFormat:
 
 
 class BagFile:
-    """Writes one file of a bag.  Every chunk is synced to disk; a chunk that cannot be written is cut off again.
+    """One file of a bag: its ``.active`` name, its manifest, the disk space kept for its ending, which channel a topic has.
 
     Args:
         folder_fd: descriptor of the bag's folder; must stay open.
         name: final name of the file; neither it nor its active name may exist.
-        form: compression and so on.
 
     Raises:
         OSError: from every method that writes; the file then ends after its last whole chunk and can be finished.
@@ -150,13 +247,7 @@ class BagFile:
         return True
 
     def finish(self, records: Mapping[str, Mapping[str, str]], attachments: Mapping[str, bytes], custom_data: Mapping[str, str]) -> None:
-        """Write the ending; after an error it may be called again.
-
-        Args:
-            records: metadata records beside ``rosbag2``.
-            attachments: files beside the manifest.
-            custom_data: of the metadata.
-        """
+        """Write the ending; after an error it may be called again."""
         self.refuse_removed()
 
         def all_records() -> dict[str, Mapping[str, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,24 +11,17 @@ from numpy.typing import NDArray
 from renderer import LAYERS
 from renderer.film.layer import Layer
 from scene_synth_ros.bags.bag_reader import BagMessage
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE, read_image
+from scene_synth_ros.messages.image_reader import read_image
+from scene_synth_ros.messages.streams import find_images
 
 Item = TypeVar("Item")
 
-FORMS: tuple[tuple[str, Callable[[str], tuple[str, ...]]], ...] = (
-    (IMAGE_TYPE, lambda layer: (f"/{layer}/image_raw",)),
-    (COMPRESSED_TYPE, lambda layer: (f"/{layer}/image_raw/compressed", f"/{layer}/image_raw/compressedDepth")),
-)
-"""Type of a layer's topic -> ends of its name, the first that is found is drawn."""
-
-
 def layer_topics(types: Mapping[str, str]) -> dict[str, str]:
     """Return layer -> topic of the first camera."""
-    found = {
-        layer: next((name for kind, ends in FORMS for name in sorted(types) if types[name] == kind and name.endswith(ends(layer))), None)
-        for layer in LAYERS
-    }
-    return {layer: topic for layer, topic in found.items() if topic is not None}
+    first: dict[str, str] = {}
+    for image, topic in find_images(types).items():
+        first.setdefault(image.layer, topic)
+    return {layer: first[layer] for layer in LAYERS if layer in first}
 
 
 def read_pixels(message: BagMessage) -> NDArray[Any]:

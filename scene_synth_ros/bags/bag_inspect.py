@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
-from scene_synth_ros.bags.camera_streams import FRAME_TYPES, cameras, is_scene, label_topics
-from scene_synth_ros.messages.scan_messages import has_own_stamps
+from scene_synth_ros.bags.camera_streams import FRAME_TYPES, cameras, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
+from scene_synth_ros.messages.streams import SCENE, find_streams, has_own_stamps
 
 MAX_GAP_PERIODS = 1.5
 
@@ -123,6 +123,7 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
     scenes: dict[int, tuple[int, list[int]]] = {}
     first_frame: tuple[int, int] | None = None
     tallies = {topic.name: _Tally() for topic in reader.summary.topics}
+    scene_topics = find_streams(reader.types, SCENE)
     last_ns, first_fault, faults = 0, "", 0
     for message in reader.messages(file_order=True):
         tally = tallies[message.topic]
@@ -131,7 +132,7 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
         stamp = stamp_ns(message.type_name, message.data)
         if stamp is not None:
             tally.stamps.append(stamp)
-        if is_scene(message.topic, message.type_name):
+        if message.topic in scene_topics:
             start_ns = min(message.log_ns, NO_TIME_NS) if stamp is None else stamp
             scenes.setdefault(start_ns, (message.log_ns, announced_room(message.data).stamps_ns))
         if first_frame is None and stamp is not None and message.type_name in FRAME_TYPES:
@@ -226,7 +227,7 @@ def _meaning_faults(topics: Iterable[TopicReport]) -> list[str]:
     found = _types(topic for topic in topics if topic.count)
     labels = label_topics(found)
     faults = [f"{name}: the layer has no labels" for name in labels if name not in found]
-    if labels and not any(is_scene(name, type_name) for name, type_name in found.items()):
+    if labels and not find_streams(found, SCENE):
         faults.append("scene: the bag holds no scene description")
     return faults
 

@@ -69,6 +69,9 @@ class BagReader:
     Args:
         path: folder of a bag, or one of its files.
 
+    Attributes:
+        types: topic -> type of its messages.
+
     Raises:
         BagReadError: there is nothing to read, with the reason.
     """
@@ -88,6 +91,7 @@ class BagReader:
             if not self._contents:
                 raise BagReadError(self.faults[-1])
             self.summary = self._summarize()
+            self.types = {topic.name: topic.type_name for topic in self.summary.topics}
             self._stack = stack.pop_all()
 
     def __enter__(self) -> BagReader:

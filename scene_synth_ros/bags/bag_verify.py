@@ -36,10 +36,9 @@ from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.messages.image_codec import compress_image
 from scene_synth_ros.messages.message_digest import message_digest
-from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
+from scene_synth_ros.messages.streams import POSE, SCENE, SETTINGS, Role, Stream, find_streams, parse, untransported
 
-_STRING = "std_msgs/msg/String"
 _CACHED_STAMPS = 4
 
 
@@ -104,23 +103,20 @@ class _Frames:
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
-        types = {topic.name: topic.type_name for topic in reader.summary.topics}
-        kinds = ((_STRING, "scene"), (_STRING, "settings"), ("geometry_msgs/msg/PoseStamped", "pose"))
-        chosen = [name for name, kind in types.items() if (kind, name.rsplit("/", 1)[-1]) in kinds]
-        self.namespace = next((name.rsplit("/", 1)[0] for name in chosen if name.endswith("/scene")), "")
-        for message in reader.messages(chosen, file_order=True):
-            self._take(message)
+        streams = find_streams(reader.types, SCENE, SETTINGS, POSE)
+        self.namespace = next((stream.base for stream in streams.values() if stream.role is SCENE), "").rstrip("/")
+        for message in reader.messages(streams, file_order=True):
+            self._take(message, streams[message.topic].role)
 
-    def _take(self, message: BagMessage) -> None:
-        kind = message.topic.rsplit("/", 1)[-1]
-        if kind == "pose":
+    def _take(self, message: BagMessage, role: Role) -> None:
+        if role is POSE:
             pose = deserialize_message(message.data, PoseStamped)
             stamp = pose.header.stamp.sec * NANOSECONDS + pose.header.stamp.nanosec
             p, q = pose.pose.position, pose.pose.orientation
             self._poses[message.topic, stamp] = CameraPose(stamp_ns=stamp, position_m=(p.x, p.y, p.z), orientation=(q.x, q.y, q.z, q.w))
             return
         text = deserialize_message(message.data, String).data
-        if kind == "scene":
+        if role is SCENE:
             scene = scene_from_json(text)
             self._scenes[scene.id] = zlib.compress(text.encode(), 1)
         else:
@@ -149,15 +145,14 @@ class _Frames:
         messages: dict[str, object] = {}
         for settings in self._settings[stamp]:
             scene = self._scene(settings.scene)
-            pose = self._poses.get((f"{self.namespace}/{settings.streams.camera}/pose", stamp))
+            pose = self._poses.get((Stream(f"{self.namespace}/{settings.streams.camera}", POSE).topic, stamp))
             if pose is None:
                 raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
             path = mounted_path(settings.camera, scene.camera_path)
-            layers = set(maker.layers).union(*maker.clouds.values())
             renderer, annotator, _ = self._renderer(settings, scene)
-            frame = renderer.render(pose, settings.frame, layers, exposure=settings.exposure, path=path, annotator=annotator)
+            frame = renderer.render(pose, settings.frame, maker.rendered, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]
@@ -247,10 +242,11 @@ def _manifest_faults(reader: BagReader, report: VerifyReport) -> Iterator[str]:
 
 def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progress: Callable[[int, int], None]) -> None:
     stamp = stamp_ns(message.type_name, message.data)
-    base = message.topic.removesuffix("/compressed").removesuffix("/compressedDepth")
-    if stamp is None or (base == message.topic and message.topic.endswith("/settings")):
+    base = untransported(message.topic) or message.topic
+    stream = parse(base)
+    if stamp is None or stream is None or stream.role is SETTINGS:
         return
-    if has_own_stamps(message.topic):
+    if stream.has_own_stamps:
         again = frames.scans.message(message.topic.removeprefix(f"{frames.namespace}/"), stamp)
         if again is not None:
             settings = again[1].settings
@@ -259,7 +255,7 @@ def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progres
     expected = frames.expected(stamp)
     if expected is None or base not in expected.messages:
         return
-    if base.endswith("/pose"):
+    if stream.role is POSE:
         report.frames += 1
         progress(report.frames, frames.count)
     made = expected.messages[base]

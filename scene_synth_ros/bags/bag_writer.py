@@ -39,7 +39,9 @@ class _Latched(NamedTuple):
 
 
 class BagWriter:
-    """Writes messages that are already serialised; memory is bounded by one chunk and one message.
+    """The folder of a bag: ``metadata.yaml``, what every file begins with, what is saved when the disk refuses.
+
+    Messages come serialised; memory is bounded by one chunk and one message.
 
     Threads: one thread calls every method.  A file sums up its manifest and syncs its last chunk in threads of its own, which end with it.
 

@@ -19,7 +19,6 @@ class BoundedThread(ThreadPoolExecutor):
     A job that raises leaves its exception in its future, and the thread goes on with the next.
 
     Args:
-        name: of the thread.
         places: how many jobs may wait or be at work.
     """
 

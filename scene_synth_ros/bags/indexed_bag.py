@@ -24,8 +24,7 @@ from scene_synth_ros.mcap.message_places import PLACE, FileIndex, Places, find_m
 from scene_synth_ros.mcap.records import RecordError, message_at
 from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns
-
-_STRING = "std_msgs/msg/String"
+from scene_synth_ros.messages.streams import STRING_TYPE
 
 
 class MessageReadError(SceneSynthError):
@@ -222,7 +221,7 @@ class IndexedBag:
                 continue
             if own is not None:
                 stamps[topic][number] = own
-            elif self.types[topic] != _STRING:
+            elif self.types[topic] != STRING_TYPE:
                 sound[topic][number] = False
                 self.unstamped[topic] += 1
         return {

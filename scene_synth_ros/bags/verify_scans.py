@@ -12,7 +12,8 @@ from renderer.lidar.scanner import Scanner, scan_stamp_ns, scans_of_path
 from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription
 from scene_synth_ros.messages.frame_settings import FrameSettings
-from scene_synth_ros.messages.scan_messages import LASER_POSE, laser_frame, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.scan_messages import LASER_POSE, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.streams import laser_frame
 
 
 class ScanPlace(NamedTuple):

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagMessage
 from scene_synth_ros.bags.camera_streams import cameras, label_topics
-from scene_synth_ros.messages.label_info import label_info_topic
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.streams import derived_streams
 
 MAX_HELD = 512 * 2**20
 """Bytes of a group that may wait for its end; a larger one is no frame and passes."""
@@ -32,7 +32,8 @@ class WholeFrames:
         types = {topic.name: topic.type_name for topic in topics}
         self._streams = frozenset(name for streams in cameras(types).values() for name in streams)
         labels = label_topics(types)
-        self._of_frame = self._streams | (frozenset([*labels, *map(label_info_topic, labels)]) & types.keys())
+        derived = [stream.topic for topic in labels for stream in derived_streams(topic)]
+        self._of_frame = self._streams | (frozenset([*labels, *derived]) & types.keys())
         self._frames, self._first = 0, frozenset[str]()
         self._other_groups: set[frozenset[str]] = set()
         self.cut: list[str] = []

@@ -61,21 +61,24 @@ def main(argv: Sequence[str] | None = None) -> None:
     for name, command in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=command.help, description=command.help[0].upper() + command.help[1:] + ".")
         if name == chosen:  # the modules of other commands stay unloaded
-            module = importlib.import_module(f"scene_synth_ros.cli.{command.module}")
+            module = importlib.import_module(f"scene_synth_ros.cli.commands.{command.module}")
             module.add_arguments(subparser)
-    parsed = parser.parse_args(arguments)
-    signal.signal(signal.SIGINT, handler)
+    parsed = argparse.Namespace()
     try:
+        try:
+            parser.parse_args(arguments, parsed)
+        finally:
+            signal.signal(signal.SIGINT, handler)
         assert module is not None
         code = module.run(parsed)
     except (SceneSynthError, OSError) as error:
-        sys.stderr.write(f"scene_synth {parsed.command}: {error_line(error)}\n")
+        sys.stderr.write(f"scene_synth {chosen}: {error_line(error)}\n")
         code = 2
     except KeyboardInterrupt:
         code = 130
     except Exception as error:
         seed = getattr(parsed, "seed", None)
-        doing = f"scene_synth {parsed.command} ran" + (f" with seed {seed}" if seed is not None else "")
+        doing = f"scene_synth {chosen} ran" + (f" with seed {seed}" if seed is not None else "")
         sys.stderr.write(f"{fault_report(error, doing, ['scene_synth', *arguments])}\n")
         code = FAULT_STATUS
     sys.exit(code)

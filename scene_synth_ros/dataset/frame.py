@@ -21,7 +21,8 @@ from scene_synth_ros.dataset.part import Part
 from scene_synth_ros.dataset.rooms import RoomInfo, read_string
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr_reader import CdrReadError
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError, read_compressed, read_image
+from scene_synth_ros.messages.image_reader import CodecError, read_compressed, read_image
+from scene_synth_ros.messages.streams import COMPRESSED, POSE, Stream, parse
 
 _FORMS = {b"\x89PNG": "png", b"\xff\xd8\xff": "jpeg"}
 """First bytes of a file -> its form."""
@@ -141,7 +142,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         """
         topic = self._open().topics.pose
         if not topic:
-            raise DatasetError(f"{self}: expected {self._open().camera}/pose, got none; record that stream")
+            raise DatasetError(f"{self}: expected {Stream(self._open().camera, POSE).topic}, got none; record that stream")
         return self._decode(topic, read_pose)
 
     @property
@@ -225,7 +226,8 @@ class Frame(Mapping[str, NDArray[Any]]):
         """
         part = self._open()
         topic = part.topics.images.get(layer, "")
-        if part.bag.types.get(topic) != COMPRESSED_TYPE or not topic.endswith("/compressed"):
+        stream = parse(topic, part.bag.types.get(topic, ""))
+        if stream is None or stream.role is not COMPRESSED:
             return None
         data = self._decode(topic, read_compressed)
         form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)

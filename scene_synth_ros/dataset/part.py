@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.rooms import UNKNOWN_ROOM, RoomInfo, room_of_scene
-from scene_synth_ros.dataset.topics import CameraTopics, find_cameras, find_scenes
+from scene_synth_ros.dataset.topics import CameraTopics, find_cameras
 from scene_synth_ros.mcap.block_cache import BlockCache
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.mcap.stored_file import StoredFile
+from scene_synth_ros.messages.streams import SCENE, find_streams
 
 
 class Part:
@@ -64,7 +65,8 @@ class Part:
         except DatasetError as error:
             raise DatasetError("; ".join((str(error), *faults[-1:]))) from None
         self.stamps = self._frames(name, report)
-        self._scenes = {int(stamp): topic for topic in reversed(find_scenes(self.bag.types)) for stamp in self.bag.stamps(topic)}
+        scene_topics = sorted(find_streams(self.bag.types, SCENE), reverse=True)
+        self._scenes = {int(stamp): topic for topic in scene_topics for stamp in self.bag.stamps(topic)}
         self.starts = np.array(sorted(self._scenes), np.int64)
 
     def _take_topics(self, types: Mapping[str, str], name: str, layers: Sequence[str] | None, camera: str | None) -> list[str]:
@@ -72,7 +74,7 @@ class Part:
         self.cameras = find_cameras(types)
         self.camera, self.topics = self._choose(name, layers, camera)
         self.layers = tuple(self.topics.images if layers is None else layers)
-        return [*(self.topics.images[layer] for layer in self.layers), *find_scenes(types)]
+        return [*(self.topics.images[layer] for layer in self.layers), *sorted(find_streams(types, SCENE))]
 
     def _choose(self, name: str, layers: Sequence[str] | None, camera: str | None) -> tuple[str, CameraTopics]:
         fitting = {key: row for key, row in self.cameras.items() if camera in (None, key, key.rsplit("/", 1)[-1])}

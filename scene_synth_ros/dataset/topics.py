@@ -1,15 +1,11 @@
-"""Which topics of a bag hold what of a frame, told from their names and types; nothing is decoded, and no table of layers is needed."""
+"""Which topics of a bag hold what of a frame; nothing is decoded, and no table of layers is needed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
-
-INFO_TYPE, POSE_TYPE, STRING = "sensor_msgs/msg/CameraInfo", "geometry_msgs/msg/PoseStamped", "std_msgs/msg/String"
-_FORMS = (("/image_raw", IMAGE_TYPE), ("/image_raw/compressed", COMPRESSED_TYPE), ("/image_raw/compressedDepth", COMPRESSED_TYPE))
-"""End of the topic of a layer -> its type, in the order in which they are taken."""
+from scene_synth_ros.messages.streams import ANNOTATIONS, INFO, LABELS, POSE, SETTINGS, Role, Stream, find_images, find_streams
 
 
 @dataclass(slots=True, kw_only=True)
@@ -30,27 +26,20 @@ def find_cameras(types: Mapping[str, str]) -> dict[str, CameraTopics]:
     Args:
         types: topic -> type.
     """
-    found: dict[str, CameraTopics] = {}
-    for end, kind in _FORMS:
-        for topic in sorted(types):
-            camera, _, layer = topic.removesuffix(end).rpartition("/")
-            if types[topic] == kind and topic.endswith(end) and camera:
-                found.setdefault(camera, CameraTopics()).images.setdefault(layer, topic)
-    settings = tuple(sorted(topic for topic, kind in types.items() if kind == STRING and topic.endswith("/settings")))
-    for camera, topics in found.items():
-        for layer in topics.images:
-            topics.infos |= _named(types, f"{camera}/{layer}/camera_info", INFO_TYPE, layer)
-            topics.labels |= _named(types, f"{camera}/{layer}/labels", STRING, layer)
-        topics.pose = _named(types, f"{camera}/pose", POSE_TYPE, "").get("", "")
-        topics.settings = settings
-        topics.annotations = _named(types, f"{camera}/annotations", STRING, "").get("", "")
-    return dict(sorted(found.items()))
+    cameras: dict[str, CameraTopics] = {}
+    for image, topic in find_images(types).items():
+        if image.camera:
+            cameras.setdefault(image.base, CameraTopics()).images[image.layer] = topic
+    there = set(find_streams(types, INFO, LABELS, POSE, ANNOTATIONS).values())
+    settings = tuple(sorted(find_streams(types, SETTINGS)))
 
+    def of_layers(camera: str, role: Role) -> dict[str, str]:
+        streams = [Stream(camera, role, layer) for layer in cameras[camera].images]
+        return {stream.layer: stream.topic for stream in streams if stream in there}
 
-def find_scenes(types: Mapping[str, str]) -> list[str]:
-    """Return the topics of scene descriptions."""
-    return sorted(topic for topic, kind in types.items() if kind == STRING and topic.rsplit("/", 1)[-1] == "scene")
-
-
-def _named(types: Mapping[str, str], topic: str, kind: str, key: str) -> dict[str, str]:
-    return {key: topic} if types.get(topic) == kind else {}
+    for camera, topics in cameras.items():
+        topics.infos, topics.labels, topics.settings = of_layers(camera, INFO), of_layers(camera, LABELS), settings
+        pose, annotations = Stream(camera, POSE), Stream(camera, ANNOTATIONS)
+        topics.pose = pose.topic if pose in there else ""
+        topics.annotations = annotations.topic if annotations in there else ""
+    return dict(sorted(cameras.items()))

@@ -6,20 +6,29 @@ import multiprocessing
 import os
 import resource
 import signal
+import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass, replace
 from multiprocessing.sharedctypes import Synchronized
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from scene_description import SceneSynthError
-from scene_synth_ros.estimate.room_cost import RoomCost, measure_room
-from scene_synth_ros.offline.rules import rules_of
+from mcap.reader import make_reader
+
+from grammar.synthesize import SceneSynthesizer
+from scene_description import SceneDescription, SceneSynthError, scene_to_json
+from scene_synth_ros.mcap.file import COMPRESSORS
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
+from scene_synth_ros.offline.offline_bag import OfflineBag
+from scene_synth_ros.offline.rules import rules_of, sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.shards.worker_start import pin, processors_of, thread_environment
 from scene_synth_ros.suite.environment import environment
 from scene_synth_ros.suite.heap import limit_arenas
+from scene_synth_ros.synthesize.scene_messages import scene_to_msgs
 
 _WARM_FRAMES = 2
 
@@ -118,3 +127,133 @@ def _measure(settings: OfflineSettings, index: int, most_frames: int) -> _Sample
         _started.append(time.time() - _started[0])
     cost = measure_room(settings, rules, index, most_frames)
     return _Sample(cost, _started[1], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+
+
+class Clocks(NamedTuple):
+    """Seconds since some moment: of the processor, all threads of the process together, and by the wall clock."""
+
+    processor_s: float
+    wall_s: float
+
+    def since(self, before: Clocks) -> Clocks:
+        """Return how much has passed since another reading."""
+        return Clocks(self.processor_s - before.processor_s, self.wall_s - before.wall_s)
+
+
+def read_clocks() -> Clocks:
+    """Read both clocks."""
+    return Clocks(time.process_time(), time.perf_counter())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomCost:
+    """What one room costs; times in seconds, ``processor_s`` counts all threads.
+
+    Attributes:
+        index: of the room in its dataset.
+        room_type: of the room.
+        frames: that were rendered, at least 1.
+        synthesis: what the description took.
+        total: what all of it took, to the closed bag, description included.
+        frame: what one more frame takes; nothing where one frame was rendered.
+        bytes_frames: of the bag, its frames.
+        bytes_room: what is written once a room.
+        bytes_bag: what is written once a bag: definitions, indexes, records, metadata.
+    """
+
+    index: int
+    room_type: str
+    frames: int
+    synthesis: Clocks
+    total: Clocks
+    frame: Clocks
+    bytes_frames: int
+    bytes_room: int
+    bytes_bag: int
+
+    def of_frames(self, frames: int) -> Clocks:
+        """Return what the room takes with so many frames; exact for as many as were rendered."""
+        more = frames - self.frames
+        return Clocks(*(total + more * frame for total, frame in zip(self.total, self.frame, strict=True)))
+
+    def bytes_of_frames(self, frames: int) -> float:
+        """Return how many bytes the room has with so many frames, beside those of its bag."""
+        return self.bytes_room + self.bytes_frames * frames / self.frames
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the figures as JSON has them."""
+        clocks: dict[str, Clocks] = {"synthesis": self.synthesis, "total": self.total, "frame": self.frame}
+        return asdict(self) | {name: value._asdict() for name, value in clocks.items()}
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> RoomCost:
+        """Return what :meth:`to_mapping` has written."""
+        return cls(**{name: Clocks(**value) if isinstance(value, Mapping) else value for name, value in values.items()})
+
+
+def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int, most_frames: int) -> RoomCost:
+    """Make a room of a dataset in a temporary folder, measure it, and remove it.
+
+    Where it has more frames than are asked for, neighbours from the middle of its path are rendered: what one frame takes is the time
+    between the first and the last of them, so at least 2 are.
+
+    Args:
+        settings: of the dataset.
+        rules: what its rooms are sampled by.
+        index: of the room.
+        most_frames: to render.
+
+    Raises:
+        SceneSynthError: the room cannot be made, or there is no place for it.
+    """
+    began = read_clocks()
+    scene = sample_room(rules, settings, index)
+    synthesis = read_clocks().since(began)
+    part = _middle(scene, max(2, most_frames))
+    marks: list[Clocks] = []
+    with tempfile.TemporaryDirectory(prefix="scene_synth_estimate_") as folder:
+        bag = Path(folder) / "room"
+        with OfflineBag(bag, settings, rules.floor_map, machine=False) as writer:
+            writer.add_room(part, rendered=lambda: marks.append(read_clocks()))
+        total = read_clocks().since(began)
+        size, chunks = _sizes(bag)
+    once = min(chunks, _bytes_once(settings, rules, part))
+    between = marks[-1].since(marks[0])
+    steps = max(1, len(marks) - 1)
+    return RoomCost(
+        index=index,
+        room_type=scene.category,
+        frames=len(part.camera_path),
+        synthesis=synthesis,
+        total=total,
+        frame=Clocks(between.processor_s / steps, between.wall_s / steps),
+        bytes_frames=chunks - once,
+        bytes_room=once,
+        bytes_bag=size - chunks,
+    )
+
+
+def _middle(scene: SceneDescription, frames: int) -> SceneDescription:
+    """Return a room with neighbouring frames from the middle of its path."""
+    first = max(0, len(scene.camera_path) - frames) // 2
+    return replace(scene, camera_path=scene.camera_path[first : first + frames])
+
+
+def _sizes(bag: Path) -> tuple[int, int]:
+    """Return the bytes of a bag's files, and those of its chunks with their indexes among them."""
+    size = chunks = 0
+    for path in bag.iterdir():
+        size += path.stat().st_size
+        if path.suffix == ".mcap":
+            with path.open("rb") as file:
+                summary = make_reader(file).get_summary()
+            chunks += sum(chunk.chunk_length + chunk.message_index_length for chunk in summary.chunk_indexes) if summary else 0
+    return size, chunks
+
+
+def _bytes_once(settings: OfflineSettings, rules: SceneSynthesizer, scene: SceneDescription) -> int:
+    """Return about how many bytes of a room's bag are its messages without an image, compressed as the recorder does."""
+    recorder = settings.recorder[""]
+    messages = scene_to_msgs(scene, scene_to_json(scene), rules.floor_map(scene), settings.run.world_frame).values()
+    data = b"".join(bytes(canonical_cdr(message)) for message in messages)
+    return len(COMPRESSORS[recorder.compression](recorder.compression_level)(data))

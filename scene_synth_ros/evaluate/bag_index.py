@@ -7,7 +7,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scene_synth_ros.bags.camera_streams import is_scene
 from scene_synth_ros.bags.indexed_bag import IndexedBag
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import StampedPose, read_message
@@ -15,6 +14,7 @@ from scene_synth_ros.evaluate.rooms import Rooms, json_object
 from scene_synth_ros.evaluate.task_streams import POSES
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.stamps import CdrBytes
+from scene_synth_ros.messages.streams import SCENE, find_streams
 
 
 @dataclass(slots=True, kw_only=True)
@@ -48,7 +48,7 @@ def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], label
         labels: topic of the JSON labels of classes; empty for none.
     """
     index = BagIndex(path=path)
-    scenes = [name for name, kind in bag.types.items() if is_scene(name, kind)]
+    scenes = list(find_streams(bag.types, SCENE))
     bag.prepare({*(topic.in_bag for topic in topics), *scenes, *((labels,) if labels else ())})
     for scene in scenes:
         for stamp, message in bag.messages(scene):

@@ -26,6 +26,7 @@ from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS
 from scene_synth_ros.evaluate.topics import TypedTopic, camera_of, estimate_topic, image_topics, info_topics, layers_present, truth_topics
 from scene_synth_ros.evaluate.truth_bags import TruthBag
 from scene_synth_ros.messages.stamps import CdrBytes
+from scene_synth_ros.messages.streams import LABELS, Stream
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +81,7 @@ class JudgedBag:
             read.add(self._poses)
         own = set(self._estimates.values()) if plan.estimates is None else set()
         self._read = tuple(topic for topic in read if topic.type_name not in POSES)
-        self.index = index_bag(self._opened, bag.path, read | own, f"{self._camera}/semantic/labels")
+        self.index = index_bag(self._opened, bag.path, read | own, Stream(self._camera, LABELS, "semantic").topic)
         judged = self._estimates_bag, self._estimates_path, set(self._estimates.values())
         self._estimate_index = self.index if plan.estimates is None else index_bag(*judged)
         self._class_ids = {name: number for number, name in self.index.class_names.items()}

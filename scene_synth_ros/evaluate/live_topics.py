@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 from scene_synth_ros.evaluate.evaluator_config import EvaluatorConfig
 from scene_synth_ros.evaluate.measuring import GROUP_LAYERS, needed_layers
-from scene_synth_ros.evaluate.readings import ODOMETRY, POSE
-from scene_synth_ros.evaluate.task_streams import IMAGES, TASK_STREAMS, TRUTH_TYPES
+from scene_synth_ros.evaluate.task_streams import IMAGES, TASK_STREAMS
 from scene_synth_ros.evaluate.topics import TypedTopic, parse_mapping
+from scene_synth_ros.messages.streams import ODOMETRY_TYPE, POSE_TYPE
 
 LIVE_TYPES = {
-    task: IMAGES[:1] if row.types is IMAGES else (POSE, ODOMETRY) if row.name == "poses" else row.types
+    task: IMAGES[:1] if row.types is IMAGES else (POSE_TYPE, ODOMETRY_TYPE) if row.name == "poses" else row.types
     for task, row in TASK_STREAMS.items()
 }
 """Task -> types of live estimates: those whose message has the stamp of one frame, uncompressed."""
@@ -26,8 +26,8 @@ def truth_names(config: EvaluatorConfig, resolve: Callable[[str], str]) -> dict[
     """
     chosen = parse_mapping(config.truth)
     layers = (*needed_layers(config.tasks), *(GROUP_LAYERS if config.breakdown else ()))
-    names = {layer: chosen.get(layer, f"{config.camera}/{TASK_STREAMS[layer].truth[0]}") for layer in layers}
-    return {layer: TypedTopic(resolve(name), TRUTH_TYPES.get(layer, LIVE_TYPES[layer])[0]) for layer, name in names.items()}
+    names = {layer: chosen.get(layer, TASK_STREAMS[layer].truth(config.camera).topic) for layer in layers}
+    return {layer: TypedTopic(resolve(name), TASK_STREAMS[layer].role.type_name) for layer, name in names.items()}
 
 
 def estimate_names(config: EvaluatorConfig, resolve: Callable[[str], str]) -> dict[str, str]:

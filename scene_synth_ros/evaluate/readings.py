@@ -20,12 +20,19 @@ from sensor_msgs.msg import PointCloud2, PointField
 
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, read_image
-from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, DETECTIONS_3D, TF_MESSAGE
+from scene_synth_ros.messages.image_reader import CodecError, read_image
 from scene_synth_ros.messages.stamps import NANOSECONDS, CdrBytes
-
-POSE, ODOMETRY, PATH = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
-CLOUD = "sensor_msgs/msg/PointCloud2"
+from scene_synth_ros.messages.streams import (
+    CLOUD_TYPE,
+    COMPRESSED_TYPE,
+    DETECTIONS_2D_TYPE,
+    DETECTIONS_3D_TYPE,
+    IMAGE_TYPE,
+    ODOMETRY_TYPE,
+    PATH_TYPE,
+    POSE_TYPE,
+    TF_TYPE,
+)
 
 _POINT_TYPES = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
 _LABEL_TYPES = {PointField.UINT8: "u1", PointField.UINT16: "u2", PointField.UINT32: "u4", PointField.INT32: "i4"}
@@ -184,13 +191,13 @@ def _read_detections(data: bytes, read_box: Callable[[CdrReader], tuple[float, .
 READERS: dict[str, Callable[[bytes, str], Reading]] = {
     IMAGE_TYPE: partial(_read_image, IMAGE_TYPE),
     COMPRESSED_TYPE: partial(_read_image, COMPRESSED_TYPE),
-    CLOUD: _read_cloud,
-    POSE: _read_pose,
-    ODOMETRY: _read_odometry,
-    PATH: _read_path,
-    TF_MESSAGE: lambda data, topic: read_transforms(data, topic.partition("@")[2]),
-    DETECTIONS_2D: _read_detections_2d,
-    DETECTIONS_3D: _read_detections_3d,
+    CLOUD_TYPE: _read_cloud,
+    POSE_TYPE: _read_pose,
+    ODOMETRY_TYPE: _read_odometry,
+    PATH_TYPE: _read_path,
+    TF_TYPE: lambda data, topic: read_transforms(data, topic.partition("@")[2]),
+    DETECTIONS_2D_TYPE: _read_detections_2d,
+    DETECTIONS_3D_TYPE: _read_detections_3d,
 }
 """Message type -> its reader, which takes the bytes and the topic; a topic of transforms says which frame after an @: ``/tf@base_link``."""
 

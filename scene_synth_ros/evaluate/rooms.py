@@ -10,8 +10,7 @@ from typing import Any
 
 from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
 from scene_synth_ros.messages.stamps import CdrBytes, stamp_ns
-
-STRING = "std_msgs/msg/String"
+from scene_synth_ros.messages.streams import STRING_TYPE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +41,7 @@ class Rooms:
             data: std_msgs/String; what is no description is a room of the type ``unknown``.
             log_ns: when it came, which counts where it has no stamp.
         """
-        scene, start = json_object(data), stamp_ns(STRING, data)
+        scene, start = json_object(data), stamp_ns(STRING_TYPE, data)
         index, seed, kind = scene.get("index"), scene.get("seed"), scene.get("category")
         start = log_ns if start is None else start
         room = Room(

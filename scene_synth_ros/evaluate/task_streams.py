@@ -10,11 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_synth_ros.evaluate.errors import EstimateError
-from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, PATH, POSE, Reading, read_message
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
-from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, TF_MESSAGE
+from scene_synth_ros.evaluate.readings import Reading, read_message
+from scene_synth_ros.messages.streams import (
+    COMPRESSED_TYPE,
+    DETECTIONS_2D,
+    ESTIMATES,
+    IMAGE_TYPE,
+    ODOMETRY_TYPE,
+    PATH_TYPE,
+    POINTS,
+    POINTS_SENSED,
+    POSE,
+    POSE_TYPE,
+    RAW,
+    TF_TYPE,
+    Role,
+    Stream,
+)
 
-IMAGES, POSES = (IMAGE_TYPE, COMPRESSED_TYPE), (POSE, ODOMETRY, PATH, TF_MESSAGE)
+IMAGES, POSES = (IMAGE_TYPE, COMPRESSED_TYPE), (POSE_TYPE, ODOMETRY_TYPE, PATH_TYPE, TF_TYPE)
 _MILLIMETRES_A_METRE = 1000.0
 
 
@@ -24,23 +38,32 @@ class TaskStream:
 
     Attributes:
         name: what the messages are of; several tasks may judge the same.
-        truth: ends of the truth's topic below the camera's name, the first that is found counts.
+        role: of the truth, below the camera, and of estimates, below ``/estimates``.
+        layer: of both; empty unless the role is of a layer.
         types: of the messages that carry estimates, the first is that of estimates that are written.
-        estimate: default topic of estimates, and of those that are written.
-        own: end of a topic below the camera's name, in the truth's bag, that is an estimate by itself; empty if there is none.
+        own: what the truth's bag may have below the camera that is an estimate by itself.
         convert: what of a message is measured; raises EstimateError.
         frame_matters: numbers are meant in the frame that the header names, so it must be that of the truth.
         encoding: of images of estimates that are written; empty for other messages.
     """
 
     name: str
-    truth: tuple[str, ...]
-    types: tuple[str, ...]
-    estimate: str
+    role: Role
+    layer: str = ""
+    types: tuple[str, ...] = IMAGES
+    own: Stream | None = None
     convert: Callable[[Any], Any]
-    own: str = ""
     frame_matters: bool = False
     encoding: str = ""
+
+    def truth(self, camera: str) -> Stream:
+        """Return the truth of a camera, given with its namespace."""
+        return Stream(camera, self.role, self.layer)
+
+    @property
+    def estimate(self) -> str:
+        """Default topic of estimates, and of those that are written."""
+        return self.truth(ESTIMATES).topic
 
 
 def _depth(pixels: NDArray[Any]) -> NDArray[np.float32]:
@@ -78,32 +101,17 @@ def _as_it_is(value: Any) -> Any:
 
 
 _ROWS = (
+    TaskStream(name="depth", role=RAW, layer="depth", convert=_depth, own=Stream("", RAW, "depth_sensed"), encoding="32FC1"),
+    TaskStream(name="normals", role=RAW, layer="normals", convert=_normals, frame_matters=True, encoding="32FC3"),
+    TaskStream(name="semantic", role=RAW, layer="semantic", convert=_ids, encoding="16UC1"),
+    TaskStream(name="instance", role=RAW, layer="instance", convert=_ids, encoding="16UC1"),
+    TaskStream(name="flow", role=RAW, layer="flow", convert=_flow, encoding="32FC2"),
+    TaskStream(name="poses", role=POSE, types=POSES, convert=_as_it_is),
+    TaskStream(name="detections", role=DETECTIONS_2D, types=(DETECTIONS_2D.type_name,), convert=_as_it_is),
     TaskStream(
-        name="depth", truth=("depth/image_raw",), types=IMAGES, estimate="/estimates/depth/image_raw", convert=_depth,
-        own="depth_sensed/image_raw", encoding="32FC1",
+        name="points", role=POINTS, types=(POINTS.type_name,), convert=_as_it_is, own=Stream("", POINTS_SENSED), frame_matters=True
     ),
-    TaskStream(
-        name="normals", truth=("normals/image_raw",), types=IMAGES, estimate="/estimates/normals/image_raw", convert=_normals,
-        frame_matters=True, encoding="32FC3",
-    ),
-    TaskStream(
-        name="semantic", truth=("semantic/image_raw",), types=IMAGES, estimate="/estimates/semantic/image_raw", convert=_ids,
-        encoding="16UC1",
-    ),
-    TaskStream(
-        name="instance", truth=("instance/image_raw",), types=IMAGES, estimate="/estimates/instance/image_raw", convert=_ids,
-        encoding="16UC1",
-    ),
-    TaskStream(
-        name="flow", truth=("flow/image_raw",), types=IMAGES, estimate="/estimates/flow/image_raw", convert=_flow, encoding="32FC2"
-    ),
-    TaskStream(name="poses", truth=("pose",), types=POSES, estimate="/estimates/pose", convert=_as_it_is),
-    TaskStream(name="detections", truth=("detections_2d",), types=(DETECTIONS_2D,), estimate="/estimates/detections_2d", convert=_as_it_is),
-    TaskStream(
-        name="points", truth=("points",), types=(CLOUD,), estimate="/estimates/points", convert=_as_it_is, own="points_sensed",
-        frame_matters=True,
-    ),
-)  # fmt: skip
+)
 _STREAM_OF = {"depth_aligned": "depth", "depth_affine": "depth"}
 """Task -> what it judges, where that has another name."""
 
@@ -111,9 +119,6 @@ TASK_STREAMS: dict[str, TaskStream] = {row.name: row for row in _ROWS} | {
     task: row for task, name in _STREAM_OF.items() for row in _ROWS if row.name == name
 }
 """Task of ``evaluation.TASKS`` -> its messages."""
-
-TRUTH_TYPES = {"poses": (POSE,)}
-"""Task -> types of the truth's messages, where they are not those of estimates."""
 
 
 def read_for_task(task: str, type_name: str, data: bytes, topic: str) -> Reading:

@@ -7,11 +7,8 @@ from typing import NamedTuple
 
 from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.readings import READERS
-from scene_synth_ros.evaluate.task_streams import IMAGES, TASK_STREAMS, TRUTH_TYPES
-
-_TRANSPORTS = ("", "/compressed", "/compressedDepth")
-"""What is appended to the name of an image's topic."""
-_INFO = "sensor_msgs/msg/CameraInfo"
+from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
+from scene_synth_ros.messages.streams import IMAGE_FORMS, INFO, RAW, TRANSPORTS, Stream, find_images, find_streams, parse
 
 
 class TypedTopic(NamedTuple):
@@ -58,14 +55,14 @@ def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, w
     """
     by_camera: dict[str, dict[str, TypedTopic]] = {}
     for layer in layers:
-        for base, topic in _ending(types, TASK_STREAMS[layer].truth, TRUTH_TYPES.get(layer, TASK_STREAMS[layer].types)).items():
-            if camera in ("", base, base.rsplit("/", 1)[-1]):
-                by_camera.setdefault(base, {})[layer] = topic
+        for stream, topic in _truths(types, layer).items():
+            if not camera or stream.is_of(camera):
+                by_camera.setdefault(stream.base, {})[layer] = topic
     best = max(sorted(by_camera), key=lambda base: len(by_camera[base]), default="")
     found = by_camera.get(best, {})
     lacking = [layer for layer in layers if layer not in found]
     if lacking:
-        expected = " and ".join(f"{best or '<camera>'}/{TASK_STREAMS[layer].truth[0]}" for layer in lacking)
+        expected = " and ".join(TASK_STREAMS[layer].truth(best or "<camera>").topic for layer in lacking)
         of = f" of camera '{camera}'" if camera else ""
         raise EvaluateError(f"{where}: expected truth of {', '.join(lacking)}{of} on {expected}, got {_named(types)}; record that stream")
     return found
@@ -79,15 +76,15 @@ def layers_present(types: Mapping[str, str], camera: str, layers: Sequence[str])
         camera: with its namespace.
         layers: names of streams in ``TASK_STREAMS``.
     """
-    by_layer = {layer: _ending(types, TASK_STREAMS[layer].truth, TASK_STREAMS[layer].types) for layer in layers}
-    return {layer: topics[camera] for layer, topics in by_layer.items() if camera in topics}
+    found = {layer: _truths(types, layer).get(TASK_STREAMS[layer].truth(camera)) for layer in layers}
+    return {layer: topic for layer, topic in found.items() if topic is not None}
 
 
 def camera_of(topics: Mapping[str, TypedTopic]) -> str:
-    """Return what stands before the names of a truth's layers: the camera with its namespace."""
-    layer, topic = next(iter(topics.items()))
-    names = [topic.name.removesuffix(transport) for transport in _TRANSPORTS]
-    return next(name.removesuffix(f"/{end}") for end in TASK_STREAMS[layer].truth for name in names if name.endswith(f"/{end}"))
+    """Return the camera of a truth's layers, with its namespace."""
+    stream = parse(next(iter(topics.values())).name)
+    assert stream is not None
+    return stream.base
 
 
 def estimate_topic(
@@ -111,10 +108,10 @@ def estimate_topic(
         EvaluateError: there is none, or there are several, or it is of a type that is not taken.
     """
     stream = TASK_STREAMS[task]
-    own = f"{camera}/{stream.own}" if stream.own else ""
+    own = stream.own._replace(base=camera).topic if stream.own else ""
     names = [chosen] if chosen else [stream.estimate, own] if same_bag else [stream.estimate, truth.name]
     for name in names:
-        for transport in _TRANSPORTS:
+        for transport in TRANSPORTS:
             kind = types.get(f"{name.partition('@')[0]}{transport}")
             if kind is not None and kind not in stream.types:
                 expected = " or ".join(stream.types)
@@ -141,12 +138,12 @@ def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], wh
     Raises:
         EvaluateError: the bag lacks one.
     """
-    found = {}
+    found, images = {}, find_images(types)
     for name in names:
         other, _, layer = name.rpartition("/")
         base = f"{camera.rpartition('/')[0]}/{other}" if other else camera
-        raw = f"{base}/{layer}/image_raw"
-        topic = next((raw + transport for transport in _TRANSPORTS if types.get(raw + transport) in IMAGES), None)
+        raw = Stream(base, RAW, layer).topic
+        topic = images.get(Stream(base, RAW, layer))
         if topic is None:
             raise EvaluateError(f"{where}: expected images '{name}' for the algorithm on {raw}, got {_named(types)}; record that stream")
         found[name] = TypedTopic(topic, types[topic])
@@ -155,20 +152,16 @@ def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], wh
 
 def info_topics(types: Mapping[str, str], images: Mapping[str, TypedTopic]) -> dict[str, TypedTopic]:
     """Return layer -> topic of the camera infos beside images, of those that have one."""
-    names = {name: f"{topic.name.partition('/image_raw')[0]}/camera_info" for name, topic in images.items()}
-    return {name: TypedTopic(info, _INFO) for name, info in names.items() if types.get(info) == _INFO}
+    streams = {name: parse(topic.name) for name, topic in images.items()}
+    infos = {name: stream.beside(INFO).topic for name, stream in streams.items() if stream is not None and stream.role in IMAGE_FORMS}
+    return {name: TypedTopic(info, INFO.type_name) for name, info in infos.items() if types.get(info) == INFO.type_name}
 
 
-def _ending(types: Mapping[str, str], ends: Sequence[str], kinds: Sequence[str]) -> dict[str, TypedTopic]:
-    """Return what stands before the end of a name -> its topic, of the first form that each has."""
-    found: dict[str, TypedTopic] = {}
-    for end in ends:
-        for transport in _TRANSPORTS:
-            suffix = f"/{end}{transport}"
-            for name, kind in types.items():
-                if name.endswith(suffix) and kind in kinds:
-                    found.setdefault(name.removesuffix(suffix), TypedTopic(name, kind))
-    return found
+def _truths(types: Mapping[str, str], layer: str) -> dict[Stream, TypedTopic]:
+    """Return the truths of a layer, of every camera -> topic, of the first form that each has."""
+    row = TASK_STREAMS[layer]
+    topics = find_images(types) if row.role is RAW else {stream: topic for topic, stream in find_streams(types, row.role).items()}
+    return {stream: TypedTopic(topic, types[topic]) for stream, topic in topics.items() if stream.layer == row.layer}
 
 
 def _named(types: Mapping[str, str]) -> str:

@@ -89,7 +89,7 @@ COMPRESSIONS = tuple(COMPRESSORS)
 
 
 class McapFile:
-    """Writes messages in chunks to an empty file.
+    """The bytes of a file: chunks that are on disk or cut off, and an index that speaks of nothing else.
 
     Args:
         file: unbuffered, positioned at its start; stays open.

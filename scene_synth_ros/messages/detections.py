@@ -8,7 +8,6 @@ bounds the visible pixels, in image coordinates (see ``scene_description.annotat
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Vector3
 from rclpy.serialization import deserialize_message
@@ -16,10 +15,10 @@ from std_msgs.msg import String
 
 from scene_description import SceneSynthError
 from scene_description.annotations import FrameAnnotations, ObjectAnnotation, OrientedBox, annotations_from_json, annotations_to_json
-from scene_synth_ros.messages.camera_frames import camera_frames
+from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.cdr_writer import CdrWriter
 from scene_synth_ros.messages.conversions import header
-from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, DETECTIONS_3D
+from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, DETECTIONS_3D_TYPE, Role
 
 try:
     from vision_msgs.msg import (
@@ -37,42 +36,15 @@ try:
 except ImportError:  # not among the PyPI wheels; live there are the JSON annotations only
     Detection2DArray = Detection3DArray = None
 
-ANNOTATIONS = "annotations"
-"""Last name of the topic of the JSON annotations of a camera."""
+ANNOTATIONS = streams.ANNOTATIONS.name
+"""Stands among the layers that a frame must have for what is told of its objects."""
 
-DETECTION_TYPES = {"detections_2d": DETECTIONS_2D, "detections_3d": DETECTIONS_3D}
-"""Last name of a topic beside it -> its type."""
-
-_STRING = "std_msgs/msg/String"
 _SCORE = 1.0
 _COVARIANCE = (0.0,) * 36
 
 
 class AnnotationsReadError(SceneSynthError):
     """Bytes that are no annotations; one line."""
-
-
-def is_annotations(topic: str, type_name: str) -> bool:
-    """Return whether a topic carries the JSON annotations of a camera."""
-    parts = topic.rsplit("/", 2)
-    return type_name == _STRING and len(parts) == 3 and parts[2] == ANNOTATIONS
-
-
-def detection_topics(annotations: str) -> dict[str, str]:
-    """Return the topics of detections beside JSON annotations, with their types."""
-    camera = annotations.rpartition("/")[0]
-    return {f"{camera}/{name}": type_name for name, type_name in DETECTION_TYPES.items()}
-
-
-def annotations_topic(topic: str) -> str:
-    """Return the topic of the JSON annotations beside detections; empty if the name is that of none."""
-    camera, _, last = topic.rpartition("/")
-    return f"{camera}/{ANNOTATIONS}" if last in DETECTION_TYPES else ""
-
-
-def annotations_frame(annotations: str, prefix: str) -> str:
-    """Return the optical frame of the camera that JSON annotations belong to."""
-    return camera_frames(annotations.rsplit("/", 2)[1], prefix).optical
 
 
 def annotations_to_msg(annotations: FrameAnnotations, frame_id: str) -> String:
@@ -105,18 +77,10 @@ def detections_3d_to_msg(annotations: FrameAnnotations, frame_id: str) -> Detect
     )
 
 
-class AnnotationMessage(NamedTuple):
-    """A message that is made of a frame's annotations: its type, and how it is made, given the optical frame."""
-
-    message_type: type
-    make: Callable[[FrameAnnotations, str], object]
-
-
-ANNOTATION_MESSAGES = {ANNOTATIONS: AnnotationMessage(String, annotations_to_msg)}
-"""Last name of the topic -> message, those that can be made here."""
+ANNOTATION_MESSAGES: dict[Role, Callable[[FrameAnnotations, str], object]] = {streams.ANNOTATIONS: annotations_to_msg}
+"""Role -> what makes its message of a frame's annotations, given the optical frame; those that can be made here."""
 if Detection2DArray is not None:
-    ANNOTATION_MESSAGES["detections_2d"] = AnnotationMessage(Detection2DArray, detections_2d_to_msg)
-    ANNOTATION_MESSAGES["detections_3d"] = AnnotationMessage(Detection3DArray, detections_3d_to_msg)
+    ANNOTATION_MESSAGES |= {streams.DETECTIONS_2D: detections_2d_to_msg, streams.DETECTIONS_3D: detections_3d_to_msg}
 
 
 def _visible_box(item: ObjectAnnotation) -> tuple[float, float, float, float]:
@@ -157,7 +121,7 @@ def read_annotations(data: bytes) -> FrameAnnotations:
 
 
 def encode_detections(type_name: str, annotations: FrameAnnotations, frame_id: str) -> bytes:
-    """Return a message of one of ``DETECTION_TYPES`` as little-endian plain CDR with its encapsulation header.
+    """Return a message of detections as little-endian plain CDR with its encapsulation header.
 
     Raises:
         ValueError: the stamp does not fit ``builtin_interfaces/Time``.
@@ -184,4 +148,7 @@ def _write_box_3d(writer: CdrWriter, item: ObjectAnnotation) -> None:
     writer.numbers("d", *item.camera_box.center_m, *item.camera_box.orientation, *item.camera_box.size_m)
 
 
-_BOX_NUMBERS: dict[str, Callable[[CdrWriter, ObjectAnnotation], None]] = {DETECTIONS_2D: _write_box_2d, DETECTIONS_3D: _write_box_3d}
+_BOX_NUMBERS: dict[str, Callable[[CdrWriter, ObjectAnnotation], None]] = {
+    DETECTIONS_2D_TYPE: _write_box_2d,
+    DETECTIONS_3D_TYPE: _write_box_3d,
+}

@@ -13,14 +13,13 @@ from renderer.camera.config import CameraConfig
 from renderer.camera.rig import mounted_path
 from renderer.film.frame import Frame
 from renderer.film.layer import Layer
-from renderer.film.layers import LAYERS, ROWS
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import LAYERS, ROWS, layers_in
 from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
-from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
+from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.canonical_cdr import camera_info_cdr, image_cdr
-from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers
+from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers, cloud_of_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -29,9 +28,9 @@ from scene_synth_ros.messages.conversions import (
     layer_encoding,
     pose_to_msg,
 )
-from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES
+from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES, ANNOTATIONS
 from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
-from scene_synth_ros.messages.layer_clouds import cloud_of_layers
+from scene_synth_ros.messages.streams import FRAME_PREFIX, ROLES, Role, Stream, camera_frames
 
 _STREAMS_FIXED = "publishers are made at the start"
 
@@ -63,9 +62,7 @@ _LayerSwitches: type = make_dataclass(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StreamConfig(_LayerSwitches):  # type: ignore[misc]
-    """Which streams a renderer publishes, and under which names; a layer's switch has the layer's name."""
-
+class _StreamForms(_LayerSwitches):  # type: ignore[misc]
     color_companions: Annotated[
         bool, Limits(description="Publish image_color for streams that viewers cannot show", fixed=_STREAMS_FIXED)
     ] = True
@@ -94,17 +91,37 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
         ),
     ] = ""
     publish_tf: Annotated[bool, Limits(description="Publish /tf and /tf_static where tf2_msgs is there", fixed=_STREAMS_FIXED)] = True
-    annotations: Annotated[
-        bool, Limits(description="Publish boxes, key points and relations of the objects in each frame", fixed=_STREAMS_FIXED)
-    ] = False
-    annotation_masks: Annotated[
-        bool, Limits(description="Put masks into the annotations, run lengths in COCO's form", fixed="a run has one kind of annotations")
-    ] = False
-    points: Annotated[bool, Limits(description="Publish points: the view as an organised cloud, with ids", fixed=_STREAMS_FIXED)] = False
-    points_sensed: Annotated[
-        bool, Limits(description="Publish points_sensed: the same cloud of what depth_sensor reads", fixed=_STREAMS_FIXED)
-    ] = False
-    points_color: Annotated[bool, Limits(description="Give the points their colour, which must be rendered", fixed=_STREAMS_FIXED)] = False
+
+
+_OPTIONS: Mapping[str, Mapping[str, Limits]] = {
+    "annotations": {
+        "annotation_masks": Limits(
+            description="Put masks into the annotations, run lengths in COCO's form", fixed="a run has one kind of annotations"
+        )
+    },
+    "points_sensed": {"points_color": Limits(description="Give the points their colour, which must be rendered", fixed=_STREAMS_FIXED)},
+}
+"""Switch of a role -> what else there is to switch, after it."""
+
+
+def _camera_switches() -> Iterator[tuple[str, object, bool]]:
+    """Yield a field for each role that a camera may have, off, and those of ``_OPTIONS``."""
+    for role in ROLES.values():
+        if role.summary:
+            yield role.switch, Annotated[bool, Limits(description=f"Publish {role.summary}", fixed=_STREAMS_FIXED)], False
+            for name, limits in _OPTIONS.get(role.switch, {}).items():
+                yield name, Annotated[bool, limits], False
+
+
+_CameraSwitches: type = make_dataclass(
+    "_CameraSwitches", _camera_switches(), bases=(_StreamForms,), frozen=True, slots=True, kw_only=True
+)
+"""A bool for each role of a camera, after the rest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StreamConfig(_CameraSwitches):  # type: ignore[misc]
+    """Which streams a renderer publishes, and under which names; the switch of a layer or a role of a camera has its name."""
 
 
 def has_companion(layer: Layer) -> bool:
@@ -128,16 +145,29 @@ def enabled_layers(config: StreamConfig, camera: CameraConfig) -> tuple[str, ...
     return tuple(layer for layer in LAYERS if layer in enabled)
 
 
-def enabled_clouds(config: StreamConfig, camera: CameraConfig) -> tuple[str, ...]:
-    """Return the clouds that are published; no depth sensor has the lens of a panorama."""
+class CameraRole(NamedTuple):
+    """How a role of a camera is filled: the layers that a frame must have for it, and what makes its message, or None of such a frame."""
+
+    layers: Callable[[StreamConfig, Role], tuple[str, ...]]
+    make: Callable[[FrameMessages, Frame, CameraPose, Role], object]
+
+
+def camera_streams(config: StreamConfig, camera: CameraConfig) -> dict[Stream, tuple[str, ...]]:
+    """Return the enabled ones of ``CAMERA_ROLES`` -> layers that they need, enabled or not; no depth sensor has the lens of a panorama."""
+    needed = {Stream(config.camera, role): row.layers(config, role) for role, row in CAMERA_ROLES.items() if getattr(config, role.switch)}
     sensed = camera.model != "equirectangular"
-    return tuple(name for name in CLOUDS if getattr(config, name) and (sensed or name != "points_sensed"))
+    return {stream: layers for stream, layers in needed.items() if sensed or "depth_sensed" not in layers}
 
 
-def cloud_topics(config: StreamConfig, camera: CameraConfig) -> dict[str, tuple[str, ...]]:
-    """Return topic of each enabled cloud, below the namespace -> layers that it is made of, enabled or not."""
-    names = enabled_clouds(config, camera)
-    return {f"{config.camera}/{name}": cloud_layers(name, config.points_color) for name in names}
+def layer_streams(config: StreamConfig, layer: str) -> dict[Role, Stream]:
+    """Return what is published of an enabled layer beside its compressed form, by role."""
+    row = LAYERS[layer]
+    roles = [streams.INFO, streams.RAW]
+    if row.labels is not None:
+        roles += [streams.LABELS, streams.LABEL_INFO] if LabelInfo is not None else [streams.LABELS]
+    if has_companion(row) and config.color_companions:
+        roles.append(streams.PICTURE)
+    return {role: Stream(config.camera, role, layer) for role in roles}
 
 
 class MessageForm(NamedTuple):
@@ -158,20 +188,29 @@ class FrameMessages:
         config: names and encodings.
         camera: for the camera info.
         form: of images and camera infos; nothing else is ever serialised here.
+
+    Attributes:
+        layers: enabled ones.
+        camera_streams: enabled ones -> layers that they need, enabled or not.
     """
 
     def __init__(self, config: StreamConfig, camera: CameraConfig, form: MessageForm = MESSAGES) -> None:
-        self._config, self._camera, self._form = config, camera, form
+        self.config, self.camera, self._form = config, camera, form
         self.layers = enabled_layers(config, camera)
-        """Enabled layers."""
+        self.camera_streams = camera_streams(config, camera)
+        self.frame_id = camera_frames(config.camera, config.frame_prefix).optical
+        self.path: Sequence[CameraPose] = ()
         self._rows = layers_in(config.semantic_classes)
-        self.clouds = cloud_topics(config, camera)
-        """Topic of each enabled cloud -> layers that it is made of, enabled or not."""
-        self._path: Sequence[CameraPose] = ()
+        self._streams = {layer: layer_streams(config, layer) for layer in self.layers}
+
+    @property
+    def rendered(self) -> set[str]:
+        """The layers that a renderer makes for all of it."""
+        return {*self.layers, *(layer for needed in self.camera_streams.values() for layer in needed)} - {ANNOTATIONS}
 
     def begin_room(self, scene: SceneDescription) -> None:
         """Take the label tables of a room, and its path."""
-        self._path = mounted_path(self._camera, scene.camera_path)
+        self.path = mounted_path(self.camera, scene.camera_path)
         tables = {layer: self._rows[layer].labels for layer in self.layers}
         self.begin_labels({layer: table(scene) for layer, table in tables.items() if table is not None})
 
@@ -187,44 +226,54 @@ class FrameMessages:
             pose: of the optical frame.
             wanted: whether a picture for people, or what goes with a layer that the frame lacks, given by topic, are to be made.
         """
-        if self._config.publish_pose:
-            yield f"{self._config.camera}/pose", pose_to_msg(pose, self._config.world_frame)
+        if self.config.publish_pose:
+            yield Stream(self.config.camera, streams.POSE).topic, pose_to_msg(pose, self.config.world_frame)
         for layer, image in frame.layers.items():
             if layer in self.layers:
                 yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
-        for topic, layers in self.clouds.items():
-            if set(layers) <= frame.layers.keys() and wanted(topic):
-                name, color = topic.rpartition("/")[2], self._config.points_color
-                yield topic, cloud_of_layers(self._camera, pose, self._path, frame.layers, name, color, self._frame_id)
         for layer in self.layers:
             if layer not in frame.layers:
                 yield from self._beside_layer(layer, pose.stamp_ns, wanted)
-        if frame.annotations is not None:
-            for name, row in ANNOTATION_MESSAGES.items():
-                if wanted(f"{self._config.camera}/{name}"):
-                    yield f"{self._config.camera}/{name}", row.make(frame.annotations, self._frame_id)
-
-    @property
-    def _frame_id(self) -> str:
-        return camera_frames(self._config.camera, self._config.frame_prefix).optical
+        for stream in self.camera_streams:
+            if wanted(stream.topic):
+                message = CAMERA_ROLES[stream.role].make(self, frame, pose, stream.role)
+                if message is not None:
+                    yield stream.topic, message
 
     def _beside_layer(self, layer: str, stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         """Yield what goes with a layer's images and needs no pixels."""
-        info, labels, classes = (f"{self._config.camera}/{layer}/{name}" for name in ("camera_info", "labels", "label_info"))
-        if wanted(info):
-            yield info, self._form.camera_info(self._camera, stamp_ns, self._frame_id)
-        if layer in self._labels and wanted(labels):
-            yield labels, labels_to_msg(self._labels[layer], stamp_ns, self._config.semantic_classes)
-        if layer in self._labels and LabelInfo is not None and wanted(classes):
-            yield classes, label_info_to_msg(self._labels[layer], stamp_ns, self._frame_id)
+        topics = {role: stream.topic for role, stream in self._streams[layer].items() if wanted(stream.topic)}
+        if streams.INFO in topics:
+            yield topics[streams.INFO], self._form.camera_info(self.camera, stamp_ns, self.frame_id)
+        if streams.LABELS in topics:
+            yield topics[streams.LABELS], labels_to_msg(self._labels[layer], stamp_ns, self.config.semantic_classes)
+        if streams.LABEL_INFO in topics:
+            yield topics[streams.LABEL_INFO], label_info_to_msg(self._labels[layer], stamp_ns, self.frame_id)
 
     def _of_layer(self, layer: str, image: NDArray[Any], stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
-        row, base, frame_id = self._rows[layer], f"{self._config.camera}/{layer}", self._frame_id
+        row, of_layer = self._rows[layer], self._streams[layer]
         encoding, raw = layer_encoding(row), image
-        if row.compression == "depth" and self._config.depth_encoding == "16UC1":
+        if row.compression == "depth" and self.config.depth_encoding == "16UC1":
             raw, encoding = depth_to_millimetres(image), "16UC1"
         yield from self._beside_layer(layer, stamp_ns, lambda _: True)
-        yield f"{base}/image_raw", self._form.image(raw, encoding, stamp_ns, frame_id)
-        color = f"{base}/image_color"
-        if has_companion(row) and self._config.color_companions and wanted(color):
-            yield color, self._form.image(companion(row, image), "rgb8", stamp_ns, frame_id)
+        yield of_layer[streams.RAW].topic, self._form.image(raw, encoding, stamp_ns, self.frame_id)
+        picture = of_layer.get(streams.PICTURE)
+        if picture is not None and wanted(picture.topic):
+            yield picture.topic, self._form.image(companion(row, image), picture.role.encoding, stamp_ns, self.frame_id)
+
+
+def _annotation(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> object:
+    return None if frame.annotations is None else ANNOTATION_MESSAGES[role](frame.annotations, maker.frame_id)
+
+
+def _cloud(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> object:
+    if not set(maker.camera_streams[Stream(maker.config.camera, role)]) <= frame.layers.keys():
+        return None
+    return cloud_of_layers(maker.camera, pose, maker.path, frame.layers, role, maker.config.points_color, maker.frame_id)
+
+
+CAMERA_ROLES: Mapping[Role, CameraRole] = {
+    **dict.fromkeys(ANNOTATION_MESSAGES, CameraRole(lambda config, role: (ANNOTATIONS,), _annotation)),
+    **dict.fromkeys(CLOUDS, CameraRole(lambda config, role: cloud_layers(role, config.points_color), _cloud)),
+}
+"""Role of a camera -> how it is filled, in the order in which they are published; its pose comes with every frame."""

@@ -12,7 +12,7 @@ from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
 from renderer.path.config import RenderConfig
 from renderer.renderer import IDEAL, IDEAL_DEPTH
-from renderer.sensors.config import DepthSensorConfig
+from renderer.sensors.devices import DepthSensorConfig
 from scene_description import Limits
 from scene_description.color_temperature import D65_XY
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping

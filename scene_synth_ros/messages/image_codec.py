@@ -21,7 +21,8 @@ from renderer.film.layers import LAYERS
 from scene_description import Limits
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import CodecError
+from scene_synth_ros.messages.streams import PICTURE, RAW, TRANSPORTS, Stream, parse
 
 
 class DepthCoding(NamedTuple):
@@ -77,28 +78,20 @@ class LiveCompression:
 
 def image_form(topic: str, type_name: str, compression: ImageCompression | LiveCompression) -> str:
     """Return how a topic is kept: ``png``, ``jpeg`` or ``none``."""
-    parts = topic.rsplit("/", 2)
-    if type_name != IMAGE_TYPE or len(parts) < 3 or parts[2] not in ("image_raw", "image_color"):
-        return "none"
-    kind = "color" if parts[2] == "image_color" else _setting(parts[1])
+    kind = _setting(parse(topic, type_name))
     return str(getattr(compression, kind)) if kind else "none"
 
 
 def compressed_topic(topic: str) -> str:
     """Return the topic of a compressed image."""
-    as_depth = topic.endswith("/image_raw") and _setting(topic.rsplit("/", 2)[1]) == "depth"
-    return f"{topic}/{'compressedDepth' if as_depth else 'compressed'}"
+    return f"{topic}{TRANSPORTS[2 if _setting(parse(topic)) == 'depth' else 1]}"
 
 
-def raw_topic(topic: str) -> str:
-    """Return the topic of the image that a compressed topic is of; empty if the name is that of none."""
-    base, _, transport = topic.rpartition("/")
-    return base if transport in ("compressed", "compressedDepth") else ""
-
-
-def _setting(layer: str) -> str:
-    """Return which field of :class:`ImageCompression` holds for a layer's raw image, or nothing."""
-    return LAYERS[layer].compression if layer in LAYERS else ""
+def _setting(stream: Stream | None) -> str:
+    """Return which field of :class:`ImageCompression` holds for a stream, or nothing."""
+    if stream is None or stream.role not in (RAW, PICTURE):
+        return ""
+    return "color" if stream.role is PICTURE else LAYERS[stream.layer].compression if stream.layer in LAYERS else ""
 
 
 def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
@@ -136,7 +129,7 @@ def compress_image(
         CodecError: the image's encoding has no such form.
     """
     message = CompressedImage(header=image.header)
-    if topic.endswith("compressedDepth"):
+    if topic.endswith(TRANSPORTS[2]):
         message.format = f"{image.encoding}; compressedDepth png"
         data = _depth(pixels, image.encoding, topic, coding)
     elif image.encoding in _PLAIN and not (form == "jpeg" and image.encoding == "16UC1"):

@@ -16,8 +16,7 @@ from PIL import Image as Picture
 
 from scene_description import SceneSynthError
 from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError, Header
-
-IMAGE_TYPE, COMPRESSED_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE, TRANSPORTS
 
 _ENCODINGS: Mapping[str, tuple[str, int]] = {
     "mono8": ("u1", 1), "8UC1": ("u1", 1), "mono16": ("u2", 1), "16UC1": ("u2", 1), "16SC1": ("i2", 1), "32SC1": ("i4", 1),
@@ -106,7 +105,7 @@ def decode_pixels(topic: str, data: bytes | memoryview) -> NDArray[Any]:
         CodecError: it is neither PNG nor JPEG.
     """
     a = b = 0.0
-    if topic.endswith("/compressedDepth"):
+    if topic.endswith(TRANSPORTS[2]):
         a, b, data = split_depth(data)
     try:
         with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:

@@ -16,17 +16,16 @@ from std_msgs.msg import String
 from renderer.film.layers import LAYERS
 from scene_description import SceneSynthError
 from scene_description.labels import LabelTable
-from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.cdr_writer import CdrWriter
 from scene_synth_ros.messages.conversions import header
 from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.streams import LABELS, STRING_TYPE, parse
 
 try:
     from vision_msgs.msg import LabelInfo, VisionClass
 except ImportError:  # not among the PyPI wheels; live there are the JSON labels only
     LabelInfo = VisionClass = None
 
-_STRING = "std_msgs/msg/String"
 _LARGEST_ID = 2**16 - 1
 
 
@@ -43,25 +42,8 @@ class TimedLabels(NamedTuple):
 
 def is_labels(topic: str, type_name: str) -> bool:
     """Return whether a topic carries the JSON labels of a layer."""
-    parts = topic.rsplit("/", 3)
-    return type_name == _STRING and len(parts) == 4 and parts[3] == "labels" and parts[2] in LAYERS and LAYERS[parts[2]].labels is not None
-
-
-def label_info_topic(labels: str) -> str:
-    """Return the topic of a LabelInfo beside JSON labels."""
-    return f"{labels.removesuffix('/labels')}/label_info"
-
-
-def labels_topic(topic: str) -> str:
-    """Return the topic of the JSON labels beside a LabelInfo; empty if the name is that of none."""
-    base, _, last = topic.rpartition("/")
-    labels = f"{base}/labels"
-    return labels if last == "label_info" and is_labels(labels, _STRING) else ""
-
-
-def labels_frame(labels: str, prefix: str) -> str:
-    """Return the optical frame of the camera that JSON labels belong to."""
-    return camera_frames(labels.rsplit("/", 3)[1], prefix).optical
+    stream = parse(topic, type_name)
+    return stream is not None and stream.role is LABELS and stream.layer in LAYERS and LAYERS[stream.layer].labels is not None
 
 
 def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> LabelInfo:
@@ -77,7 +59,7 @@ def read_labels(data: bytes) -> TimedLabels:
         LabelReadError: they have no stamp, or no names by ids of 16 bits.
     """
     try:
-        stamp = stamp_ns(_STRING, data)
+        stamp = stamp_ns(STRING_TYPE, data)
         table = json.loads(deserialize_message(data, String).data)["labels"]
         names = {int(key): value["name"] for key, value in table.items()}
     except (RuntimeError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

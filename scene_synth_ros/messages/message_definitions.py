@@ -19,10 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from scene_description import SceneSynthError
-
-TF_MESSAGE = "tf2_msgs/msg/TFMessage"
-LABEL_INFO = "vision_msgs/msg/LabelInfo"
-DETECTIONS_2D, DETECTIONS_3D = "vision_msgs/msg/Detection2DArray", "vision_msgs/msg/Detection3DArray"
+from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, DETECTIONS_3D_TYPE, LABEL_INFO_TYPE, TF_TYPE
 
 _DELIMITER = "\n" + "=" * 80 + "\nMSG: "
 _TYPE_NAME = re.compile(r"([A-Za-z0-9_]+)/(?:msg/)?([A-Za-z0-9_]+)")
@@ -30,10 +27,10 @@ _FIELD_TYPE = re.compile(r"^\s*([A-Za-z0-9_/]+)(?:\[[^\]]*\])?\s+", re.MULTILINE
 _PRIMITIVES = frozenset("bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split())
 _INTERFACES = Path(__file__).parent / "interfaces"
 _HASHES = {
-    TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
-    LABEL_INFO: "RIHS01_3d37df4015cdf660cc851c51897f2acd957e1ca6205ba0a99aebffb9406b0783",
-    DETECTIONS_2D: "RIHS01_214274120007f4a683866481336b70310268cfa107aebe9d594a6acf75bda968",
-    DETECTIONS_3D: "RIHS01_793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018",
+    TF_TYPE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    LABEL_INFO_TYPE: "RIHS01_3d37df4015cdf660cc851c51897f2acd957e1ca6205ba0a99aebffb9406b0783",
+    DETECTIONS_2D_TYPE: "RIHS01_214274120007f4a683866481336b70310268cfa107aebe9d594a6acf75bda968",
+    DETECTIONS_3D_TYPE: "RIHS01_793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018",
 }
 """Of the types that are written without their packages."""
 

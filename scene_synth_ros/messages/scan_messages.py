@@ -1,4 +1,4 @@
-"""Laser scans as messages, and the names of their topics and of the scanner's frame.  No node here."""
+"""Laser scans as messages, and the names of their topics.  No node here."""
 
 from __future__ import annotations
 
@@ -12,24 +12,13 @@ from sensor_msgs.msg import LaserScan
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scan import Scan
 from scene_description.types import CameraPose
+from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.conversions import header, pose_to_msg
+from scene_synth_ros.messages.streams import Stream
 
-LASER = "laser"
-"""Frame of the scanner (x forward, y left, z up), and what its pose's topic lies below."""
-
-SCAN, SCAN_IDEAL, LASER_POSE = "scan", "scan_ideal", f"{LASER}/pose"
-SCAN_TOPICS: dict[str, type] = {SCAN: LaserScan, SCAN_IDEAL: LaserScan, LASER_POSE: PoseStamped}
-"""Topics below the namespace; their messages have stamps of their own, between those of frames."""
-
-
-def has_own_stamps(topic: str) -> bool:
-    """Return whether the messages of a topic of the suite come at a rate of their own, and not with every frame."""
-    return any(topic.endswith(f"/{name}") for name in SCAN_TOPICS)
-
-
-def laser_frame(prefix: str) -> str:
-    """Return the scanner's frame; the prefix stands before it as before those of cameras."""
-    return f"{prefix}{LASER}"
+SCAN_STREAMS = (Stream("", streams.SCAN), Stream("", streams.SCAN_IDEAL), Stream(streams.LASER, streams.POSE))
+"""Below the namespace; their messages have stamps of their own, between those of frames."""
+SCAN, SCAN_IDEAL, LASER_POSE = (stream.topic for stream in SCAN_STREAMS)
 
 
 def scan_to_msgs(scan: Scan, config: ScanConfig, frame_id: str) -> Iterator[tuple[str, LaserScan]]:

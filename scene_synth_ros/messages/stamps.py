@@ -11,7 +11,7 @@ import struct
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeGuard
 
-from scene_synth_ros.messages.message_definitions import TF_MESSAGE
+from scene_synth_ros.messages.streams import CLOCK_TYPE, MARKERS_TYPE, STRING_TYPE, TF_TYPE
 
 CdrBytes = bytes | bytearray | memoryview
 StampReader = Callable[[CdrBytes, str], "int | None"]
@@ -145,8 +145,8 @@ visualization_msgs/msg/ImageMarker visualization_msgs/msg/Marker
 
 STAMP_READERS: Mapping[str, StampReader] = {
     **dict.fromkeys(_HEADER_FIRST, _first_time),
-    "rosgraph_msgs/msg/Clock": _first_time,
-    TF_MESSAGE: _first_item_time,
-    "visualization_msgs/msg/MarkerArray": _first_item_time,
-    "std_msgs/msg/String": _json_time,
+    CLOCK_TYPE: _first_time,
+    TF_TYPE: _first_item_time,
+    MARKERS_TYPE: _first_item_time,
+    STRING_TYPE: _json_time,
 }

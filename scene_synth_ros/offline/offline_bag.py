@@ -23,14 +23,11 @@ from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.message_definitions import type_name_of
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.offline.settings import OfflineSettings
-from scene_synth_ros.record.frame_topics import frame_topics, with_derived
-from scene_synth_ros.record.message_taker import message_taker
-from scene_synth_ros.record.recorder_qos import complete_qos
-from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.recording_setup import describe_run, make_writer, recording_options
+from scene_synth_ros.record.frame_topics import frame_topics
+from scene_synth_ros.record.recording import Recording, describe_run, make_writer, recording_options
+from scene_synth_ros.record.room_progress import expect_frames
 from scene_synth_ros.record.senders import Origin
-from scene_synth_ros.record.shared_frames import stand_ins
-from scene_synth_ros.record.topic_choice import is_chosen
+from scene_synth_ros.record.topic_inputs import complete_qos, is_chosen
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
@@ -52,11 +49,7 @@ class OfflineBag:
     Threads: one calls every method.
 
     Args:
-        directory: folder of the bag; must not exist, its parents are made.
-        settings: parameters of the run.
-        floor_of: returns the free floor of a room.
         records: further metadata records of the bag, by name.
-        warn: called with one line for a message that cannot be kept.
         machine: whether the bag tells the machine that made it; without, equal machines and others make the same file.
 
     Attributes:
@@ -90,7 +83,7 @@ class OfflineBag:
             shutil.rmtree(self._partial)
         self._recording = Recording(self._make_writer, recording_options(settings.recorder), warn, repr, jobs_waiting=_JOBS_WAITING)
         self._takers: dict[str, Callable[[bytes], None]] = {}
-        self._add_topics(warn)
+        self._add_topics()
         describe_run(self._recording, settings.recorder, settings.nodes, machine=machine)
         self.rooms = 0
         try:
@@ -174,7 +167,7 @@ class OfflineBag:
     def _is_recorded(self, topic: str) -> bool:
         return is_chosen(topic, self._settings.recorder[""], self._namespace, lambda source: True)
 
-    def _add_topics(self, warn: Callable[[str], None]) -> None:
+    def _add_topics(self) -> None:
         """Open the channels of all topics that are recorded, in the order of their names, as the recorder does; say what frames have."""
         offered: dict[str, tuple[type, list[Any]]] = {}
         for name, message_type in SCENE_TOPICS.items():
@@ -189,10 +182,8 @@ class OfflineBag:
             if self._is_recorded(full):
                 type_name = type_name_of(message_type)
                 self._recording.add_topic(full, type_name, [complete_qos(profile) for profile in profiles], Origin.SUITE)
-                self._takers[full] = message_taker(self._recording, full, type_name, self._namespace, warn)
-        of_frames = {node: frame_topics(topics) for node, topics in published.items()}
-        recorded = {topic for topics in of_frames.values() for topic in topics if topic in self._takers}
-        self._recording.expect(with_derived(recorded), stand_ins(of_frames))
+                self._takers[full] = self._recording.taker(full, type_name, self._namespace)
+        expect_frames(self._recording, {node: frame_topics(topics) for node, topics in published.items()}, self._takers.__contains__)
 
     def _write(self, messages: Iterable[tuple[str, object]]) -> None:
         """Hand messages over to the thread that writes.

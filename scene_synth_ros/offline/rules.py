@@ -1,4 +1,4 @@
-"""What the rooms of a run are sampled by, where no node runs; read once in a process."""
+"""The rooms of a run where no node runs: what they are sampled by, read once in a process, and each by its index."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from functools import lru_cache
 from pathlib import Path
 
 from grammar.synthesize import SceneSynthesizer
+from scene_description import SceneDescription
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.synthesize.catalogs import with_catalog
+from scene_synth_ros.synthesize.room_schedule import times_of_room
 
 
 @lru_cache(maxsize=1)
@@ -22,3 +24,12 @@ def rules_of(settings: OfflineSettings) -> SceneSynthesizer:
         GrammarError: a file of it does not fit.
     """
     return _rules(settings.run.grammar_file, settings.run.catalog_dir)
+
+
+def sample_room(rules: SceneSynthesizer, settings: OfflineSettings, index: int) -> SceneDescription:
+    """Return a room of a run.
+
+    Raises:
+        SceneSynthError: it cannot be sampled.
+    """
+    return rules.synthesize(settings.grammar["scene"], settings.run.seed, index, times_of_room(settings.run, index))

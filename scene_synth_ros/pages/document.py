@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import io
 import json
 import os
 import sys
@@ -16,7 +17,10 @@ import webbrowser
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from PIL import Image as Picture
 
 _ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&\u2028\u2029"}
 
@@ -91,3 +95,20 @@ def open_page(path: Path) -> str:
 
 def _digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}"
+
+
+JPEG_QUALITY = 85
+PNG_LEVEL = 6
+"""Level 9 takes twelve times as long for depth, and saves a fifth."""
+
+
+def picture_base64(picture: Picture.Image, kind: str) -> str:
+    """Return a picture as a file, base64; ``kind`` is PNG or JPEG."""
+    out = io.BytesIO()
+    picture.save(out, format=kind, quality=JPEG_QUALITY, compress_level=PNG_LEVEL)
+    return base64.b64encode(out.getvalue()).decode("ascii")
+
+
+def data_uri(picture: Picture.Image, kind: str = "PNG") -> str:
+    """Return a picture as a ``data:`` address; ``kind`` is PNG or JPEG."""
+    return f"data:image/{kind.lower()};base64,{picture_base64(picture, kind)}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,11 +13,41 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.messages.image_codec import ImageCompression, compress, compressed_topic, image_form
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import CodecError
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE
+from scene_synth_ros.record.recorder_config import SplitPolicy
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
-from scene_synth_ros.record.split_policy import SplitPolicy
-from scene_synth_ros.record.topic_counts import TopicCounts
+
+
+class TopicCounts:
+    """A counter of messages by topic.
+
+    Threads: any thread may call anything; the lock guards the counter.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._counts: Counter[str] = Counter()
+
+    def add(self, topic: str) -> None:
+        """Count one message."""
+        with self._lock:
+            self._counts[topic] += 1
+
+    def __getitem__(self, topic: str) -> int:
+        with self._lock:
+            return self._counts[topic]
+
+    def total(self) -> int:
+        """Return how many messages all topics have."""
+        with self._lock:
+            return self._counts.total()
+
+    def copy(self) -> dict[str, int]:
+        """Return topic -> messages as it is now."""
+        with self._lock:
+            return dict(self._counts)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,16 +98,9 @@ def is_latched(offered: list[QoSProfile]) -> bool:
 
 
 class BagOutput:
-    """At most one open bag, and the last seconds for snapshots.
+    """Which bag is open: its name, when it is split, in which form images are kept, and the last seconds for a snapshot.
 
     Threads: the thread that writes calls every method, so nothing here needs a lock; ``writing`` may be read by any thread.
-
-    Args:
-        make_writer: opens the bag of a folder.
-        options: splitting, image compression, snapshots.
-        numbers: of bags and snapshots so far.
-        written: counts the messages in bags, by topic.
-        warn: called with one line for a message that cannot be kept.
 
     Attributes:
         writing: whether a bag is open.

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Future, TimeoutError
 from pathlib import Path
 
 from rclpy.node import Node
-from std_srvs.srv import Trigger
 
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.suite.suite_node import serve_trigger
 
 ANSWER_TIMEOUT_S = 20.0
 
@@ -21,21 +20,13 @@ class BagServices:
     Threads: the thread of the node's executor only; it stands still while the disk works on the answer.
 
     Args:
-        node: whose services they are.
-        recording: does what they ask for.
         bag: folder of the first bag; those after it, and the snapshots, are named after it.
     """
 
     def __init__(self, node: Node, recording: Recording, bag: Path) -> None:
         self._node, self._recording, self._bag = node, recording, bag
-        work: tuple[tuple[str, Callable[[], str]], ...] = (
-            ("start", self.start),
-            ("stop", self.stop),
-            ("split", self._split),
-            ("snapshot", self._snapshot),
-        )
-        for name, do in work:
-            node.create_service(Trigger, f"~/{name}", lambda _, response, do=do: _answer(do, response))
+        for name, work in {"start": self.start, "stop": self.stop, "split": self._split, "snapshot": self._snapshot}.items():
+            serve_trigger(node, name, work)
 
     def start(self) -> str:
         """Open the next bag; return its folder.
@@ -75,12 +66,3 @@ def wait_for(future: Future[str]) -> str:
         return future.result(ANSWER_TIMEOUT_S)
     except TimeoutError:
         raise BagWriteError(f"the disk has not answered for {ANSWER_TIMEOUT_S:g} s; the request is still waiting for it") from None
-
-
-def _answer(work: Callable[[], str], response: Trigger.Response) -> Trigger.Response:
-    """Fill in what has become of a request."""
-    try:
-        response.message, response.success = work(), True
-    except BagWriteError as error:
-        response.message = str(error)
-    return response

@@ -15,7 +15,7 @@ _CAUSED_BY_USERS = (SceneSynthError, OSError)
 
 
 class BagThread:
-    """Does jobs in the order in which they come; after a fault it goes on, so that whoever waits for it is answered.
+    """The first fault of writing: after it nothing more is written, and whoever waits for an answer gets it.
 
     Threads: the thread of the node's executor calls every method; jobs run in the thread of this object, which alone writes ``fault``.
 

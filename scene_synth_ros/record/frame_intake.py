@@ -6,11 +6,40 @@ from collections import deque
 from collections.abc import Callable, Collection, Mapping
 
 from scene_synth_ros.bags.bag_writer import MAX_TIME_NS
-from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
+from scene_synth_ros.messages.streams import SCENE, has_own_stamps, parse
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
-from scene_synth_ros.record.seen_frames import ROOMS_KEPT, SeenFrames
 from scene_synth_ros.record.senders import Origin
+
+ROOMS_KEPT = 17
+
+
+class SeenFrames:
+    """Remembers topics and stamps of the rooms that may still be done again; a word a frame."""
+
+    def __init__(self) -> None:
+        self._bits: dict[str, int] = {}
+        self._seen: dict[int, int] = {}
+        self._starts: deque[int] = deque(maxlen=ROOMS_KEPT)
+        self.repeats = 0
+
+    def is_new(self, topic: str, stamp_ns: int) -> bool:
+        """Return whether a message of this topic and stamp comes for the first time, and remember it."""
+        bit = self._bits.setdefault(topic, 1 << len(self._bits))
+        mask = self._seen.get(stamp_ns, 0)
+        if mask & bit:
+            self.repeats += 1
+            return False
+        self._seen[stamp_ns] = mask | bit
+        return True
+
+    def begin_room(self, start_ns: int) -> None:
+        """Forget what is older than the last rooms."""
+        self._starts.append(start_ns)
+        if len(self._starts) == ROOMS_KEPT:
+            oldest = self._starts[0]
+            self._seen = {stamp: mask for stamp, mask in self._seen.items() if stamp >= oldest}
+
 
 WALL_STAMPED = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log")
 """Types whose header holds wall time; in a bag of simulated time they are logged at the time of the frame before them."""
@@ -23,9 +52,6 @@ class FrameIntake:
     """What waits for its frame; every method that may let messages out returns them in order.
 
     Threads: the thread of the node's executor only.
-
-    Args:
-        warn: called with one line for a message that is refused.
 
     Attributes:
         refused: messages with a stamp that no bag can hold, left out.
@@ -159,7 +185,8 @@ class FrameIntake:
     def _note(self, topic: str, stamp: int, data: bytes) -> None:
         """Take the time of a frame from a message that is certainly the suite's, and a room from its description."""
         if topic not in self._expected:
-            if topic.endswith("/scene"):
+            stream = parse(topic, self._types[topic])
+            if stream is not None and stream.role is SCENE:
                 self._seen.begin_room(stamp)
                 self._rooms.append(announced_room(data))
         elif self._origins[topic] is Origin.SUITE:

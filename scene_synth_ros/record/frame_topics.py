@@ -1,12 +1,11 @@
-"""Which topics every frame has: what recorders wait for before they write one."""
+"""Which topics every frame has, what recorders wait for before they write one, and which topics they make themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from scene_synth_ros.messages.detections import ANNOTATIONS, detection_topics
-from scene_synth_ros.messages.label_info import label_info_topic
-from scene_synth_ros.messages.scan_messages import has_own_stamps
+from scene_synth_ros.messages.label_info import is_labels
+from scene_synth_ros.messages.streams import LABELS, POSE, derived_streams, has_own_stamps, parse, source_topic, untransported
 
 
 def frame_topics(published: Iterable[str]) -> frozenset[str]:
@@ -17,8 +16,16 @@ def frame_topics(published: Iterable[str]) -> frozenset[str]:
 def with_derived(recorded: Iterable[str]) -> set[str]:
     """Return the recorded topics of frames with those that the recording derives of them."""
     topics = set(recorded)
-    derived = {label_info_topic(topic) for topic in topics if topic.endswith("/labels")}
-    derived |= {name for topic in topics if topic.endswith(f"/{ANNOTATIONS}") for name in detection_topics(topic)}
-    if any(topic.endswith("/pose") for topic in topics):
+    derived = {stream.topic for topic in topics for stream in derived_streams(topic)}
+    if any(stream.role is POSE for topic in topics if (stream := parse(topic)) is not None):
         derived.add("/tf")
     return topics | derived
+
+
+def made_of(topic: str) -> str:
+    """Return the topic of whose messages a recorder makes those of a topic: an image, labels or annotations; empty for none."""
+    source = source_topic(topic)
+    stream = parse(source)
+    if stream is not None and stream.role is LABELS and not is_labels(source, stream.role.type_name):
+        return ""
+    return source or untransported(topic)

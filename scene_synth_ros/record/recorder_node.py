@@ -3,33 +3,78 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.task import Future
 from std_msgs.msg import String
 
-from scene_description import FieldError
 from scene_synth_ros.bags.bag_writer import BagWriteError
-from scene_synth_ros.record.accounting import Accounting
 from scene_synth_ros.record.bag_output import BagNumbers
 from scene_synth_ros.record.bag_services import BagServices
-from scene_synth_ros.record.parameter_collector import ParameterCollector
 from scene_synth_ros.record.recorder_config import RECORDER_GROUPS, RecorderConfig, read_pairs
-from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.recording_setup import describe_run, make_writer, recording_options
-from scene_synth_ros.record.room_progress import RoomProgress
+from scene_synth_ros.record.recording import Recording, describe_run, make_writer, recording_options
+from scene_synth_ros.record.room_progress import Accounting, RoomProgress
 from scene_synth_ros.record.topic_inputs import TopicInputs
 from scene_synth_ros.suite.connections import Connections, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.heap import trim_heap
-from scene_synth_ros.suite.parameters import ParameterError, Parameters
+from scene_synth_ros.suite.parameters import ROS_OWN, ParameterError, Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
-from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
+from scene_synth_ros.suite.status import NodeState, NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
+
+
+class ParameterCollector:
+    """Asks each node once, when it is told of it; a node that does not answer is left out.
+
+    Args:
+        on_change: called with node name -> parameter name -> value when there is more to tell.
+    """
+
+    def __init__(self, node: Node, on_change: Callable[[dict[str, dict[str, Any]]], None]) -> None:
+        self._node, self._on_change = node, on_change
+        self._asked: dict[str, tuple[Client, Client]] = {}
+        self._waiting: set[str] = set()
+        self.values: dict[str, dict[str, Any]] = {}
+
+    def ask(self, name: str) -> None:
+        """Ask a node, given by its fully qualified name, for its parameters."""
+        if name not in self._asked:
+            clients = (
+                self._node.create_client(ListParameters, f"{name}/list_parameters"),
+                self._node.create_client(GetParameters, f"{name}/get_parameters"),
+            )
+            self._asked[name] = clients
+            self._waiting.add(name)
+
+    def step(self) -> None:
+        """Send the requests whose services have appeared; to be called now and then."""
+        for name in sorted(self._waiting):
+            lister, getter = self._asked[name]
+            if lister.service_is_ready() and getter.service_is_ready():
+                self._waiting.discard(name)
+                lister.call_async(ListParameters.Request()).add_done_callback(lambda future, name=name: self._get(name, future))
+
+    def _get(self, name: str, future: Future) -> None:
+        names = [known for known in future.result().result.names if not known.startswith(ROS_OWN)]
+        request = GetParameters.Request(names=names)
+        self._asked[name][1].call_async(request).add_done_callback(lambda done: self._take(name, names, done))
+
+    def _take(self, name: str, names: list[str], future: Future) -> None:
+        values = [parameter_value_to_python(value) for value in future.result().values]
+        plain = [list(value) if hasattr(value, "tolist") else value for value in values]
+        self.values[name] = {key: value for key, value in zip(names, plain, strict=True) if value is not None}
+        self._on_change(self.values)
 
 
 class RecorderNode(SuiteNode):
@@ -61,7 +106,8 @@ class RecorderNode(SuiteNode):
     def open(self) -> None:
         """Make subscriptions, services and the thread that writes; no bag yet."""
         config: RecorderConfig = self._settings[""]
-        self._state, self._reason, self._last_status = "starting", "", ""
+        self._state: NodeState = "starting"
+        self._reason = self._last_status = ""
         self._finish_asked = ""
         with ExitStack() as undo:
             self._recording = Recording(
@@ -75,7 +121,7 @@ class RecorderNode(SuiteNode):
             self._collector = ParameterCollector(self, self._describe_run)
             self._bag_services = BagServices(self, self._recording, Path(config.bag))
             self._status = self.create_publisher(String, "status", latched_qos(10))
-            self.create_subscription(String, "status", self._on_status, latched_qos(100))
+            self.hear_status(self._on_status, self.refuse)
             self._diagnostics = Diagnostics(self, self._report)
             self._look()
             self.create_timer(0.1, self._look)
@@ -129,12 +175,7 @@ class RecorderNode(SuiteNode):
         self._inputs.look()
         self._collector.step()
 
-    def _on_status(self, message: String) -> None:
-        try:
-            status = status_from_json(message.data)
-        except FieldError as error:
-            self.refuse(f"ignored a status that does not fit: {error}")
-            return
+    def _on_status(self, status: NodeStatus) -> None:
         self._inputs.take_status(status)
         if status.role in ("renderer", "grammar"):
             self._collector.ask(status.node)

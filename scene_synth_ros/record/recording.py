@@ -6,47 +6,38 @@ import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 from rclpy.qos import QoSProfile
 
-from scene_description.annotations import FrameAnnotations
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.messages.detections import annotations_frame, detection_topics, encode_detections
-from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info, label_info_topic, labels_frame
-from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE, message_definition
-from scene_synth_ros.messages.scan_messages import laser_frame
-from scene_synth_ros.messages.timed_pose import TimedPose
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
-from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
+from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, NodeValues, parameters_file, run_record
+from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.stamps import sent_before
+from scene_synth_ros.messages.streams import SCENE, SETTINGS, parse
+from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, TopicCounts, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
-from scene_synth_ros.record.camera_transforms import CameraTransforms
+from scene_synth_ros.record.derived_messages import NOT_DERIVED, DerivedMessage, Deriver
 from scene_synth_ros.record.frame_intake import FrameIntake
 from scene_synth_ros.record.frame_sorter import OrderedMessage
+from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
 from scene_synth_ros.record.senders import Origin
-from scene_synth_ros.record.topic_counts import TopicCounts
-from scene_synth_ros.suite.qos import latched_qos, stream_qos
+from scene_synth_ros.suite.parameters import Parameters
 
 MAX_EARLY = 1000
 """How many messages without stamps wait for the first frame."""
 JOBS_WAITING, JOB_SIZE = 16, 16
 """How many jobs may wait for the disk, of how many messages each; more keep whoever brings them waiting."""
-TRANSFORM_TOPICS = (("/tf", stream_qos(100)), ("/tf_static", latched_qos()))
 
 
 class Recording:
-    """One life of the recorder: bags, one after the other, and the thread that writes them; ``close`` ends both.
+    """The order of messages: what each waits for, what is derived of it, which begin a frame or a room.  One life of the recorder.
 
     Threads: the thread of the node's executor calls every method; what waits for its frame (:class:`FrameIntake`) belongs to it.  The
     thread that writes owns the bags (:class:`BagOutput`) and gets everything through the queue of :class:`BagThread`; ``add`` waits while
     that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``tell_fault`` from the second.
 
-    Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them; so is the
-    LabelInfo beside labels, and the detections beside annotations.
-
     Args:
-        make_writer: opens the bag of a folder.
-        options: splitting, image compression, snapshots.
-        warn: called with one line for messages that cannot be kept.
         tell_fault: called with a fault of the program that has ended the writing; returns it in one line.
         numbers: of bags and snapshots, where an earlier recording has made some.
         jobs_waiting: how many times ``JOB_SIZE`` messages may wait for the disk.
@@ -74,8 +65,7 @@ class Recording:
         self.intake = FrameIntake(warn)
         self._topics: set[str] = set()
         self._early: list[tuple[str, bytes, int]] = []
-        self._frame_prefix = options.frame_prefix if options else ""
-        self._transforms = CameraTransforms(self._frame_prefix)
+        self._deriver = Deriver(options.frame_prefix if options else "")
         self._last_ns = -1
         self._brought = 0
 
@@ -161,49 +151,32 @@ class Recording:
         self._enqueue(released)
         return True
 
-    def add_pose(self, pose: TimedPose, camera: str) -> None:
-        """Derive the transforms of a camera from its pose: world -> link at every stamp, link -> optical frame once."""
-        transforms = self._transforms.of_pose(pose, camera)
-        if transforms.static is not None:
-            self._add_transform_topics()
-            self._enqueue(self.intake.add_stamped("/tf_static", pose.stamp_ns, transforms.static))
-        self._enqueue(self.intake.add_stamped("/tf", pose.stamp_ns, transforms.moving))
+    def taker(self, topic: str, type_name: str, namespace: str) -> Callable[[bytes], None]:
+        """Return what takes a message of a topic that was added, with what is derived of it."""
+        derive = self._deriver.of_topic(topic, type_name, namespace)
+        stream = parse(topic, type_name)
+        own_stamps = stream is not None and stream.has_own_stamps
+        is_settings = stream is not None and stream.role is SETTINGS
 
-    def add_laser_pose(self, pose: TimedPose) -> None:
-        """Derive the transform world -> scanner from its pose."""
-        self._add_transform_topics()
-        transform = StampedTransform(pose.stamp_ns, pose.world, laser_frame(self._frame_prefix), pose.position_m, pose.quaternion)
-        self._enqueue(self.intake.add_stamped("/tf", pose.stamp_ns, encode_tf_message([transform]), aside=True))
+        def take(data: bytes) -> None:
+            if is_settings and (sent := sent_before(data)) is not None:  # the frame waits for what was sent before it
+                self.intake.wait_for(sent.stamp_ns, {namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
+            if self.add(topic, data) and derive is not None:
+                try:
+                    for message in derive(data):
+                        self._add_derived(message)
+                except tuple(NOT_DERIVED) as error:
+                    self._warn(f"{topic}: {error}; it has no {NOT_DERIVED[type(error)]}")
+            if own_stamps and not self._closed:
+                self._enqueue(self.intake.reach(topic, data))
 
-    def add_sent(self, stamp_ns: int, sent: Mapping[str, int]) -> None:
-        """Take what the settings of a frame say was sent before it on topics with stamps of their own; the frame waits for that."""
-        self.intake.wait_for(stamp_ns, sent)
+        return take
 
-    def reach(self, topic: str, data: bytes) -> None:
-        """Say that a message of a topic with stamps of its own has been added, with what is derived of it."""
-        if not self._closed:
-            self._enqueue(self.intake.reach(topic, data))
-
-    def _add_transform_topics(self) -> None:
-        for name, qos in TRANSFORM_TOPICS:
-            if name not in self._topics:
-                self.add_topic(name, TF_MESSAGE, [qos])
-
-    def add_labels(self, labels: TimedLabels, topic: str) -> None:
-        """Derive the LabelInfo beside the labels of a topic."""
-        name = label_info_topic(topic)
-        if name not in self._topics:
-            self.add_topic(name, LABEL_INFO, [latched_qos()])
-        data = encode_label_info(labels.stamp_ns, labels_frame(topic, self._frame_prefix), labels.names)
-        self._enqueue(self.intake.add_stamped(name, labels.stamp_ns, data))
-
-    def add_annotations(self, annotations: FrameAnnotations, topic: str) -> None:
-        """Derive the detections beside the annotations of a topic."""
-        for name, type_name in detection_topics(topic).items():
-            if name not in self._topics:
-                self.add_topic(name, type_name, [stream_qos()])
-            data = encode_detections(type_name, annotations, annotations_frame(topic, self._frame_prefix))
-            self._enqueue(self.intake.add_stamped(name, annotations.stamp_ns, data))
+    def _add_derived(self, message: DerivedMessage) -> None:
+        for topic in message.opens:
+            if topic.name not in self._topics:
+                self.add_topic(topic.name, topic.type_name, [topic.qos])
+        self._enqueue(self.intake.add_stamped(message.topic, message.stamp_ns, message.data, aside=message.aside))
 
     def flush(self, room: int | None = None) -> None:
         """Hand everything that waits, or what waits of a room and of those before it, to the writer and wait until it is written."""
@@ -242,7 +215,7 @@ class Recording:
                 continue
             first = message.stamp_ns is not None and message.log_ns > self._last_ns
             together = frozenset(frames[message.log_ns]) if first else frozenset()
-            room = first and any(topic.endswith("/scene") for topic in together)
+            room = first and any((stream := parse(topic)) is not None and stream.role is SCENE for topic in together)
             self._last_ns = max(self._last_ns, message.log_ns)
             entries += [Entry(topic, data, message.log_ns) for topic, data, _ in self._early]
             self._early = []
@@ -276,3 +249,44 @@ class Recording:
             self._warn(f"no frame has come yet; of the messages without stamps only the newest {MAX_EARLY} are kept")
             self._early.pop(0)
         self._early.append((topic, data, time.time_ns()))
+
+
+Groups = Mapping[str, Any] | Parameters
+"""Prefix -> dataclass, those of ``RECORDER_GROUPS``."""
+
+
+def recording_options(values: Groups) -> RecordingOptions:
+    """Return how bags are written beyond what their writer decides."""
+    config: RecorderConfig = values[""]
+    return RecordingOptions(
+        split=values["split"],
+        compression=values["images"],
+        snapshot_s=config.snapshot_s,
+        snapshot_bytes=round(config.snapshot_mb * 1e6),
+        incidental=frozenset() if config.topics or config.extra_topics else frozenset({"/diagnostics"}),
+        frame_prefix=config.frame_prefix,
+    )
+
+
+def make_writer(values: Groups, folder: Path) -> BagWriter:
+    """Open a bag.
+
+    Raises:
+        ParameterError: a note of ``custom_data`` is not KEY=VALUE.
+        BagWriteError: the bag cannot be begun.
+    """
+    config: RecorderConfig = values[""]
+    return BagWriter(
+        folder,
+        metadata_version=config.metadata_version,
+        compression=config.compression,
+        compression_level=config.compression_level,
+        chunk_size=config.chunk_size,
+        custom_data=read_pairs(config.custom_data),
+    )
+
+
+def describe_run(recording: Recording, values: Groups, nodes: NodeValues, *, machine: bool = True) -> None:
+    """Keep with the bags of a recording what made them: versions, seed, the parameters of all nodes; the ``machine``, too, if asked."""
+    record = run_record(nodes, machine=machine) | {JPEG_QUALITY: str(values["images"].jpeg_quality)}
+    recording.describe_run(RECORD_NAME, record, PARAMETERS_NAME, parameters_file(nodes))

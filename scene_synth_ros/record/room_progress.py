@@ -2,13 +2,104 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping
 
-from scene_synth_ros.record.accounting import Accounting
 from scene_synth_ros.record.frame_topics import frame_topics, with_derived
 from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.shared_frames import stand_ins
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.status import NodeStatus, done_in_run
+
+
+class Accounting:
+    """Compares cumulative counts of published and received messages, by topic.
+
+    A renderer that was already publishing when it was first seen is counted from its next finished room on.  One that starts again is
+    counted from then on; what its former life has published and what has arrived are taken to be even, because a room that it left is
+    done again from its first frame.
+
+    Attributes:
+        received: messages that have arrived, by topic.
+        lost: messages that were given up, by topic.
+    """
+
+    def __init__(self) -> None:
+        self.received: Counter[str] = Counter()
+        self.lost: Counter[str] = Counter()
+        self._renderers: dict[str, NodeStatus] = {}
+        self._uncounted: dict[str, Counter[str] | None] = {}
+
+    def take_status(self, status: NodeStatus) -> None:
+        """Take the newest status of a renderer."""
+        name = status.node
+        if name in self._renderers and status.start != self._renderers[name].start:
+            others = self._published(without=name)
+            arrived = self.received + self.lost
+            self._uncounted[name] = Counter({topic: min(0, others[topic] - arrived[topic]) for topic in status.counts})
+        elif name not in self._renderers:
+            self._uncounted[name] = None if any(status.counts.values()) else Counter()
+        elif self._uncounted[name] is None and status.done_scene > self._renderers[name].done_scene:
+            self._uncounted[name] = Counter({topic: count - self.received[topic] for topic, count in status.counts.items()})
+        self._renderers[name] = status
+
+    def done_scene(self, run: str) -> int:
+        """Return the last room of a run that every known renderer has finished or refused, -1 if there is none."""
+        return min((done_in_run(status, run) for status in self._renderers.values()), default=-1)
+
+    def missing(self, recorded: Mapping[str, int]) -> dict[str, int]:
+        """Return how many published messages have not arrived and have not been given up, by topic.
+
+        Args:
+            recorded: the topics that are recorded; values below 0 mark those that are left out.
+        """
+        published = self._published()
+        short = {
+            topic: count - self.received[topic] - self.lost[topic] for topic, count in published.items() if recorded.get(topic, -1) >= 0
+        }
+        return {topic: count for topic, count in sorted(short.items()) if count > 0}
+
+    def _published(self, without: str = "") -> Counter[str]:
+        """Return what the renderers, but for one, have published since they are counted, by topic."""
+        published: Counter[str] = Counter()
+        for name, status in self._renderers.items():
+            uncounted = self._uncounted[name]
+            if uncounted is not None and name != without:
+                for topic, count in status.counts.items():
+                    published[topic] += count - uncounted[topic]
+        return published
+
+    def give_up(self, missing: Mapping[str, int]) -> None:
+        """Count messages as lost."""
+        self.lost.update(missing)
+
+
+def stand_ins(topics: Mapping[str, Collection[str]]) -> dict[str, str]:
+    """Return topic -> the topic that stands for it, for those that renderers publish under their own names.
+
+    Renderers that publish the same topics otherwise share the rooms of one camera: a frame has what one of them says of it.  Renderers of
+    several cameras, or of several layers of one camera, publish every frame together, and each topic stands for itself.
+
+    Args:
+        topics: fully qualified name of a renderer -> the topics of its frames.
+    """
+    sharing: dict[frozenset[str], list[str]] = {}
+    for node in sorted(topics):
+        sharing.setdefault(frozenset(topic for topic in topics[node] if not topic.startswith(f"{node}/")), []).append(node)
+    return {
+        topic: f"{nodes[0]}/{topic.removeprefix(f'{node}/')}"
+        for nodes in sharing.values()
+        for node in nodes
+        for topic in sorted(topics[node])
+        if topic.startswith(f"{node}/")
+    }
+
+
+def expect_frames(recording: Recording, topics: Mapping[str, Collection[str]], is_recorded: Callable[[str], bool]) -> None:
+    """Tell a recording which topics make a frame complete: those of the renderers' frames that are recorded, and what is derived of them.
+
+    ``topics``: fully qualified name of a renderer -> the topics of its frames.
+    """
+    recorded = {topic for of_renderer in topics.values() for topic in of_renderer if is_recorded(topic)}
+    recording.expect(with_derived(recorded), stand_ins(topics))
 
 
 class RoomProgress:
@@ -17,10 +108,7 @@ class RoomProgress:
     Threads: the thread of the node's executor only.
 
     Args:
-        recording: is told what to wait for and, when a room is done, to write it.
-        accounting: of what was published, has arrived and is lost.
         known: the topics that were considered; values below 0 mark those that are left out.
-        warn: called with one line when messages are given up.
 
     Attributes:
         run: the newest run that the grammar node has begun.
@@ -44,14 +132,8 @@ class RoomProgress:
         self._frame_topics[status.node] = frame_topics(status.counts)
 
     def step(self, now_s: float, loss_timeout_s: float) -> None:
-        """Write a room that is done; give up messages that were published so long ago that they are lost.
-
-        Args:
-            now_s: of a clock that goes on evenly.
-            loss_timeout_s: how long to wait for messages.
-        """
-        recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
-        self._recording.expect(with_derived(recorded), stand_ins(self._frame_topics))
+        """Write a room that is done; give up messages that were published so long ago that they are lost."""
+        expect_frames(self._recording, self._frame_topics, lambda topic: self._known.get(topic, -1) >= 0)
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)

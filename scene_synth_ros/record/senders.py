@@ -30,7 +30,6 @@ class Senders:
     Where no grammar node and no renderer has been heard, as with a replay, what is in the namespace is taken for the suite's.
 
     Args:
-        publishers_of: returns the publishers of a topic that are known now.
         namespace: of the suite, ending with a slash.
     """
 

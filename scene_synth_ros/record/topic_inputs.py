@@ -2,21 +2,59 @@
 
 from __future__ import annotations
 
+import fnmatch
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
-from scene_synth_ros.record.message_taker import message_taker
+from scene_synth_ros.record.frame_topics import made_of
 from scene_synth_ros.record.recorder_config import RecorderConfig
-from scene_synth_ros.record.recorder_qos import complete_qos, matching_qos
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
-from scene_synth_ros.record.topic_choice import is_chosen
 from scene_synth_ros.suite.connections import publishers_of
 from scene_synth_ros.suite.status import NodeStatus
+
+
+def complete_qos(offered: QoSProfile) -> QoSProfile:
+    """Fill in history and depth, which discovery does not tell, as latched and stream publishers of this package have them."""
+    depth = 1 if offered.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL else 10
+    return QoSProfile(history=QoSHistoryPolicy.KEEP_LAST, depth=depth, reliability=offered.reliability, durability=offered.durability)
+
+
+def matching_qos(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
+    """Return the strongest QoS that every publisher meets, as ``ros2 bag record`` chooses it."""
+    reliable = all(qos.reliability == QoSReliabilityPolicy.RELIABLE for qos in offered)
+    latched = all(qos.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for qos in offered)
+    return QoSProfile(
+        history=QoSHistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT,
+        durability=QoSDurabilityPolicy.TRANSIENT_LOCAL if latched else QoSDurabilityPolicy.VOLATILE,
+    )
+
+
+def is_chosen(topic: str, config: RecorderConfig, namespace: str, is_published: Callable[[str], object]) -> bool:
+    """Return whether the parameters ask for a topic.
+
+    What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that
+    ``images.*`` asks for, of labels the LabelInfo, of annotations the detections.
+    """
+    if topic in ("/tf", "/tf_static", f"{namespace}status"):
+        return False
+    if not config.topics and (topic.endswith("/transition_event") or topic == f"{namespace}scene/next"):
+        return False
+    source = made_of(topic) if topic.startswith(namespace) else ""
+    if source and is_published(source) and is_chosen(source, config, namespace, is_published):
+        return False
+    chosen = (*(config.topics or (f"{namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
+    return any(fnmatch.fnmatchcase(topic, pattern) for pattern in chosen) and not any(
+        fnmatch.fnmatchcase(topic, pattern) for pattern in config.exclude
+    )
+
 
 QUEUE_DEPTH = 200
 _LOOKS_A_JUDGEMENT = 10
@@ -27,13 +65,6 @@ class TopicInputs:
     """Subscriptions to everything that is recorded, as raw CDR with the QoS that its publishers offer.
 
     Threads: the thread of the node's executor only.
-
-    Args:
-        node: whose subscriptions they are.
-        config: which topics.
-        recording: takes the messages.
-        received: counts what arrives, by topic.
-        warn: called with one line for a topic that cannot be recorded.
 
     Attributes:
         known: every topic that was considered; 0, or -1 for those that are left out.
@@ -86,17 +117,14 @@ class TopicInputs:
         except (ImportError, AttributeError, MessageDefinitionError) as error:
             self._warn(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
+        qos = matching_qos(offered, QUEUE_DEPTH)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self.dds_lost.update({topic: event.total_count_change}))
-        callback = self._make_callback(topic, type_name)
-        self._node.create_subscription(message_type, topic, callback, matching_qos(offered, QUEUE_DEPTH), raw=True, event_callbacks=events)
-        self._publishers[topic] = self._node.count_publishers(topic)
-        return True
-
-    def _make_callback(self, topic: str, type_name: str) -> Callable[[bytes], None]:
-        take = message_taker(self._recording, topic, type_name, self._namespace, self._warn)
+        take = self._recording.taker(topic, type_name, self._namespace)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
             take(data)
 
-        return on_message
+        self._node.create_subscription(message_type, topic, on_message, qos, raw=True, event_callbacks=events)
+        self._publishers[topic] = self._node.count_publishers(topic)
+        return True

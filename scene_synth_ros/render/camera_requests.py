@@ -27,10 +27,6 @@ class CameraRequests:
     Threading: the executor's thread brings poses, maps and velocities (``ask``, ``take_map``, ``take_twist``) and replaces
     ``drive_config``; the rendering thread takes poses and drives.  One lock guards the poses that wait, the floor, the velocity and the
     state of the driven camera.
-
-    Args:
-        world_frame: frame of the poses that may be asked for.
-        drive_config: how Twists move the camera.
     """
 
     def __init__(self, world_frame: str, drive_config: DriveConfig) -> None:

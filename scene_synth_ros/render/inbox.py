@@ -6,28 +6,42 @@ import threading
 from collections import deque
 from collections.abc import Callable, Collection
 
-from scene_synth_ros.render.peers import Peers
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.status import NodeStatus, done_in_run
 
 MAX_ROOMS_WAITING = 16
 
 
 class Inbox:
-    """The rooms that wait for one life of the rendering thread, and when it must leave the one at work.
+    """The rooms that wait for one life of the rendering thread, when it must leave the one at work, and when it may publish.
+
+    Rooms that several renderers share by index are rendered at the same time but published one after the other, so that stamps increase
+    and a bag has its rooms in order: a room's turn comes when every other renderer, and every recorder, has finished the rooms before it.
 
     Threading: the executor's thread puts in (``put_room``, ``announce``, ``take_status``, ``wake``, ``stop``), the rendering thread asks
-    and waits.  One condition guards rooms, peers and the stop flag; every change wakes the rendering thread.
+    and waits.  One condition guards everything; every change wakes the rendering thread.
 
     Args:
-        peers: of the renderer; from now on this object's.
+        name: fully qualified name of the renderer itself.
+        topic: a topic that has one message for each of its frames.
+        share_count: how many renderers share the rooms.
+
+    Attributes:
+        finished_scene: the last room of the run that the grammar node knows to be finished by all.
+        wall_clock: whether stamps are the time of day, so that every frame is due at its stamp.
     """
 
-    def __init__(self, peers: Peers) -> None:
+    def __init__(self, name: str, topic: str, share_count: int) -> None:
+        self._name, self._topic, self._share_count = name, topic, share_count
         self._changed = threading.Condition()
-        self._peers = peers
+        self._recorders: dict[str, NodeStatus] = {}
+        self._renderers: dict[str, NodeStatus] = {}
+        self._offsets: dict[str, int] = {}
+        self._run = ""
+        self._lock_step = self._stopped = False
         self._rooms: deque[str] = deque(maxlen=MAX_ROOMS_WAITING)
         self._announced: str | None = None
-        self._stopped = False
+        self.finished_scene = -1
+        self.wall_clock = False
 
     def put_room(self, text: str) -> None:
         """Put in a room's description, as it came."""
@@ -49,7 +63,15 @@ class Inbox:
     def take_status(self, status: NodeStatus, published: int) -> None:
         """Take a peer's status; ``published`` is how many frames this renderer has published."""
         with self._changed:
-            self._peers.take(status, published)
+            if status.role == "recorder":
+                if status.node not in self._recorders:
+                    self._offsets[status.node] = status.counts.get(self._topic, 0) - published
+                self._recorders[status.node] = status
+            elif status.role == "renderer" and status.node != self._name:
+                self._renderers[status.node] = status
+            elif status.role == "grammar":
+                self._run, self.finished_scene, self._lock_step = status.run, status.done_scene, status.lock_step
+                self.wall_clock = status.clock == "wall"
             self._changed.notify_all()
 
     def wake(self) -> None:
@@ -67,17 +89,12 @@ class Inbox:
     def recorders(self) -> Collection[NodeStatus]:
         """The newest status of each recorder."""
         with self._changed:
-            return tuple(self._peers.recorders)
+            return tuple(self._recorders.values())
 
     @property
-    def finished_scene(self) -> int:
-        """The last room that the grammar node knows to be finished by all."""
-        return self._peers.finished_scene
-
-    @property
-    def wall_clock(self) -> bool:
-        """Whether stamps are the time of day, so that every frame is due at its stamp."""
-        return self._peers.wall_clock
+    def rooms_wait(self) -> bool:
+        """Whether a room waits until the one before is finished, as in lock-step and where rooms are shared; else it interrupts that."""
+        return self._lock_step or self._share_count > 1
 
     def next_room(self) -> str | None:
         """Wait for a room and return its description; None at the end.
@@ -86,7 +103,7 @@ class Inbox:
         """
         with self._changed:
             self._changed.wait_for(lambda: self._stopped or self._rooms)
-            while len(self._rooms) > 1 and not self._peers.rooms_wait:
+            while len(self._rooms) > 1 and not self.rooms_wait:
                 self._rooms.popleft()
             return None if self._stopped else self._rooms.popleft()
 
@@ -97,12 +114,17 @@ class Inbox:
         ever be seen.
         """
         with self._changed:
-            return self._stopped or (bool(self._rooms) and not (on_path and (self._peers.rooms_wait or not shown)))
+            return self._stopped or (bool(self._rooms) and not (on_path and (self.rooms_wait or not shown)))
 
     def is_turn(self, room: int, first: bool) -> bool:
-        """Return whether a room may be published now; ``first`` marks the first one of this life."""
+        """Return whether a room may be published now; ``first`` marks the first one of this life, before which nothing counts."""
         with self._changed:
-            return self._peers.is_turn(room, first)
+            if self._share_count == 1:
+                return True
+            others = [done_in_run(status, self._run) for status in self._renderers.values()]
+            ready = [status for status in self._recorders.values() if status.state == "ready"]
+            recorders = [] if first else [done_in_run(status, self._run) for status in ready]
+            return len(others) >= self._share_count - 1 and all(done >= room - 1 for done in (*others, *recorders))
 
     def wait(self, seconds: float, unless: Callable[[], bool]) -> None:
         """Wait for so long, or until something was put in; not at all if ``unless`` holds."""
@@ -111,6 +133,16 @@ class Inbox:
                 self._changed.wait(seconds)
 
     def wait_for_recorders(self, published: int, allowed: int, seconds: float) -> bool:
-        """Wait at most so long until the slowest recorder is less than ``allowed`` frames behind, or for the end; return whether it is."""
+        """Wait at most so long until the slowest recorder is less than ``allowed`` frames behind, or for the end; return whether it is.
+
+        Recorders that leave the frames out do not count.
+        """
         with self._changed:
-            return self._changed.wait_for(lambda: self._stopped or self._peers.has_room(published, allowed), seconds)
+            return self._changed.wait_for(lambda: self._stopped or not self._is_behind(published, allowed), seconds)
+
+    def _is_behind(self, published: int, allowed: int) -> bool:
+        for name, status in self._recorders.items():
+            taken = status.counts.get(self._topic, 0)
+            if status.state == "ready" and taken >= 0 and published - (taken - self._offsets[name]) >= allowed:
+                return True
+        return False

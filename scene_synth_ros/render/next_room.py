@@ -6,12 +6,12 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Collection
-from concurrent.futures import Future, wait
+from concurrent.futures import wait
 
 from renderer import RenderCancelled
 from scene_description import SceneDescription, SceneSynthError, scene_from_json
-from scene_synth_ros.render.room import Room, RoomSettings, is_same_room
-from scene_synth_ros.suite.daemon_job import start_daemon_job
+from scene_synth_ros.render.room import RenderedRoom, RoomSettings, is_same_room
+from scene_synth_ros.suite.daemon_job import JobAhead
 from scene_synth_ros.suite.faults import Faults
 
 _NICENESS = 5
@@ -29,39 +29,28 @@ class NextRoom:
 
     Threading: every method is called in the rendering thread; the room is made in a thread of its own, one after the other, and handed over
     when that has ended.
-
-    Args:
-        faults: takes whatever the thread has raised that no user can cause.
     """
 
     def __init__(self, faults: Faults) -> None:
-        self._faults = faults
-        self._job: Future[Room | None] | None = None
-        self._former: Future[Room | None] | None = None
+        expected = (SceneSynthError, OSError, RenderCancelled)
+        self._jobs: JobAhead[RenderedRoom | None] = JobAhead("next room", "the next room was made ahead", faults, _close, expected)
         self._enough, self._dropped = threading.Event(), threading.Event()
 
-    def begin(self, text: str, present: Room, settings: RoomSettings, layers: Collection[str]) -> None:
-        """Begin to make a room in place of the one made before, unless it is the one that is present.
-
-        Args:
-            text: its description, as it came.
-            present: the room at work, which may be closed meanwhile.
-            settings: what it will be rendered with.
-            layers: that are wanted now.
-        """
+    def begin(self, text: str, present: RenderedRoom, settings: RoomSettings, layers: Collection[str]) -> None:
+        """Begin to make a room in place of the one made before, unless it is the one that is present."""
         self.drop()
         self._enough, self._dropped = enough, dropped = threading.Event(), threading.Event()
         layers, path = tuple(layers), present.scene.camera_path
         is_ample = path[-1].stamp_ns - path[0].stamp_ns >= _AMPLE_S * 1e9
 
-        def make() -> Room | None:
+        def make() -> RenderedRoom | None:
             if is_ample:
                 _be_nice()
             return _made(text, present, settings, layers, enough, dropped)
 
-        self._job = start_daemon_job("next room", make, after=self._former)
+        self._jobs.begin(make)
 
-    def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> Room | None:
+    def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> RenderedRoom | None:
         """Return the room of a scene, if it was begun with these settings; its caller closes it.
 
         The step under way is waited for; what is left of the room is made when it is asked for, with all threads.  A room that could not be
@@ -70,14 +59,14 @@ class NextRoom:
         Raises:
             RenderCancelled: ``cancelled`` returned True meanwhile.
         """
-        if self._job is None:
+        if self._jobs.job is None:
             return None
         self._enough.set()
-        while not wait([self._job], _POLL_S).done:
+        while not wait([self._jobs.job], _POLL_S).done:
             if cancelled():
                 raise RenderCancelled("the room is not wanted any more")
-        job, self._job = self._job, None
-        room = self._result(job)
+        job = self._jobs.take()
+        room = self._jobs.result(job) if job is not None else None
         if room is None:
             return None
         if room.settings != settings or not room.shows(scene):
@@ -88,42 +77,28 @@ class NextRoom:
 
     def drop(self) -> None:
         """Forget the room; a thread at work ends soon, and only a fault of it is told."""
-        job, self._job = self._job, None
-        if job is None:
-            return
         self._dropped.set()
         self._enough.set()
-        self._former = job
-        if not job.cancel():
-            job.add_done_callback(self._forget)
+        self._jobs.drop()
 
-    def _forget(self, job: Future[Room | None]) -> None:
-        room = self._result(job)
-        if room is not None:
-            room.close()
 
-    def _result(self, job: Future[Room | None]) -> Room | None:
-        """Return the room of a job that has ended; None if there is none."""
-        error = job.exception()
-        if error is None:
-            return job.result()
-        if not isinstance(error, (SceneSynthError, OSError, RenderCancelled)):
-            self._faults.tell(error, "the next room was made ahead")
-        return None
+def _close(room: RenderedRoom | None) -> None:
+    if room is not None:
+        room.close()
 
 
 def _made(
     text: str,
-    present: Room,
+    present: RenderedRoom,
     settings: RoomSettings,
     layers: Collection[str],
     enough: threading.Event,
     dropped: threading.Event,
-) -> Room | None:
+) -> RenderedRoom | None:
     scene = scene_from_json(text)
     if is_same_room(scene, present.scene):
         return None
-    room = Room(scene, settings, present)
+    room = RenderedRoom(scene, settings, present)
     try:
         room.prepare(layers, enough, dropped.is_set)
     except BaseException:

@@ -11,7 +11,7 @@ from renderer.lidar.config import ScanConfig
 from scene_description import Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
-from scene_synth_ros.messages.scan_messages import LASER
+from scene_synth_ros.messages.streams import LASER
 from scene_synth_ros.render.teleop import DriveConfig
 from scene_synth_ros.suite.parameters import ParameterError
 
@@ -63,10 +63,6 @@ RENDERER_GROUPS: dict[str, type] = {
 
 def refuse_contradictions(owner: str, values: Mapping[str, Any]) -> None:
     """Refuse what is fixed at the start and does not go together.
-
-    Args:
-        owner: name of the node.
-        values: prefix -> dataclass.
 
     Raises:
         ParameterError: a share of the rooms that is none, or a camera that is called as the scanner.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 from typing import Any
@@ -15,20 +16,23 @@ from renderer.lidar.config import ScanConfig
 from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
+from scene_synth_ros.render.frame_report import IN_THE_ROOM
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
-from scene_synth_ros.render.output import Output
-from scene_synth_ros.render.peers import Peers
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig, refuse_contradictions
-from scene_synth_ros.render.renderer_report import WARNING_S, RendererReport
 from scene_synth_ros.render.rendering import Rendering, room_name
+from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.daemon_job import start_daemon_job
-from scene_synth_ros.suite.diagnostics import Diagnostics, Report
+from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
-from scene_synth_ros.suite.status import status_from_json
+from scene_synth_ros.suite.status import NodeStatus
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
+
+WARNING_S = 10.0
+"""How long a warning is the node's state; it stays among the values."""
+
 
 _STOP_S, _DELIVERY_S = 0.6, 0.3
 """How long a life that ends may take to leave the kernel at work, and its last messages to arrive."""
@@ -68,20 +72,20 @@ class RendererNode(SuiteNode):
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
         scan: ScanConfig = self._settings["scan"]
-        self._output = Output(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan)
-        self._inbox = Inbox(Peers(self.get_fully_qualified_name(), self._output.streams.frame_topic, self._settings[""].share_count))
+        self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan)
+        self._inbox = Inbox(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count)
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
+        self._output.tell()
         self._rendering = Rendering(self, self._settings, self._inbox, self._output, self._requests)
         self._clock_conflict = ""
-        self._report = RendererReport(self._output, self._rendering, self._requests)
-        self.create_subscription(String, "status", self._on_status, latched_qos(100))
+        self.hear_status(self._on_status, self.refuse)
         self.create_subscription(String, "scene", lambda message: self._inbox.put_room(message.data), latched_qos(MAX_ROOMS_WAITING))
         self.create_subscription(String, "scene/next", lambda message: self._inbox.announce(message.data), latched_qos())
         self.create_subscription(OccupancyGrid, "scene/map", lambda message: self._ask(self._requests.take_map, message), latched_qos())
         request = f"{streams.camera}/request"
         self.create_subscription(PoseStamped, request, lambda message: self._ask(self._requests.ask, message), stream_qos(MAX_WAITING))
         self.create_subscription(Twist, "cmd_vel", self._requests.take_twist, stream_qos(1))
-        self._diagnostics = Diagnostics(self, self._collect)
+        self._diagnostics = Diagnostics(self, self._report)
         self.create_timer(_TICK_S, self._tick)
         self.create_timer(1.0, self._look_for_clocks)
         self._life = start_daemon_job("render", self._rendering.run, after=self._former_life)
@@ -126,12 +130,7 @@ class RendererNode(SuiteNode):
             self.refuse(f"refused: {error}")
         self._inbox.wake()
 
-    def _on_status(self, message: String) -> None:
-        try:
-            status = status_from_json(message.data)
-        except FieldError as error:
-            self.refuse(f"ignored a status that does not fit: {error}")
-            return
+    def _on_status(self, status: NodeStatus) -> None:
         self._inbox.take_status(status, self._output.published)
         if status.role == "grammar" and status.run != self._output.status.run:
             self._output.tell(run=status.run, done_scene=-1, refused_scene=-1)
@@ -153,8 +152,8 @@ class RendererNode(SuiteNode):
 
     def _look_for_clocks(self) -> None:
         """Say that another suite or simulator publishes ``/clock`` too: of two clocks, nodes would see a time that jumps."""
-        others = self._output.streams.other_clocks() if not self._inbox.wall_clock else []
-        done = "this camera leaves it alone" if self._output.streams.leaves_clock() else "time jumps for who listens"
+        others = self._output.other_clocks() if not self._inbox.wall_clock else []
+        done = "this camera leaves it alone" if self._output.leaves_clock() else "time jumps for who listens"
         before = self._clock_conflict
         self._clock_conflict = f"/clock is published by {', '.join(others)[:200]} too: {done}; {ONE_CLOCK}" if others else ""
         if self._clock_conflict not in ("", before):
@@ -162,7 +161,7 @@ class RendererNode(SuiteNode):
 
     def _recorders_are_connected(self) -> bool:
         recorders = self._inbox.recorders
-        return len(recorders) >= self._settings[""].expected_recorders and self._output.streams.reach(recorders, self._output.status.start)
+        return len(recorders) >= self._settings[""].expected_recorders and self._output.reach(recorders, self._output.status.start)
 
     def _look_at_end(self, life: Future[None]) -> None:
         """Tell what a life that was to end has raised instead; may be called in its thread."""
@@ -178,8 +177,40 @@ class RendererNode(SuiteNode):
             return line
         return self.faults.tell(error, f"{self.get_name()} rendered; its thread has ended")
 
-    def _collect(self) -> Report:
-        return self._report.collect(self.last_warning(WARNING_S) or self._clock_conflict, self.last_warning())
+    def _report(self) -> Report:
+        """Return what ``/diagnostics`` says; it reads what the rendering thread replaces as a whole."""
+        rendering, life, status, scene = self._rendering, self._rendering.life, self._output.status, self._rendering.scene
+        rates, (rate, late_line), shown = life.throughput.rates(time.monotonic()), life.rate.now(), life.meter.known_exposure()
+        values = {
+            "state": status.state,
+            "frames_rendered": self._output.frames,
+            "frames_skipped": life.skipped,
+            "scenes_refused": rendering.refused,
+            "rooms_made_ahead": rendering.made_ahead,
+            "room": scene.index if scene is not None else -1,
+            "last_room": status.done_scene,
+            "rate_wanted_hz": f"{rate.wanted_hz:g}" if rate else "",
+            "rate_held_hz": f"{rate.held_hz:.2f}" if rate else "",
+            "frames_per_second": f"{rates.frames:.2f}",
+            "samples_per_second": f"{rates.samples:.3g}",
+            "rays_per_second": f"{rates.rays:.3g}",
+            "layers": ", ".join(sorted(self._output.wanted_layers())),
+            "exposure_ev100": shown.ev100,
+            "white_xy": "{:.3f} {:.3f}".format(*shown.white_xy),
+            "camera_place": life.place.now,
+            "driven": self._requests.driven,
+            "last_complaint": self.last_warning(),
+        }
+        newest_warning = self.last_warning(WARNING_S) or self._clock_conflict
+        if status.state == "failed" or newest_warning:
+            return ERROR, status.reason if status.state == "failed" else newest_warning, values
+        if not rendering.warm:
+            return WARN, "compiling kernels", values
+        if late_line:
+            return WARN, late_line, values
+        if life.place.now != IN_THE_ROOM:
+            return WARN, f"the camera is {life.place.now}", values
+        return OK, "rendering", values
 
 
 def main(args: list[str] | None = None) -> None:

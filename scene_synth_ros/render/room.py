@@ -14,19 +14,40 @@ from typing import Any
 from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderConfig, Renderer, SensorConfig
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.exposure import LightMeter, needs_meter
+from renderer.exposure import LightMeter, exposed, needs_meter, sensor_ev100
+from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
-from scene_description import SceneDescription
+from renderer.standpoint import standpoint
+from scene_description import CameraPose, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_synth_ros.messages.detections import ANNOTATIONS
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
+
+OFF_PATH = 2**62
+"""Frames beyond the camera path (on demand, driven by hand) are numbered from here on by their stamps."""
+
+
+def path_indices(scene: SceneDescription) -> dict[int, int]:
+    """Return stamp (ns) -> position in the camera path."""
+    return {pose.stamp_ns: index for index, pose in enumerate(scene.camera_path)}
+
+
+def frame_index(scene: SceneDescription, pose: CameraPose) -> int:
+    """Return the index of a frame: its position in the camera path if it is one of its poses, else a number made of its stamp."""
+    index = path_indices(scene).get(pose.stamp_ns)
+    if index is not None and scene.camera_path[index] == pose:
+        return index
+    return OFF_PATH + pose.stamp_ns
+
 
 _REST = 2.0
 """Seconds of rest for each that went into a view: frames find most light by themselves, and shall not wait for what they need not yet."""
@@ -36,7 +57,7 @@ _VIEWS = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomSettings:
-    """What a room is rendered with; a change of any of them needs everything of :class:`Room` made anew."""
+    """What a room is rendered with; a change of any of them needs everything of :class:`RenderedRoom` made anew."""
 
     camera: CameraConfig
     render: RenderConfig
@@ -61,21 +82,19 @@ def room_settings(values: Mapping[str, Any] | Parameters, catalog_dir: Path | No
     )
 
 
-class Room:
+class RenderedRoom:
     """A room's geometry, renderer, annotator and metered exposure, each made when it is first asked for, until it is closed.
 
     Threading: one thread at a time.
 
     Args:
-        scene: the room.
-        settings: what it is rendered with.
         former: the room before, which may be closed at any time: its trees and nodes are taken where they are the same.
     """
 
-    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: Room | None = None) -> None:
+    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: RenderedRoom | None = None) -> None:
         self.scene, self.settings = scene, settings
         self._held = ExitStack()
-        self._former = former if former is None or former.made_renderer is not None else former._former
+        self._former: RenderedRoom | None = former if former is None or former.made_renderer is not None else former._former
         self._cancelled: Callable[[], bool] | None = None
 
     @cached_property
@@ -92,10 +111,26 @@ class Room:
         """
         settings = self.settings
         former, self._former = self._former, None
-        shared = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor, "like": former.made_renderer if former else None}
-        renderer = self._held.enter_context(Renderer(self.flat, settings.camera, settings.render, scene_key(self.scene), **shared))
+        renderer = Renderer(
+            self.flat,
+            settings.camera,
+            settings.render,
+            scene_key(self.scene),
+            sensor=settings.sensor,
+            depth_sensor=settings.depth_sensor,
+            like=former.made_renderer if former else None,
+        )
+        self._held.enter_context(renderer)
         trim_heap()
         return renderer
+
+    def make(self) -> None:
+        """Make the renderer now.
+
+        Raises:
+            SceneSynthError: the room cannot be made.
+        """
+        _ = self.renderer
 
     @property
     def made_renderer(self) -> Renderer | None:
@@ -121,6 +156,30 @@ class Room:
         exposure = self._meter.read(1 if cancelled else self.settings.render.threads, like=self.renderer, cancelled=cancelled)
         trim_heap()
         return exposure
+
+    def scanner(self, config: ScanConfig) -> Scanner:
+        """Return a laser scanner that stands in the room."""
+        return Scanner(self.renderer.tree, self.flat, config, scene_key(self.scene))
+
+    def standpoint(self, pose: CameraPose) -> str:
+        """Return from where a pose sees the room, as ``renderer.standpoint`` says it; empty within the room's air."""
+        return standpoint(self.renderer.tree, self.flat, self.scene, pose.position_m)
+
+    def render(self, pose: CameraPose, frame_index: int, layers: Collection[str], **how: Any) -> Frame:
+        """Do as ``Renderer.render``, with annotations if ``ANNOTATIONS`` is among the layers.
+
+        Nothing is made for a frame without any layer: a live camera that nobody looks at costs next to nothing.
+
+        Raises:
+            SceneSynthError: the room cannot be made, or the frame cannot be rendered.
+            RenderCancelled: as ``Renderer.render``.
+        """
+        if not layers:
+            return Frame({}, None)
+        renderer = self.renderer
+        if ANNOTATIONS in layers:
+            layers, how = tuple(layer for layer in layers if layer != ANNOTATIONS), how | {"annotator": self.annotator}
+        return renderer.render(pose, frame_index, layers, **how)
 
     def prepare(self, layers: Collection[str], enough: Event, cancelled: Callable[[], bool]) -> None:
         """Make what some layers need in the calling thread alone, then colour's light for view after view of the path, with rests between.
@@ -175,3 +234,37 @@ def is_same_room(one: SceneDescription, other: SceneDescription) -> bool:
     names = (field.name for field in fields(SceneDescription) if field.name != "camera_path")
     places = ([(pose.position_m, pose.orientation) for pose in scene.camera_path] for scene in (one, other))
     return next(places) == next(places) and all(getattr(one, name) == getattr(other, name) for name in names)
+
+
+class RoomMeter:
+    """Meters the room at work.
+
+    Threading: :meth:`begin_room` and :meth:`exposure` belong to the rendering thread; :meth:`known_exposure` may be asked by any: what it
+    reads is replaced as a whole.
+
+    Args:
+        settings: ``camera``, ``sensor`` and ``render``; changes of the exposure take effect with the next frame.
+    """
+
+    def __init__(self, settings: Mapping[str, Any] | Parameters) -> None:
+        self._settings = settings
+        self._room: tuple[RenderConfig, Callable[[], Exposure]] | None = None
+        self._metered: Exposure | None = None
+
+    def begin_room(self, render: RenderConfig, meter: Callable[[], Exposure]) -> None:
+        """Take a new room, which is not metered yet; ``meter`` does it, or returns what it has found before."""
+        self._room, self._metered = (render, meter), None
+
+    def exposure(self, color_wanted: bool) -> Exposure:
+        """Return the exposure of the next frame.
+
+        The room is metered when colour is first wanted: never while who wants it may not be connected yet.
+        """
+        if self._metered is None and color_wanted and self._room is not None and needs_meter(self._room[0]):
+            self._metered = self._room[1]()
+        return self.known_exposure()
+
+    def known_exposure(self) -> Exposure:
+        """Return the exposure as far as it is known: that of a frame without colour, until the room is metered."""
+        fixed = sensor_ev100(self._settings["camera"], self._settings["sensor"])
+        return exposed(self._settings["render"], self._metered, fixed)

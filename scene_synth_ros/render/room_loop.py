@@ -4,105 +4,119 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
-from renderer import CameraConfig
 from renderer.camera.rig import mounted, mounted_path
 from renderer.film.frame import Frame
+from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
-from scene_description import CameraPose, SceneDescription
+from renderer.lidar.config import ScanConfig
+from scene_description import CameraPose
+from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.camera_requests import CameraRequests
-from scene_synth_ros.render.frame_index import frame_index
-from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
+from scene_synth_ros.render.inbox import Inbox
+from scene_synth_ros.render.renderer_config import RendererNodeConfig
+from scene_synth_ros.render.room import RenderedRoom, RoomMeter, frame_index
+from scene_synth_ros.render.room_scans import RoomScans
+from scene_synth_ros.render.streams import StreamPublishers
+from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.suite_node import SuiteNode
 
 _IDLE_S = 0.2
 _SOON_S = 1.0
 """A wall clock that is set back while a room is on its way does not hold the room up for longer."""
+_RECORDER_PATIENCE_S = 10.0
 
 
-class Host(Protocol):
-    """What the loop of a room asks of its surroundings."""
-
-    def interrupted(self) -> bool:
-        """Return whether the room must be left."""
-
-    def paused(self) -> bool:
-        """Return whether frames must wait."""
-
-    def wait(self, seconds: float) -> None:
-        """Wait for so long, or until something has changed."""
-
-    def wanted_layers(self) -> Collection[str]:
-        """Return the layers that somebody wants."""
-
-    def exposure(self) -> Exposure:
-        """Return the exposure of the next frame."""
-
-    def is_turn(self) -> bool:
-        """Return whether the room's frames may be published now."""
-
-    def go(self, pose: CameraPose) -> None:
-        """Hear where the rig is at the next frame of the path, or of the drive; in the order of time."""
-
-    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
-        """Publish a frame; may wait."""
-
-    def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
-        """Hear how long a frame took, in real time; its period is 0 where it has none, as a room's first."""
-
-    def skip(self) -> None:
-        """Hear that a frame is left out because it would be late."""
-
-    def path_done(self, published: int) -> None:
-        """Hear that the camera path has ended."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pace:
+class Pace(NamedTuple):
     """How frames follow each other: at their rate or as fast as can be, each at its stamp where that is the time of day.
 
     ``frames_held`` may wait for their turn.
     """
 
     realtime: bool
-    wall_clock: bool = False
+    wall_clock: bool
     frames_held: int
 
 
+@dataclass(slots=True, kw_only=True)
+class Life:
+    """What the rooms of one life of the rendering thread share.
+
+    Threading: the rendering thread; the executor's thread reads, what it reads is replaced as a whole or guards itself.
+
+    Attributes:
+        node: whose ``warn``, ``active`` and logger are used.
+        settings: the node's parameters.
+        inbox: rooms and peers.
+        output: frames and status.
+        requests: poses asked for, and the driven camera.
+        meter: knows the exposure.
+        throughput: frames, samples and rays a second.
+        rate: whether frames keep up with their rate, in real time.
+        place: whether frames are seen from within the room.
+        skipped: frames left out because they would have been late.
+        sent: topics with stamps of their own -> stamp (ns) of the last message that went out.
+        first_room: whether no room has been finished yet.
+    """
+
+    node: SuiteNode
+    settings: Parameters
+    inbox: Inbox
+    output: StreamPublishers
+    requests: CameraRequests
+    meter: RoomMeter
+    throughput: Throughput
+    rate: RateReport
+    place: CameraPlace
+    skipped: int = 0
+    sent: dict[str, int] = field(default_factory=dict)
+    first_room: bool = True
+
+    @property
+    def config(self) -> RendererNodeConfig:
+        """The node's own parameters."""
+        config: RendererNodeConfig = self.settings[""]
+        return config
+
+    def pace(self) -> Pace:
+        """Return how frames follow each other now."""
+        config, wall_clock = self.config, self.inbox.wall_clock
+        return Pace(config.realtime or wall_clock, wall_clock, config.frames_held if config.share_count > 1 else 1)
+
+
 class RoomLoop:
-    """Renders one room.
+    """Renders one room and publishes its frames.
 
     Threading: everything is called in the rendering thread.
 
     Args:
-        scene: the room.
-        renderer: of the room.
-        camera: which sits in a rig that follows the room's path.
-        host: says when to stop and wait, and publishes.
-        requests: poses asked for, and the driven camera.
-        pace: read anew for every frame.
+        shown: called after every frame that was published.
     """
 
-    def __init__(
-        self,
-        scene: SceneDescription,
-        renderer: RoomRenderer,
-        camera: CameraConfig,
-        host: Host,
-        requests: CameraRequests,
-        pace: Callable[[], Pace],
-    ) -> None:
-        self._camera, self._path = camera, mounted_path(camera, scene.camera_path)
-        self._scene, self._renderer, self._host, self._requests, self._pace = scene, renderer, host, requests, pace
+    def __init__(self, room: RenderedRoom, life: Life, shown: Callable[[], None]) -> None:
+        self._room, self._scene, self._camera = room, room.scene, room.settings.camera
+        self._life, self._inbox, self._output, self._requests = life, life.inbox, life.output, life.requests
+        self._shown, self._pace = shown, life.pace
+        self._path = mounted_path(self._camera, self._scene.camera_path)
+        self._scan_config: ScanConfig = life.settings["scan"]
+        self._scans = RoomScans(self._scan_config, self._scene.camera_path, lambda: room.scanner(self._scan_config))
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = -1
         self._published = 0
+        self._on_path = True
 
     def run(self) -> None:
         """Render the path, say that it is done, then serve requests until the room must be left."""
+        self._began_s = time.perf_counter()
+        self._output.messages.begin_room(self._scene)
+        self._requests.begin_room()
+        self._life.place.begin_room()
+        self._life.meter.begin_room(self._room.settings.render, lambda: self._room.metered)
         if self._show_path():
             self._idle()
 
@@ -115,26 +129,26 @@ class RoomLoop:
             waited_s = self._wait_while_paused()
             began += 0.0 if self._pace().wall_clock else waited_s
             self._serve_requests()
-            if self._host.interrupted():
+            if self._interrupted():
                 return False
             if self._is_too_late(index, began):
-                self._host.skip()
+                self._life.skipped += 1
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
             shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
-            self._host.go(shown)
+            self._go(shown)
             frame = self._render(shown, spacing_s)
             if self._pace().realtime:
                 self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
             self._hold(*frame)
-        while self._held and not self._host.interrupted():
-            if self._host.is_turn():
+        while self._held and not self._interrupted():
+            if self._is_turn():
                 self._release()
             else:
-                self._host.wait(_IDLE_S)
-        if self._held or self._host.interrupted():
+                self._wait(_IDLE_S)
+        if self._held or self._interrupted():
             return False
-        self._host.path_done(self._published)
+        self._finish_path()
         return True
 
     def _beginning(self, start_ns: int) -> float:
@@ -147,25 +161,25 @@ class RoomLoop:
         path = self._scene.camera_path
         spacing_ns = path[-1].stamp_ns - path[-2].stamp_ns if len(path) > 1 else NANOSECONDS // 10
         due = time.perf_counter()
-        while not self._host.interrupted():
+        while not self._interrupted():
             self._wait_while_paused()
             self._serve_requests()
             if not (self._pace().realtime and self._requests.driven):
-                self._host.wait(_IDLE_S)
+                self._wait(_IDLE_S)
                 due = time.perf_counter()
                 continue
             due = max(due + spacing_ns / NANOSECONDS, time.perf_counter())
             pose = replace(path[-1], stamp_ns=self._last_ns + spacing_ns)
             shown = self._requests.driven_pose(pose, spacing_ns / NANOSECONDS)
-            self._host.go(shown)
+            self._go(shown)
             frame = self._render(shown, spacing_ns / NANOSECONDS)
             self._sleep_until(due)
-            if not self._host.interrupted():
+            if not self._interrupted():
                 self._publish(*frame)
 
     def _serve_requests(self) -> None:
         """Render the poses that wait, each once, if the room may be published."""
-        while self._requests.waiting and self._host.is_turn() and not self._host.interrupted():
+        while self._requests.waiting and self._is_turn() and not self._interrupted():
             self._release()
             pose = self._requests.next_pose()
             if pose is not None:
@@ -175,42 +189,112 @@ class RoomLoop:
 
     def _render(self, pose: CameraPose, period_s: float = 0.0) -> tuple[Frame, CameraPose, int, Exposure]:
         """Render a pose; the first of a room and those asked for have no period."""
-        exposure = self._host.exposure()
+        exposure = self._life.meter.exposure(any(layer in PHOTOGRAPHS for layer in self._output.wanted_layers()))
         index = frame_index(self._scene, pose)
-        layers = self._host.wanted_layers()
+        layers = self._output.wanted_layers()
         placed = mounted(self._camera, pose)
         began = time.perf_counter()
-        frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._host.interrupted)
+        frame = self._room.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._interrupted)
         if self._pace().realtime:
-            self._host.rendered(frame, time.perf_counter() - began, period_s)
+            self._life.rate.take(frame, time.perf_counter() - began, period_s)
         return frame, placed, index, exposure
 
     def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame when the room's turn has come; until then keep as many as may wait."""
         self._held.append((frame._replace(radiance=None), pose, index, exposure))
-        while not self._host.is_turn() and not self._host.interrupted() and len(self._held) >= self._pace().frames_held:
-            self._host.wait(_IDLE_S)
-        if self._host.is_turn():
+        while not self._is_turn() and not self._interrupted() and len(self._held) >= self._pace().frames_held:
+            self._wait(_IDLE_S)
+        if self._is_turn():
             self._release()
 
     def _release(self) -> None:
-        while self._held and not self._host.interrupted():
+        while self._held and not self._interrupted():
             self._publish(*self._held.popleft())
 
     def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
-        self._host.publish(frame, pose, index, exposure)
+        """Publish a frame with its settings and the scans that begin up to it, when the recorders have room for it."""
+        life, values = self._life, self._life.settings
+        began = time.perf_counter()
+        self._wait_for_recorders()
+        life.rate.waiting_s = time.perf_counter() - began
+        began = time.perf_counter()
+        if frame.layers:
+            life.place.take(self._scene, pose, self._room.standpoint)
+        for due in self._scans.due(pose.stamp_ns, self._output.wants_scans):
+            life.sent = life.sent | self._output.publish_scan(due)
+        settings = FrameSettings(
+            stamp_ns=pose.stamp_ns,
+            scene=self._scene.id,
+            frame=index,
+            exposure_ev100=exposure.ev100,
+            white_xy=exposure.white_xy,
+            render=self._room.settings.render,
+            scan=self._scan_config,
+            sent=life.sent,
+            **{group: values[group] for group in ("camera", "sensor", "depth_sensor", "streams")},
+        )
+        self._output.publish(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
+        life.rate.publishing_s = time.perf_counter() - began
+        life.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
+        if not self._on_path:
+            self._output.tell()
         self._last_ns = max(self._last_ns, pose.stamp_ns)
         self._published += 1
+        self._shown()
+
+    def _wait_for_recorders(self) -> None:
+        """Hold back while a recorder is ``frames_ahead`` frames behind, or as many as are kept for it, so that no queue overflows.
+
+        Meanwhile the status says what has been published, so that a recorder that waits for what was lost hears of it.
+        """
+        config = self._life.config
+        if config.expected_recorders == 0:
+            return
+        published, began = self._output.published, time.monotonic()
+        ahead = min(config.frames_ahead, self._output.depth)
+        while not self._inbox.wait_for_recorders(published, ahead, 1.0):
+            self._output.tell()
+            if time.monotonic() - began > _RECORDER_PATIENCE_S:
+                self._life.node.warn(f"a recorder has taken no frame for {_RECORDER_PATIENCE_S:g} s; waiting")
+
+    def _finish_path(self) -> None:
+        """Say that the room is finished."""
+        self._on_path = self._life.first_room = False
+        self._output.tell(done_scene=self._scene.index)
+        seconds = time.perf_counter() - self._began_s
+        self._life.node.get_logger().info(f"room {self._scene.index}: {self._published} frames rendered in {seconds:.1f} s")
+
+    def _go(self, pose: CameraPose) -> None:
+        """Take where the rig is at the next frame of the path, or of the drive; in the order of time."""
+        if self._scan_config.enabled:
+            self._scans.go(pose)
+
+    def _interrupted(self) -> bool:
+        """Return whether the room must be left: for the end, or for the next room, unless that waits until the path is done."""
+        shown = self._published > 0 or self._life.config.share_count > 1 or self._paused()
+        return self._inbox.must_leave(self._on_path, shown)
+
+    def _paused(self) -> bool:
+        """Return whether frames must wait: for *activate*, or for recorders that would lose them."""
+        return not self._life.node.active or self._output.status.state == "starting"
+
+    def _is_turn(self) -> bool:
+        """Return whether the room's frames may be published now."""
+        return self._inbox.is_turn(self._scene.index, self._life.first_room)
+
+    def _wait(self, seconds: float) -> None:
+        """Wait for so long, or until a message has come."""
+        self._inbox.wait(seconds, unless=lambda: self._interrupted() or self._requests.waiting)
 
     def _wait_while_paused(self) -> float:
         """Wait; return for how long (s)."""
         began = time.perf_counter()
-        while self._host.paused() and not self._host.interrupted():
-            self._host.wait(_IDLE_S)
+        while self._paused() and not self._interrupted():
+            self._wait(_IDLE_S)
         return time.perf_counter() - began
 
     def _sleep_until(self, moment_s: float) -> None:
-        while (left := moment_s - time.perf_counter()) > 0.0 and not self._host.interrupted():
+        while (left := moment_s - time.perf_counter()) > 0.0 and not self._interrupted():
             time.sleep(min(left, _IDLE_S))
 
     def _is_too_late(self, index: int, began: float) -> bool:

@@ -1,15 +1,32 @@
-"""The laser scans of the room at work: which are due, by where the rig has gone."""
+"""The laser scans of the room at work: which are due, by where the rig has gone, and the messages of each."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
 
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scan import Scan
 from renderer.lidar.scanner import Scanner, scan_stamp_ns, scanner_poses, scans_of_path
 from scene_description import CameraPose
+from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.streams import laser_frame
 
 _POSES_KEPT = 16
+
+DueScan = tuple[Sequence[CameraPose], "Scan | None"]
+"""Where the scanner is meanwhile, and the scan itself if it is wanted."""
+
+
+class ScanMessage(NamedTuple):
+    """A message of a scan, with its stamp (ns) and, of a pose, the transform that says the same."""
+
+    topic: str
+    message: Any
+    stamp_ns: int
+    transform: Any = None
 
 
 class RoomScans:
@@ -21,8 +38,6 @@ class RoomScans:
     Threading: the rendering thread.
 
     Args:
-        config: the scanner.
-        path: of the camera's rig.
         make: returns the room's scanner, when it is first needed.
     """
 
@@ -34,13 +49,17 @@ class RoomScans:
         self._driven = False
         self._next = 0
 
+    @cached_property
+    def _scanner(self) -> Scanner:
+        return self._make()
+
     def go(self, pose: CameraPose) -> None:
         """Take where the rig is; in the order of time."""
         self._driven = self._driven or self._known.get(pose.stamp_ns) != pose
         self._gone = [*self._gone[1 - _POSES_KEPT :], pose]
 
-    def due(self, stamp_ns: int, wanted: Callable[[], bool]) -> Iterator[tuple[tuple[CameraPose, ...], Scan | None]]:
-        """Yield every scan up to a stamp that has not come yet: where the scanner is meanwhile, and itself if it is wanted.
+    def due(self, stamp_ns: int, wanted: Callable[[], bool]) -> Iterator[DueScan]:
+        """Yield every scan up to a stamp that has not come yet.
 
         Nothing is cast for a scan that nobody wants; nor is there one behind where the rig has gone.
         """
@@ -51,7 +70,23 @@ class RoomScans:
             if not self._driven and number not in self._whole:
                 continue
             if wanted():
-                scan = self._make().scan(number, begin_ns, path)
+                scan = self._scanner.scan(number, begin_ns, path)
                 yield scan.poses, scan
             else:
                 yield scanner_poses(self._config, path, begin_ns), None
+
+
+def scan_messages(due: DueScan, config: ScanConfig, streams: StreamConfig, is_wanted: Callable[[str], bool]) -> Iterator[ScanMessage]:
+    """Yield what is published of a scan: where the scanner is, then the scan itself on the topics that are wanted."""
+    poses, scan = due
+    laser = laser_frame(streams.frame_prefix)
+    for pose in poses:
+        stamped, transform = laser_pose_to_msgs(pose, streams.world_frame, laser)
+        yield ScanMessage(LASER_POSE, stamped, pose.stamp_ns, transform)
+    if scan is not None:
+        yield from (ScanMessage(topic, msg, scan.stamp_ns) for topic, msg in scan_to_msgs(scan, config, laser) if is_wanted(topic))
+
+
+def scans_wanted(is_wanted: Callable[[str], bool]) -> bool:
+    """Return whether scans must be cast."""
+    return is_wanted(SCAN) or is_wanted(SCAN_IDEAL)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -15,23 +18,21 @@ from std_msgs.msg import String
 from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scan import Scan
-from scene_description import CameraPose, SceneDescription
-from scene_synth_ros.messages.camera_frames import camera_frames
+from scene_description import CameraPose
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import NO_SCAN
 from scene_synth_ros.messages.image_codec import LiveCompression, compress_image, compressed_topic, image_form
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE
-from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_frame, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.streams import IMAGE_TYPE, camera_frames
+from scene_synth_ros.render.room_scans import DueScan, scan_messages, scans_wanted
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, TF, TF_STATIC, StreamTopic, TFMessage, stream_topics
 from scene_synth_ros.suite.connections import identity_of, publishers_of
-from scene_synth_ros.suite.qos import PROFILES
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.qos import PROFILES, latched_qos
+from scene_synth_ros.suite.status import NodeStatus, status_to_json
 
 
 class StreamPublishers:
-    """Publishers of one camera: makes them, says which layers are wanted, publishes a frame with one stamp.
+    """What a renderer publishes in one life: the frames of one camera, each with one stamp, and the status that says how far it is.
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
     viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched) and, where vision_msgs is installed,
@@ -39,13 +40,21 @@ class StreamPublishers:
     and ``detections_3d``; ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
     ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and ``image_raw/compressedDepth`` of depth are made only while
     somebody subscribes to them.  ``<camera>/points`` where they are enabled; ``scan``, ``scan_ideal`` and ``laser/pose`` of a scanner.
+    ``status``: see :meth:`tell`.
+
+    Threading: the rendering thread publishes frames and tells which rooms are done; the executor's thread tells the state and closes.  One
+    lock makes a change and its publication one step, so the newest status on the topic is the newest there is.  Once closed, nothing is
+    published: the node may destroy its publishers while the rendering thread is still in a kernel.
 
     Args:
-        node: whose publishers they are.
-        config: which streams.
-        camera: for the camera info.
         compression: called for the settings of compressed images, which may change.
-        scan: the scanner.
+
+    Attributes:
+        messages: what is published of a frame.
+        counts: messages published so far, by topic.
+        frames: frames published so far.
+        frame_topic: a topic that has one message for every frame, whatever is subscribed to.
+        status: of the renderer, as it was told last.
     """
 
     def __init__(
@@ -56,41 +65,56 @@ class StreamPublishers:
         compression: Callable[[], LiveCompression] = LiveCompression,
         scan: ScanConfig = NO_SCAN,
     ) -> None:
-        self._config, self._scan = config, scan
-        self._compression = compression
-        self._node = node
+        self._node, self._config, self._compression, self._scan = node, config, compression, scan
         self.messages = FrameMessages(config, camera)
-        """What is published of a frame."""
         self.counts: dict[str, int] = {}
-        """Messages published so far, by topic."""
+        self.frames = 0
         self._publishers: dict[str, Publisher] = {}
         self._topics = stream_topics(config, camera, scan)
         for topic in self._topics.values():
             self._add(topic)
         self._static_sent = False
+        self.frame_topic = str(self._publishers[SETTINGS].topic_name)
+        self.status = NodeStatus(node=node.get_fully_qualified_name(), role="renderer", state="starting", start=self.start)
+        self._status_publisher = node.create_publisher(String, "status", latched_qos(10))
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def _add(self, topic: StreamTopic) -> None:
+        overrides = QoSOverridingOptions.with_default_policies()
+        publisher = self._node.create_publisher(topic.message_type, topic.name, topic.qos, qos_overriding_options=overrides)
+        self._publishers[topic.name] = publisher
+        self.counts[publisher.topic_name] = 0
 
     @property
-    def frame_topic(self) -> str:
-        """A topic that has one message for every frame, whatever is subscribed to."""
-        return str(self._publishers[SETTINGS].topic_name)
+    def published(self) -> int:
+        """How many messages went out on ``frame_topic``."""
+        return self.counts[self.frame_topic]
 
     @property
     def depth(self) -> int:
         """How many frames the publishers keep for subscribers that have not taken them yet."""
         return int(PROFILES[self._config.qos].depth)
 
-    def wanted_layers(self) -> set[str]:
-        """Return the layers that must be rendered now: all enabled ones, or those whose images have a subscriber if lazy.
-
-        ``ANNOTATIONS`` stands among them for what is told of objects.  Camera info and labels need no pixels: they come with every frame to
-        whoever subscribes to them alone.
-        """
-        return {layer for name, topic in self._topics.items() if topic.layers and self._is_wanted(name) for layer in topic.layers}
-
     @property
     def start(self) -> str:
         """The identity (GID, hexadecimal) of a publisher of this life of the node."""
         return identity_of(self._node, self._publishers[SETTINGS])
+
+    def wanted_layers(self) -> set[str]:
+        """Return the layers that must be rendered now: all enabled ones, or those whose images have a subscriber if lazy; none once closed.
+
+        ``ANNOTATIONS`` stands among them for what is told of objects.  Camera info and labels need no pixels: they come with every frame to
+        whoever subscribes to them alone.
+        """
+        with self._lock:
+            wanted = () if self._closed else [topic for name, topic in self._topics.items() if topic.layers and self._is_wanted(name)]
+            return {layer for topic in wanted for layer in topic.layers}
+
+    def wants_scans(self) -> bool:
+        """Return whether scans must be cast: somebody subscribes to them, or all is published anyway; not once closed."""
+        with self._lock:
+            return not self._closed and scans_wanted(self._is_wanted)
 
     def other_clocks(self) -> list[str]:
         """Return the nodes outside this suite's namespace that publish ``/clock``, as this camera does; none where it does not."""
@@ -103,55 +127,54 @@ class StreamPublishers:
         return self.counts.get(CLOCK) == 0 and bool(self.other_clocks())
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
-        """Return whether every topic is connected to every recorder that wants it, seen from both sides.
-
-        Args:
-            recorders: what the recorders say.
-            start: of this life of the node.
-        """
+        """Return whether every topic is connected to every recorder that wants it, seen from both sides."""
         return all(start in recorder.connected for recorder in recorders) and all(
             publisher.get_subscription_count() >= sum(recorder.counts.get(publisher.topic_name, 0) >= 0 for recorder in recorders)
             for publisher in self._publishers.values()
         )
 
-    def begin_room(self, scene: SceneDescription) -> None:
-        """Take the label tables of a room."""
-        self.messages.begin_room(scene)
+    def tell(self, **changes: Any) -> None:
+        """Change fields of the status, bring its counts up to date, and publish it."""
+        with self._lock:
+            self.status = replace(self.status, **changes, counts=dict(self.counts))
+            if not self._closed:
+                self._status_publisher.publish(String(data=status_to_json(self.status)))
 
     def publish(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
-        """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp."""
-        if CLOCK in self._topics and with_clock and not self.leaves_clock():
-            self._send(CLOCK, clock_to_msg(pose.stamp_ns))
-        if TF in self._topics:
-            self._send_transforms(pose)
-        self._send(SETTINGS, String(data=settings))
-        for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):
-            if isinstance(message, Image):
-                self._send_image(topic, message)
-            else:
-                self._send(topic, message)
+        """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp.
 
-    def wants_scans(self) -> bool:
-        """Return whether scans must be cast: somebody subscribes to them, or all is published anyway."""
-        return self._is_wanted(SCAN) or self._is_wanted(SCAN_IDEAL)
-
-    def publish_scan(self, poses: Sequence[CameraPose], scan: Scan | None) -> dict[str, int]:
-        """Publish a scan, if there is one, and where the scanner is meanwhile; return what went out: topic -> stamp (ns)."""
-        laser, sent = laser_frame(self._config.frame_prefix), {}
-        for pose in poses:
-            stamped, transform = laser_pose_to_msgs(pose, self._config.world_frame, laser)
-            self._send(LASER_POSE, stamped)
-            sent[LASER_POSE] = pose.stamp_ns
+        ``with_clock``: not where stamps are the time of day.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            if CLOCK in self._topics and with_clock and not self.leaves_clock():
+                self._send(CLOCK, clock_to_msg(pose.stamp_ns))
             if TF in self._topics:
-                self._send(TF, TFMessage(transforms=[transform]))
-        for topic, message in scan_to_msgs(scan, self._scan, laser) if scan is not None else ():
-            if self._is_wanted(topic):
-                self._send(topic, message)
-                sent[topic] = scan.stamp_ns if scan is not None else 0
+                self._send_transforms(pose)
+            self._send(SETTINGS, String(data=settings))
+            for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):
+                if isinstance(message, Image):
+                    self._send_image(topic, message)
+                else:
+                    self._send(topic, message)
+            self.frames += 1
+
+    def publish_scan(self, scan: DueScan) -> dict[str, int]:
+        """Publish a scan, if there is one, and where the scanner is meanwhile; return what went out: topic -> stamp (ns)."""
+        sent: dict[str, int] = {}
+        with self._lock:
+            for message in () if self._closed else scan_messages(scan, self._scan, self._config, self._is_wanted):
+                self._send(message.topic, message.message)
+                sent[message.topic] = message.stamp_ns
+                if TF in self._topics and message.transform is not None:
+                    self._send(TF, TFMessage(transforms=[message.transform]))
         return sent
 
-    def wait_until_delivered(self, seconds: float) -> None:
-        """Wait, for so long at most, until reliable subscribers have what was published."""
+    def close(self, seconds: float) -> None:
+        """Publish nothing any more; wait, for so long at most, until reliable subscribers have what was published."""
+        with self._lock:
+            self._closed = True
         deadline = time.monotonic() + seconds
         for publisher in self._publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
@@ -179,13 +202,7 @@ class StreamPublishers:
         return not self._config.lazy or self._has_subscribers(topic)
 
     def _has_subscribers(self, topic: str) -> bool:
-        return self._publishers[topic].get_subscription_count() > 0
-
-    def _add(self, topic: StreamTopic) -> None:
-        overrides = QoSOverridingOptions.with_default_policies()
-        publisher = self._node.create_publisher(topic.message_type, topic.name, topic.qos, qos_overriding_options=overrides)
-        self._publishers[topic.name] = publisher
-        self.counts[publisher.topic_name] = 0
+        return int(self._publishers[topic].get_subscription_count()) > 0
 
     def _send(self, topic: str, message: object) -> None:
         publisher = self._publishers[topic]

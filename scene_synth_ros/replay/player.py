@@ -9,7 +9,58 @@ from collections.abc import Callable, Collection, Iterator
 
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.messages.stamps import NANOSECONDS
-from scene_synth_ros.replay.timeline import Timeline
+
+
+class Timeline:
+    """Log time as it passes, at a rate that may change, with pauses; drift-free because all is counted from one anchor.
+
+    Args:
+        rate: log time per clock time, > 0.
+        paused: whether log time stands still at first.
+    """
+
+    def __init__(self, rate: float, *, paused: bool = False) -> None:
+        self._rate = rate
+        self._paused = paused
+        self._anchor_log_ns = 0
+        self._anchor_clock_ns = 0
+
+    @property
+    def paused(self) -> bool:
+        """Whether log time stands still."""
+        return self._paused
+
+    def begin(self, log_ns: int, clock_ns: int) -> None:
+        """Let log time be ``log_ns`` at ``clock_ns``."""
+        self._anchor_log_ns, self._anchor_clock_ns = log_ns, clock_ns
+
+    def position_ns(self, clock_ns: int) -> int:
+        """Return the log time at ``clock_ns``."""
+        if self._paused:
+            return self._anchor_log_ns
+        return self._anchor_log_ns + round((clock_ns - self._anchor_clock_ns) * self._rate)
+
+    def due_ns(self, log_ns: int) -> int | None:
+        """Return the clock time of ``log_ns``; None while paused."""
+        if self._paused:
+            return None
+        return self._anchor_clock_ns + round((log_ns - self._anchor_log_ns) / self._rate)
+
+    def set_rate(self, rate: float, clock_ns: int) -> None:
+        """Go on at another rate from where log time is."""
+        self.begin(self.position_ns(clock_ns), clock_ns)
+        self._rate = rate
+
+    def pause(self, clock_ns: int) -> None:
+        """Stop log time; once paused, harmless."""
+        self.begin(self.position_ns(clock_ns), clock_ns)
+        self._paused = True
+
+    def resume(self, clock_ns: int) -> None:
+        """Let log time go on; while it runs, harmless."""
+        self.begin(self.position_ns(clock_ns), clock_ns)
+        self._paused = False
+
 
 MAX_LATCHED = 1000
 HELD_UP_NS = NANOSECONDS
@@ -27,12 +78,8 @@ class Player:
     Latched topics have their state at the start handed out first.
 
     Args:
-        reader: the bag; it must hold messages.
-        publish: called with every message.
-        topics: play only these.
         start_offset_ns: skip this much log time at the beginning.
         rate: log time per real time, > 0.
-        loop: begin again at the end.
         paused: wait for ``resume`` before the first message.
     """
 

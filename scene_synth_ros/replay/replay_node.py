@@ -12,20 +12,17 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
 
-from scene_description import error_line
+from scene_description import SceneSynthError, error_line
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.messages.conversions import clock_to_msg
-from scene_synth_ros.replay.playable_topics import CLOCK_TOPIC, UnplayableError, chosen_topics, import_type
+from scene_synth_ros.replay.playable_topics import CLOCK_TOPIC, UnplayableError, chosen_topics, import_type, replay_qos
 from scene_synth_ros.replay.playback import Playback
 from scene_synth_ros.replay.replay_config import ReplayConfig
-from scene_synth_ros.replay.replay_qos import replay_qos
-from scene_synth_ros.suite.guarded_node import STEADY
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 from scene_synth_ros.suite.process import end_process, run_node
-from scene_synth_ros.suite.suite_node import REFUSALS
+from scene_synth_ros.suite.suite_node import REFUSALS, STEADY, serve_trigger
 
 
 class ReplayNode(Node):  # type: ignore[misc]
@@ -67,9 +64,8 @@ class ReplayNode(Node):  # type: ignore[misc]
             raise BagReadError(f"{config.bag}: no topic can be published here")
         self._playback = Playback(self._reader, publishers, lambda: self._settings[""], self.get_logger())
         self._player = self._playback.player
-        self.create_service(Trigger, "~/pause", self._pause)
-        self.create_service(Trigger, "~/resume", self._resume)
-        self.create_service(Trigger, "~/step", self._step)
+        for name, work in {"pause": self._pause, "resume": self._resume, "step": self._step}.items():
+            serve_trigger(self, name, work)
         self.create_subscription(Float64, "~/seek", self._seek, 10)
         if config.clock_hz:
             self._clock_publisher = self.create_publisher(Clock, CLOCK_TOPIC, 10)
@@ -112,22 +108,20 @@ class ReplayNode(Node):  # type: ignore[misc]
         self._player.set_rate(config.rate)
         self._player.set_loop(config.loop)
 
-    def _pause(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _pause(self) -> str:
         self._player.pause()
-        response.success, response.message = True, f"paused at {self._player.position_s():.3f} s"
-        return response
+        return f"paused at {self._player.position_s():.3f} s"
 
-    def _resume(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = True, f"going on at {self._player.position_s():.3f} s"
+    def _resume(self) -> str:
+        going_on = f"going on at {self._player.position_s():.3f} s"
         self._player.resume()
-        return response
+        return going_on
 
-    def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self._player.paused
-        if response.success:
-            self._player.step()
-        response.message = f"one step from {self._player.position_s():.3f} s" if response.success else "it plays; pause it first"
-        return response
+    def _step(self) -> str:
+        if not self._player.paused:
+            raise SceneSynthError("it plays; pause it first")
+        self._player.step()
+        return f"one step from {self._player.position_s():.3f} s"
 
     def _seek(self, message: Float64) -> None:
         if math.isfinite(message.data):

@@ -18,16 +18,13 @@ from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_bag
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.image_reader import CodecError, read_image
+from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, RAW, find_streams
 
 Images = dict[int, dict[str, NDArray[Any]]]
 """Stamp -> layer -> pixels."""
 TopicsOf = Callable[[Mapping[str, str]], Mapping[str, str]]
 """Topic -> type of a bag -> layer -> the topic to take it from."""
-LABELS = "/semantic/labels"
-ESTIMATES = "/estimates/"
-"""Where the names of topics of estimates begin, unless the user has chosen others."""
 
-_STRING = "std_msgs/msg/String"
 _UNREADABLE = (CodecError, MessageReadError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
@@ -36,8 +33,8 @@ def truth_topics(camera: str) -> TopicsOf:
     """Return what finds the topics of the truth, of a camera by its name; empty: of the first."""
 
     def find(types: Mapping[str, str]) -> Mapping[str, str]:
-        own = {name: kind for name, kind in types.items() if not name.startswith(ESTIMATES)}
-        return layer_topics({name: kind for name, kind in own.items() if f"/{camera}/" in name} if camera else own)
+        images = {name: stream for name, stream in find_streams(types, *IMAGE_FORMS).items() if stream.base != ESTIMATES}
+        return layer_topics({name: types[name] for name, stream in images.items() if not camera or stream.is_of(camera)})
 
     return find
 
@@ -47,15 +44,15 @@ def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> 
 
     Else it is, in a bag of estimates, the layer's own name; in the bag of the truth what the camera's modelled sensor has read.
     """
-    ends = f"{camera and f'/{camera}'}/{layer}_sensed/image_raw"
 
     def find(types: Mapping[str, str]) -> Mapping[str, str]:
         if chosen:
             return {layer: chosen}
-        named = layer_topics({name: kind for name, kind in types.items() if name.startswith(ESTIMATES)})
+        named = layer_topics({name: types[name] for name, stream in find_streams(types, *IMAGE_FORMS).items() if stream.base == ESTIMATES})
         if layer in named or not same_bag:
             return named if layer in named else layer_topics(types)
-        return {layer: next((name for name in sorted(types) if name.endswith(ends)), "")}
+        own = sorted((name, stream) for name, stream in find_streams(types, RAW).items() if stream.layer == f"{layer}_sensed")
+        return {layer: next((name for name, stream in own if not camera or stream.is_of(camera)), "")}
 
     return find
 
@@ -98,7 +95,7 @@ def class_names(bag: Path) -> dict[int, str]:
     """Return the names of the classes as the labels of a bag tell them, nothing where it has none."""
     try:
         with BagReader(bag) as reader:
-            topics = [topic.name for topic in reader.summary.topics if topic.name.endswith(LABELS) and topic.type_name == _STRING]
+            topics = [topic for topic, stream in find_streams(reader.types, LABELS).items() if stream.layer == "semantic"]
             message = next(reader.messages(topics), None) if topics else None
             labels = json.loads(deserialize_message(message.data, String).data)["labels"] if message else {}
             return {int(key): str(row["name"])[:100].replace("_", " ") for key, row in labels.items()}

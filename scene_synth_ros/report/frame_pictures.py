@@ -13,7 +13,7 @@ from PIL import Image as Picture
 
 from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import layer_picture
-from scene_synth_ros.pages.pictures import data_uri
+from scene_synth_ros.pages.document import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
 from scene_synth_ros.report.frame_images import Images, TopicsOf, class_names, estimate_topics, fits, frame_images, reduced, truth_topics
 

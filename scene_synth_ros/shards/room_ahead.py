@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import Future
-from dataclasses import replace
 from types import TracebackType
 
 from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription
+from scene_synth_ros.offline.rules import sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.suite.daemon_job import start_daemon_job
-from scene_synth_ros.synthesize.run import Run
 
 
 class RoomsAhead:
@@ -46,10 +45,7 @@ class RoomsAhead:
                 self._ahead = {index + 1: start_daemon_job("next room", lambda: self._sample(index + 1))}
 
     def _sample(self, index: int) -> SceneDescription:
-        run = self._settings.run
-        order = Run(replace(run, first_index=index, rooms=1), 0.0).order(0.0)
-        assert order is not None
-        return self._rules.synthesize(self._settings.grammar["scene"], run.seed, index, order.times)
+        return sample_room(self._rules, self._settings, index)
 
     def __enter__(self) -> RoomsAhead:
         return self

@@ -36,15 +36,12 @@ class Connections:
     """Starts of renderers all of whose topics have reached the recorder; no clocks, no threads.
 
     A reader is matched a moment after its writer is known, so a start counts as connected when it is found whole at two looks in a row.
-
-    Args:
-        publishers_of: returns the publishers of a topic that are known now.
     """
 
     def __init__(self, publishers_of: Callable[[str], Iterable[Endpoint]]) -> None:
         self._publishers_of = publishers_of
         self._renderers: dict[str, NodeStatus] = {}
-        self._found: set[str] = set()
+        self._whole_before: set[str] = set()
         self._connected: set[str] = set()
 
     def take_status(self, status: NodeStatus) -> None:
@@ -58,9 +55,9 @@ class Connections:
             known: the topics that the recorder has considered; values below 0 mark those that it leaves out.
         """
         starts = {status.start: status for status in self._renderers.values() if status.start}
-        found = {start for start, status in starts.items() if start in self._connected or self._is_whole(status, known)}
-        self._connected = found & self._found
-        self._found = found
+        whole = {start for start, status in starts.items() if start in self._connected or self._is_whole(status, known)}
+        self._connected = whole & self._whole_before
+        self._whole_before = whole
         return tuple(sorted(self._connected))
 
     def _is_whole(self, status: NodeStatus, known: Mapping[str, int]) -> bool:

@@ -40,9 +40,6 @@ class Faults:
     """The faults of a node: each is logged with its traceback and counted.
 
     Threading: any thread may call :meth:`tell` and read; a lock guards the count and the last line.
-
-    Args:
-        log: takes the lines to log.
     """
 
     def __init__(self, log: Callable[[str], object]) -> None:

@@ -19,6 +19,7 @@ from rclpy.parameter import Parameter
 
 from scene_description import SceneSynthError, error_line
 from scene_description.strict import FieldError, Limits, field_types, read_value, split_annotation
+from scene_synth_ros.suite.rclpy_internals import overrides_of
 
 _FIRST_NAME = re.compile(r"[a-z][a-z0-9_]*(?=[:\[])")
 ROS_OWN = ("use_sim_time", "qos_overrides.", "start_type_description_service")
@@ -26,15 +27,6 @@ ROS_OWN = ("use_sim_time", "qos_overrides.", "start_type_description_service")
 
 class ParameterError(SceneSynthError):
     """A parameter that a node refuses at its start; one line: which, expected, got."""
-
-
-def overrides_of(node: Node) -> dict[str, Any]:
-    """Return the values that a node is started with, by parameter name: from parameter files, command line and constructor.
-
-    An empty list of a parameter file has no type in ROS; its value is None here.  (rclpy has no public name for these, and would raise if
-    it were to declare an empty list by itself.)
-    """
-    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
 
 def annotations_of(groups: Mapping[str, type]) -> dict[str, Any]:

@@ -36,11 +36,7 @@ _LISTEN_S = 0.2
 
 
 def init_ros(args: list[str] | None = None) -> None:
-    """Initialise rclpy with the transport that the nodes need, leaving signals to the caller; the one door to ROS of every process.
-
-    Args:
-        args: the command line; None takes the process's own.
-    """
+    """Initialise rclpy with the transport that the nodes need, leaving signals to the caller; the one door to ROS of every process."""
     own_transport = choose_transport()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     if own_transport:

@@ -49,8 +49,8 @@ def remove_stale_shared_memory(folder: Path = SHARED_MEMORY) -> None:
 def _stale(folder: Path) -> Iterator[tuple[str, IO[bytes]]]:
     """Yield the ports and segments that no process owns, with their locks, now shared with others that start: owners lock alone."""
     for path in folder.glob("fastrtps_*_el"):
-        found = _OWNED.fullmatch(path.name)
-        if found is None:
+        owned = _OWNED.fullmatch(path.name)
+        if owned is None:
             continue
         try:
             lock = path.open("rb")
@@ -61,7 +61,7 @@ def _stale(folder: Path) -> Iterator[tuple[str, IO[bytes]]]:
         except OSError:  # its owner lives
             lock.close()
         else:
-            yield found[1], lock
+            yield owned[1], lock
 
 
 def _is_alone(folder: Path, name: str, lock: IO[bytes]) -> bool:

@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
 
 MAX_TEXT_LENGTH = 100_000
+NodeState = Literal["starting", "ready", "failed", "finished"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +36,7 @@ class NodeStatus:
 
     node: Annotated[str, Limits(min_length=1, max_length=300)]
     role: Literal["grammar", "renderer", "recorder"]
-    state: Literal["starting", "ready", "failed", "finished"]
+    state: NodeState
     done_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     refused_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     reason: Annotated[str, Limits(max_length=1000)] = ""

@@ -7,21 +7,27 @@ import fcntl
 import json
 import multiprocessing
 import os
+import shutil
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import NamedTuple
 
+from grammar.counterfactual import apply_change
+from renderer.film.tone import Exposure
+from scene_description import SceneSynthError, error_line
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.bags.bag_writer import BagWriteError
+from scene_synth_ros.offline.offline_bag import OfflineBag
+from scene_synth_ros.offline.offline_renderer import meter_room
+from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.suite.heap import limit_arenas
-from scene_synth_ros.sweep.sweep_document import sweep_document
 from scene_synth_ros.sweep.sweep_file import SweepError
-from scene_synth_ros.sweep.variant import SweepPlan, Variant
-from scene_synth_ros.sweep.variant_bag import Made, is_done, make_variant
-
-DOCUMENT = "sweep.json"
+from scene_synth_ros.sweep.sweep_json import SWEEP_NAME
+from scene_synth_ros.sweep.variant import RECORD_NAME, BaseRoom, SweepPlan, Variant, sweep_document
 
 
 class Outcome(NamedTuple):
@@ -60,14 +66,14 @@ def run_sweep(
         finally:
             there = [variant.id for variant in plan.variants if is_done(variant, folder, exposure)]
             refused = {done.id: done.refused for done in made if done.refused}
-            _write(folder / DOCUMENT, sweep_document(plan, there, refused))
+            _write(folder / SWEEP_NAME, sweep_document(plan, there, refused))
     return Outcome(tuple(found), tuple(made))
 
 
 @contextlib.contextmanager
 def _folder_of_one(folder: Path) -> Iterator[None]:
     """Make the folder and hold it for this run alone."""
-    if folder.is_dir() and any(folder.iterdir()) and not ((folder / DOCUMENT).exists() or (folder / "variants").exists()):
+    if folder.is_dir() and any(folder.iterdir()) and not ((folder / SWEEP_NAME).exists() or (folder / "variants").exists()):
         raise SweepError(f"--out {folder}: expected a new folder or one of a sweep, got one that holds other things")
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
@@ -120,3 +126,84 @@ def _write(path: Path, document: object) -> None:
     partial = path.with_name(f".{path.name}.partial")
     partial.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     partial.replace(path)
+
+
+class Made(NamedTuple):
+    """What became of a variant: how many frames it has, or why it cannot be."""
+
+    id: str
+    frames: int
+    refused: str
+
+
+def make_variant(variant: Variant, folder: Path, exposure: str) -> Made:
+    """Write the bag of a variant below the folder of its sweep.
+
+    The same random numbers, frame indices and stamps as of the base room; its exposure too, if that is ``held``.
+
+    Args:
+        variant: what to make.
+        folder: of the sweep.
+        exposure: ``held`` or ``metered``.
+
+    Raises:
+        BagWriteError: the bag cannot be written.
+        SweepError: something else is where it shall be.
+    """
+    bag = folder / variant.bag
+    remove_stale(bag)
+    rules = rules_of(variant.base.settings)
+    metered: Callable[[str], Exposure] | None = (lambda renderer: _held_exposure(variant.base, renderer)) if exposure == "held" else None
+    try:
+        scene = variant.base.scene
+        for change in variant.changes:
+            scene = apply_change(scene, change, rules)
+        with OfflineBag(bag, variant.settings, rules.floor_map, {RECORD_NAME: variant.record(exposure)}) as writer:
+            writer.add_room(scene, metered)
+    except BagWriteError:
+        raise
+    except SceneSynthError as error:
+        return Made(variant.id, 0, error_line(error))
+    return Made(variant.id, len(scene.camera_path), "")
+
+
+def is_done(variant: Variant, folder: Path, exposure: str) -> bool:
+    """Return whether a variant's bag is there, whole, and records what the plan says; the command that made it does not matter."""
+    try:
+        with BagReader(folder / variant.bag) as reader:
+            summary = reader.summary
+    except (BagReadError, OSError):
+        return False
+    record = summary.records.get(RECORD_NAME, {})
+    return summary.finished and not summary.faults and _compared(record) == _compared(variant.record(exposure))
+
+
+def remove_stale(bag: Path) -> None:
+    """Remove the bag of a variant that is not what the plan says.
+
+    Raises:
+        SweepError: there is something that is no bag.
+    """
+    if not bag.exists():
+        return
+    strangers = [file.name for file in bag.iterdir() if ".mcap" not in file.name and not file.name.startswith("metadata.yaml")]
+    if strangers:
+        raise SweepError(f"{bag}: expected a bag of this sweep, got a folder that holds {strangers[0]}; choose another --out")
+    shutil.rmtree(bag)
+
+
+_held: dict[str, Exposure] = {}
+"""Exposures of the base room at work, as they are metered, by its records and renderer."""
+
+
+def _held_exposure(base: BaseRoom, renderer: str) -> Exposure:
+    key = json.dumps([base.said, base.scene.id, renderer])
+    if key not in _held:
+        if len(_held) > 16:
+            _held.clear()
+        _held[key] = meter_room(base.scene, base.settings.renderers[renderer])
+    return _held[key]
+
+
+def _compared(record: Mapping[str, str]) -> dict[str, str]:
+    return {name: value for name, value in record.items() if name != "command"}

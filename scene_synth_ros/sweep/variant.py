@@ -5,16 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from grammar.counterfactual import Change
 from scene_description import SceneDescription, scene_to_json
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.suite.parameters import parameter_values
 from scene_synth_ros.sweep.sweep_file import SweepSpec
+from scene_synth_ros.sweep.sweep_json import SWEEP_SCHEMA, FactorRow
 
 VARIANT_SCHEMA = "scene_synth_variant/1"
 RECORD_NAME = "scene_synth_variant"
@@ -85,25 +86,32 @@ class Variant:
         return {"id": self.id, **texts, "base_sha256": scene, "parameters_sha256": run, "command": self.command(Path(self.file).name)}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FactorRow:
-    """A factor as ``sweep.json`` and its readers have it; ``base`` is None where the base rooms have no one value."""
-
-    name: str
-    label: str
-    unit: str | None
-    values: tuple[object, ...]
-    base: object
-    attribute: str
-
-    def row(self) -> dict[str, object]:
-        """Return what ``sweep.json`` says of it."""
-        return {name: getattr(self, name) for name in ("name", "label", "unit", "attribute", "base")} | {"values": list(self.values)}
-
-
 class SweepPlan(NamedTuple):
     """Everything that a sweep will make."""
 
     spec: SweepSpec
     factors: tuple[FactorRow, ...]
     variants: tuple[Variant, ...]
+
+
+def sweep_document(plan: SweepPlan, done: Sequence[str], refused: Mapping[str, str]) -> dict[str, Any]:
+    """Return ``sweep.json``: factors, the variants whose bags are there, those that were refused and why, and those that are missing.
+
+    Args:
+        plan: of the sweep.
+        done: ids of variants whose bags are whole.
+        refused: id -> why the variant cannot be.
+    """
+    rows = {variant.id: variant.row() for variant in plan.variants}
+    return {
+        "schema": SWEEP_SCHEMA,
+        "spec": dict(plan.spec.data),
+        "factors": [factor.row() for factor in plan.factors],
+        "variants": [rows[name] for name in rows if name in done],
+        "refused": [
+            {**{key: value for key, value in row.items() if key != "bag"}, "reason": refused[name]}
+            for name, row in rows.items()
+            if name in refused
+        ],
+        "missing": [name for name in rows if name not in done and name not in refused],
+    }

@@ -11,23 +11,22 @@ from rclpy.duration import Duration
 from std_msgs.msg import String
 
 from grammar import SceneRequest
+from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import SceneSynthesizer
-from scene_description import FieldError, SceneSynthError, error_line
+from scene_description import SceneSynthError, error_line
+from scene_description.strict import shorten
 from scene_synth_ros.suite.connections import identity_of, publishers_of
-from scene_synth_ros.suite.diagnostics import Diagnostics, Report
-from scene_synth_ros.suite.parameters import Parameters, overrides_of
+from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
-from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
-from scene_synth_ros.suite.suite_node import SuiteNode
+from scene_synth_ros.suite.rclpy_internals import overrides_of
+from scene_synth_ros.suite.status import NodeState, NodeStatus, status_to_json
+from scene_synth_ros.suite.suite_node import SuiteNode, serve_trigger
 from scene_synth_ros.synthesize.catalogs import with_catalog
-from scene_synth_ros.synthesize.frame_times import ROOM_CHANGE_S
-from scene_synth_ros.synthesize.grammar_report import grammar_report
-from scene_synth_ros.synthesize.room_ahead import RoomAhead
-from scene_synth_ros.synthesize.room_job import Prepared, RoomJob
-from scene_synth_ros.synthesize.run import Run, Step
+from scene_synth_ros.synthesize.room_ahead import Prepared, RoomAhead, RoomJob
+from scene_synth_ros.synthesize.room_schedule import ROOM_CHANGE_S, RoomSchedule, Step
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
-from scene_synth_ros.synthesize.run_services import RunServices
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
 
 _TICK_S = 0.1
@@ -52,7 +51,7 @@ class GrammarNode(SuiteNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("grammar_node", **options)
-        self._run: Run | None = None
+        self._present: RoomSchedule | None = None
         self._ahead = RoomAhead(self.faults, self.create_guard_condition(self._tick).trigger)
         own = self._override("grammar_file")
         self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
@@ -63,6 +62,12 @@ class GrammarNode(SuiteNode):
     def _config(self) -> RunConfig:
         config: RunConfig = self._settings[""]
         return config
+
+    @property
+    def _run(self) -> RoomSchedule:
+        """The run of this life of the node, between *configure* and *cleanup*."""
+        assert self._present is not None
+        return self._present
 
     def _check(self, values: Mapping[str, Any]) -> None:
         values[""].check()
@@ -75,18 +80,19 @@ class GrammarNode(SuiteNode):
 
     def open(self) -> None:
         """Make publishers and services; the run begins with its first room."""
-        self._state, self._obstacle = "ready", ""
+        self._state: NodeState = "ready"
+        self._obstacle = ""
         self._newest_room: Prepared | None = None
         self._announced: Prepared | None = None
         depth = latched_qos(self._config.rooms_ahead)
         self._room = {name: self.create_publisher(kind, name, depth) for name, kind in SCENE_TOPICS.items()}
         self._next = self.create_publisher(String, "scene/next", latched_qos())
         self._status = self.create_publisher(String, "status", latched_qos(10))
-        run = Run(self._config, time.monotonic(), identity_of(self, self._status))
-        self.create_subscription(String, "status", self._on_status, latched_qos(100))
-        self._services_of_run = RunServices(self, run, lambda: self._config)
-        self._diagnostics = Diagnostics(self, self._collect)
-        self._run = run
+        self._present = RoomSchedule(self._config, time.monotonic(), identity_of(self, self._status))
+        self.hear_status(self._on_status, self.warn)
+        for name, work in {"next_room": self._next_room, "pause": self._hold, "resume": self._go_on, "reset": self._reset}.items():
+            serve_trigger(self, name, work)
+        self._diagnostics = Diagnostics(self, self._report)
         self._tell("ready")
         self.get_logger().info("synthesising the first room (the first run compiles kernels)")
         self.create_timer(_TICK_S, self._tick)
@@ -94,7 +100,7 @@ class GrammarNode(SuiteNode):
 
     def close(self) -> None:
         """End the run; a room that is being synthesised is dropped when it is ready."""
-        self._run = None
+        self._present = None
         self._ahead.drop()
 
     def pause(self) -> None:
@@ -107,7 +113,7 @@ class GrammarNode(SuiteNode):
 
     def fail(self, reason: str) -> None:
         """Tell the peers why the run ends."""
-        if self._run is not None:
+        if self._present is not None:
             self._obstacle = reason
             self._diagnostics.publish()
             self._tell("failed", reason)
@@ -115,20 +121,31 @@ class GrammarNode(SuiteNode):
 
     def at_work(self) -> str:
         """Return the room that is prepared or goes out next."""
-        return _room_name(self._run.next_index, self._config.seed) if self._run is not None else ""
+        return _room_name(self._run.next_index, self._config.seed) if self._present is not None else ""
+
+    def _next_room(self) -> str:
+        index = self._run.next_index
+        return f"room {index} goes out{_after(self._run.ask_for_one())}"
+
+    def _hold(self) -> str:
+        self.pause()
+        return f"paused before room {self._run.next_index}"
+
+    def _go_on(self) -> str:
+        self.resume()
+        return f"going on with room {self._run.next_index}"
+
+    def _reset(self) -> str:
+        again = f"the run begins again with room {self._config.first_index} of seed {self._config.seed}"
+        return again + _after(self._run.ask_for_reset())
 
     def _on_change(self, _prefixes: set[str]) -> None:
-        if self._run is not None:
+        if self._present is not None:
             self._run.change(self._config)
             self._obstacle = ""
             self._tell(self._state)
 
-    def _on_status(self, message: String) -> None:
-        try:
-            status = status_from_json(message.data)
-        except FieldError as error:
-            self.warn(f"ignored a status that does not fit: {error}")
-            return
+    def _on_status(self, status: NodeStatus) -> None:
         if status.role != "grammar":
             if self._run.take_status(status):
                 self._tell(self._state, self._obstacle)
@@ -142,7 +159,7 @@ class GrammarNode(SuiteNode):
 
     def _tick(self) -> None:
         """Do the run's next step, and keep one room prepared."""
-        if self._run is None:
+        if self._present is None:
             return
         for line in self._run.peer_failures():
             if self._config.exit_when_done:
@@ -173,17 +190,21 @@ class GrammarNode(SuiteNode):
 
     def _send_prepared(self) -> None:
         """Send the room that is prepared, if it is ready and still wanted; say what came instead."""
-        job = self._ahead.job
+        ended = self._ahead.take()
+        if ended is None:
+            return
+        job, future = ended
+        wanted = job.generation == self._run.generation
         try:
-            prepared = self._ahead.take()
-            if prepared is not None and prepared.generation == self._run.generation:
+            prepared = future.result()
+            if wanted:
                 self._send(prepared)
         except (SceneSynthError, OSError) as error:
-            if job.generation == self._run.generation:
+            if wanted:
                 self._refuse_room(f"room {job.index} could not be synthesised: {error_line(error)}")
         except Exception as error:
             self.faults.tell(error, f"{_room_name(job.index, job.seed)} was prepared")
-            if job.generation == self._run.generation:
+            if wanted:
                 self._run.skip(time.monotonic())
 
     def _refuse_room(self, reason: str) -> None:
@@ -223,7 +244,7 @@ class GrammarNode(SuiteNode):
         self.fail(reason)
         self.exit_code = 1
 
-    def _tell(self, state: str, reason: str = "") -> None:
+    def _tell(self, state: NodeState, reason: str = "") -> None:
         """Publish the status."""
         self._state = state
         status = NodeStatus(
@@ -238,9 +259,37 @@ class GrammarNode(SuiteNode):
         )
         self._status.publish(String(data=status_to_json(status)))
 
-    def _collect(self) -> Report:
+    def _report(self) -> Report:
+        """Return what ``/diagnostics`` says."""
+        run, config, room = self._run, self._config, self._newest_room
         request: SceneRequest = self._settings["scene"]
-        return grammar_report(self._run, self._config, request, self._newest_room, self._obstacle, self.last_warning(), time.monotonic())
+        cost = room.cost if room is not None else SamplingCost(attempts=0, proposals=0, chain_s=0.0)
+        warning = self.last_warning()
+        values = {
+            "seed": config.seed,
+            "room_type": request.room_type,
+            "rooms_sent": run.next_index - config.first_index,
+            "rate_hz": config.rate_hz,
+            "lock_step": config.lock_step,
+            "seconds_per_room": f"{room.seconds if room is not None else 0.0:.3f}",
+            "layouts_per_room": cost.attempts,
+            "proposals_per_room": cost.proposals,
+            "proposals_per_second": f"{cost.proposals / cost.chain_s:.3g}" if cost.chain_s else "0",
+            "waiting_for": "resume" if run.paused else run.waiting,
+            "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in run.peers),
+            "last_complaint": warning,
+        }
+        if self._obstacle:
+            return ERROR, shorten(self._obstacle) if len(self._obstacle) > 500 else self._obstacle, values
+        waited = time.monotonic() - run.last_sent_s
+        if run.waiting and waited > config.peer_timeout_s:
+            return WARN, f"waiting since {waited:.0f} s for {run.waiting}", values
+        return (WARN, warning, values) if warning else (OK, "synthesising rooms", values)
+
+
+def _after(what: str) -> str:
+    """Return what to add to the answer of a service that must wait."""
+    return f", after {what}" if what else ""
 
 
 def _room_name(index: int, seed: int) -> str:

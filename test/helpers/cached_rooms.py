@@ -1,4 +1,4 @@
-"""Irradiance caches of small scenes, for the tests of renderer/cache."""
+"""Irradiance caches of small scenes, for the tests of renderer/irradiance_cache."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.cache.cache_geometry import CacheGeometry
-from renderer.cache.config import CacheConfig
-from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.core.embree import EmbreeScene
 from renderer.core.workers import Workers
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
 from renderer.path.lights import build_lights
 from renderer.path.records import make_scratch
 from renderer.path.surface_tables import build_surfaces

@@ -6,7 +6,6 @@ import base64
 import json
 import os
 import select
-import shutil
 import subprocess
 import time
 from itertools import count
@@ -14,22 +13,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import pytest
+from needed_tools import find_chromium
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 TIMEOUT_S = 60.0
-
-
-def find_chromium() -> str | None:
-    """Return the program, or None where there is none."""
-    return next((path for path in map(shutil.which, NAMES) if path), None)
-
-
-def need_chromium() -> None:
-    """Skip the test where there is no program, or fail it where browser tests are required."""
-    if find_chromium() is None:
-        tell = pytest.fail if os.environ.get("BROWSER_TESTS") == "required" else pytest.skip
-        tell("no Chromium found; apt install chromium")
 
 
 class Page:

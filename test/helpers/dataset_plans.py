@@ -6,8 +6,8 @@ import hashlib
 from pathlib import Path
 
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
-from scene_synth_ros.cli.run_profile import NodeParameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_profile import NodeParameters
 from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 
 SEED, FRAMES = 7, 2

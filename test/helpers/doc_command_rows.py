@@ -54,14 +54,18 @@ _REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_un
 _WALL = "test/scene_synth_ros/test_wall_clock.py"
 _SPLIT = "test/scene_synth_ros/splits/test_split_command.py::test"
 _SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
+_CLI = "test/scene_synth_ros/cli"
+_GALLERY = f"{_CLI}/pictures/test_gallery.py draws single models"
+_CATALOG = f"{_CLI}/commands/test_catalog_command.py::test_the_check_names_each_fault"
+_SAMPLE = f"{_CLI}/commands/test_sample_command.py::test_writes_every_kind_of_file_and_a_record_of_the_chain"
 _ROBOTS = (
-    "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
+    "test/scene_synth_ros/cli/parameters/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
-_GENERATE_TESTS = "test/scene_synth_ros/cli/test_generate_command.py"
+_GENERATE_TESTS = "test/scene_synth_ros/cli/commands/test_generate_command.py"
 _GENERATE = f"{_GENERATE_TESTS}::test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes"
 _EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
 _EVALUATE = f"{_EVALUATE_TESTS}::test_the_truth_as_estimate_is_perfect"
-_CONVERT = "test/scene_synth_ros/cli/test_convert_command.py::test_the_folder_appears_whole_and_the_line_says_what_is_in_it"
+_CONVERT = "test/scene_synth_ros/cli/commands/test_convert_command.py::test_the_folder_appears_whole_and_the_line_says_what_is_in_it"
 _FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
@@ -71,7 +75,7 @@ RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
 _ESTIMATE = "test/scene_synth_ros/estimate/test_estimate_command.py::test_bytes_are_those_of_the_dataset_where_all_rooms_are_measured"
 _RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset"
 _OWN_RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_ray_of_the_runs_own_begins_and_ends_with_it"
-_SHARES = "test/scene_synth_ros/cli/test_generate_shares.py::test_the_last_share_writes_the_manifest_that_a_single_run_writes"
+_SHARES = "test/scene_synth_ros/cli/commands/test_generate_shares.py::test_the_last_share_writes_the_manifest_that_a_single_run_writes"
 
 ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     # make
@@ -81,7 +85,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make test": Parsed("is what runs this test"),
     "make lint": Parsed("a check of its own, which finds no fault of a run"),
     "make docs": Parsed("test/test_docs.py::test_the_map_of_the_architecture_is_up_to_date"),
-    "make gallery": Parsed("takes many minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "make gallery": Parsed(f"takes many minutes; {_GALLERY}"),
     "make bench": Parsed("takes many minutes, and speed is never judged in a test"),
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
@@ -90,7 +94,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[denoise]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/pip install '.[bench-reference]'": Listed("needs the network; that the extra exists is tested"),
     "export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1": Listed("names the library of another package, for Mitsuba"),
-    "source .venv/bin/activate": Listed("is made by python3 -m venv"),
     # system ROS 2
     "mkdir -p ~/ws/src && cd ~/ws && git clone <this repository> src/scene_synth_ros": Listed("makes a folder of the user's home"),
     "rosdep install --from-paths src --ignore-src -y": Listed("needs rosdep, root and the network"),
@@ -127,17 +130,13 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     # scene_synth run, demo
     "scene_synth run": Named(),
     "scene_synth run --record": Named(),
-    "scene_synth run --record DIR": Usage(_MAIN_JOB),
-    "scene_synth run [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--rooms N] [--frames N] [--seed S] [--record DIR]": Usage(
-        _MAIN_JOB
-    ),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
     "scene_synth run --record BAG -p renderer_node.streams.semantic_classes:=coco": Parsed(
         "test/scene_synth_ros/bags/test_verify.py"
         "::test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours"
     ),
-    "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
-    ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
+    "scene_synth demo": Parsed("test/scene_synth_ros/cli/commands/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
+    ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/commands/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
     "scene_synth run --record bag --rooms 2 --frames 4 -p renderer_node.streams.annotations:=true": Parsed(
@@ -160,7 +159,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/bags/test_verify.py::test_the_bag_says_what_made_it_and_its_parameters_make_it_again"
     ),
     "scene_synth run --grammar waiting_room.yaml": Parsed(
-        "test/scene_synth_ros/cli/test_run_profile.py::test_a_grammar_file_comes_with_its_room_type_and_is_checked_first"
+        "test/scene_synth_ros/cli/parameters/test_run_profile.py::test_a_grammar_file_comes_with_its_room_type_and_is_checked_first"
     ),
     "scene_synth run -p grammar_node.scene.grammar_set:=by_hand": Parsed("test/grammar/test_grammar_set.py"),
     "scene_synth run -p \"grammar_node.scene.looks:=['bed/duvet: {material: deep_cover, base_color: [0.1, 0.2, 0.3]}',"
@@ -176,7 +175,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         ("scan_pictures/scans.npz", "scan_pictures/scan.png"),
     ),
     "scene_synth run --overlay kinect_v1 --rooms 2 --frames 8 --record my_bag": Parsed(
-        "test/scene_synth_ros/cli/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
+        "test/scene_synth_ros/cli/parameters/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
     ),
     "scene_synth run --params main -p grammar_node.scene.daylight:=overcast --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/grammar/appearance/test_lighting.py"
@@ -186,19 +185,13 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " -p grammar_node.scene.room_type:=kitchen --show kitchen.html": Parsed(_MAIN_JOB),
     "chromium --headless=new --hide-scrollbars --window-size=1400,900 --virtual-time-budget=10000 --screenshot=docs/show.jpg"
     ' "file://$PWD/kitchen.html#frame=5&x=390&y=290"': Listed(
-        "needs Chromium; test/scene_synth_ros/cli/test_show_page_in_browser.py drives one where it is installed"
+        "needs Chromium; test/scene_synth_ros/cli/page/test_show_page_in_browser.py drives one where it is installed"
     ),
     # bags
     "scene_synth inspect": Named(),
     "scene_synth inspect BAG": Run(),
     "scene_synth show BAG": Run(makes=("BAG.html",)),
     "scene_synth show BAG --out page.html --rooms 20 --frames 30 --max-size 320 --open": Run(makes=("page.html",)),
-    "scene_synth show BAG [--out FILE.html] [--rooms N] [--frames N] [--max-size PX] [--open]": Usage(
-        "test/scene_synth_ros/cli/test_show_command.py::test_the_command_says_what_it_wrote"
-    ),
-    "scene_synth report": Named(),
-    "scene_synth report EVALUATION.json ... [--bag-root DIR] [--estimates DIR] [--out FILE.html] [--worst N] [--max-size PX]"
-    " [--open]": Usage("test/scene_synth_ros/cli/test_report_command.py::test_it_says_what_the_page_has_and_opens_it"),
     "scene_synth report evaluation.json": Run(makes=("report.html",)),
     "scene_synth report before.json after.json --out report.html --open": Run(makes=("report.html",)),
     "scene_synth report evaluation.json --bag-root bags --estimates estimates --worst 12 --max-size 640": Parsed(
@@ -214,9 +207,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth verify": Named(),
     "scene_synth verify BAG": Run(),
     "scene_synth repair BAG": Run(makes=("BAG_repaired/metadata.yaml",)),
-    "scene_synth repair BAG [--out DIR] [--in-place]": Usage(
-        "test/scene_synth_ros/bags/test_bag_repair.py::test_a_repaired_bag_in_place_has_the_name_of_the_old_one"
-    ),
     "scene_synth replay BAG --loop": Parsed(_REPLAY),
     "scene_synth replay BAG --clock 100 --paused": Parsed(
         "test/scene_synth_ros/replay/test_replay_node.py::test_services_parameters_and_signals"
@@ -225,13 +215,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " --remap /synth/camera/color/image_raw:=/camera/image": Run(
         "scene_synth replay BAG --rate 2 --topics /synth/camera/color/image_raw --remap /synth/camera/color/image_raw:=/camera/image"
     ),
-    "scene_synth replay BAG [--rate R] [--loop] [--start-offset S] [--topics T ...] [--remap F:=T ...] [--clock HZ] [--paused]": Usage(
-        _REPLAY
-    ),
     # rooms
-    "scene_synth generate --rooms N --out DIR": Usage(_GENERATE),
-    "scene_synth generate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--workers N]"
-    " [--threads N] [--shard-rooms R] [--resume] --out DIR": Usage(_GENERATE),
     "scene_synth generate --rooms 1000 --frames 8 --seed 1 --params ground_truth --out runs/rooms": Parsed(_GENERATE),
     "scene_synth generate --rooms 5000 --seed 1 --overlay balanced --shard-size 1GB --out runs/pictures": Parsed(_GENERATE),
     "scene_synth generate --rooms 200 --seed 3 --out runs/kitchens --params ground_truth"
@@ -243,8 +227,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ),
     ".venv/bin/python -m benchmarks.generate_bench --write": Parsed("takes half an hour; speed is never judged in a test"),
     "ros2 bag play": _ROS2CLI,
-    "scene_synth split BAG|SHARDS [--shares NAME=SHARE,...] [--ranges NAME=A:B,...] [--sees CATEGORY,...]"
-    " [--near METRES:DEGREES] [--out FILE]": (Usage(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it")),
     "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
     "scene_synth split rooms --shares fit=2/3,check=1/3 --seed 7": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
     "scene_synth split rooms --ranges train=0:8000,val=8000:9000": Parsed(f"{_SPLIT}_filters_and_what_they_leave_out"),
@@ -253,10 +235,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ),
     "scene_synth convert rooms --split train --to coco --out train_coco": Parsed(
         "test/scene_synth_ros/convert/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
-    ),
-    "scene_synth sweep": Named(),
-    "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
-        f"{_SWEEP}_workers_change_no_byte"
     ),
     "scene_synth sweep illumination --only 0017 0021 0022 0025 0026 0029 0031 0033"
     " --out runs/illumination --contact-sheet docs/sweeps.jpg": (
@@ -272,17 +250,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth sample --help": Run(),
     "scene_synth sample -p": Named(),
     "scene_synth sample --look TEXT": Named(),
-    "scene_synth sample --room TYPE --seed S [--count N] [--report] [--chain] [--workers N] [--grammar FILE] [-p NAME:=VALUE]"
-    " --out DIR": Usage("test/scene_synth_ros/cli/test_sample_command.py::test_writes_every_kind_of_file_and_a_record_of_the_chain"),
     "scene_synth sample --grammar waiting_room.yaml --count 4 --out rooms": Run(makes=("rooms/room_0003.json", "rooms/room_0003.png")),
     "scene_synth sample --room living_room --seed 3 -p daylight:=clear -p solar_hour:=17.5 -p turbidity:=5 --out rooms": Run(
         makes=("rooms/room_0000.json",)
     ),
-    "scene_synth catalog check DIR": Usage("test/scene_synth_ros/cli/test_catalog_command.py::test_the_check_names_each_fault"),
-    "scene_synth catalog check DIR [--strict]": Usage("test/scene_synth_ros/cli/test_catalog_command.py::test_the_check_names_each_fault"),
-    "scene_synth learn LAYOUTS.jsonl ... --room TYPE --out GRAMMAR.yaml": Usage(
-        "test/scene_synth_ros/cli/test_learn_command.py::test_learns_from_sampled_scenes"
-    ),
+    "scene_synth catalog check DIR [--strict]": Usage(_CATALOG),
     "scene_synth learn LAYOUTS.jsonl [MORE.jsonl:0.3 ...] --room bedroom --out my_bedroom.yaml": Run(
         "scene_synth learn LAYOUTS.jsonl MORE.jsonl:1 --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
         ("my_bedroom.yaml",),
@@ -291,7 +263,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth render": Named(),
     "scene_synth render --preset": Named(),
     "scene_synth render --noisy": Named(),
-    "scene_synth render SCENE.json --out DIR [--preset realtime|stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
     "scene_synth render --coco": Named(),
     "scene_synth render room.json --out pictures --annotations --coco": Run(
         "scene_synth render room.json --out pictures --annotations --coco --size 64x48 --spp 2 --frames 1",
@@ -311,7 +282,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "scene_synth render SCENE.json --out DIR --semantic-classes ade20k --size 64x48 --spp 1 --frames 1",
         ("DIR/labels.json", "DIR/frame_0000_semantic.png"),
     ),
-    "scene_synth export SCENE.json OUT.glb": Usage("the rows below"),
     "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
     "scene_synth export SCENE.json room.sdf": Run(makes=("room.sdf", "room_meshes")),
     "scene_synth truth": Named(),
@@ -319,7 +289,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " -p renderer_node.streams.flow:=true -p renderer_node.streams.occlusion:=true"
     " -p renderer_node.streams.part:=true -p renderer_node.streams.material:=true": Parsed("test/scene_synth_ros/test_main_job.py"),
     "scene_synth truth bags/aligned --out truth": Parsed("the row of a bag below"),
-    "scene_synth truth SCENE.json|BAG --out DIR [--catalog DIR] [--grammar FILE]": Usage("the rows below"),
     "scene_synth truth SCENE.json --out DIR": Run(
         "scene_synth truth SCENE.json --out truth_of_scene", ("truth_of_scene/map.yaml", "truth_of_scene/parse_graph.svg")
     ),
@@ -329,14 +298,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         ("office/parse_graph.svg",),
     ),
     "scene_synth truth rooms/room_0000.json --out office": Parsed("the row above"),
-    "scene_synth run --record DIR --truth": Usage(f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"),
     "scene_synth run --record BAG --rooms 4 --truth": Parsed(
         f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
     ),
     # exports
-    "scene_synth convert": Named(),
-    "scene_synth convert BAG|SHARDS --to coco|bop|tum|euroc|nerfstudio|colmap|webdataset|lerobot|hdf5|frames --out DIR"
-    " [--rooms A:B] [--every N] [--camera NAME] [--split NAME] [--layers NAMES]": Usage(_CONVERT),
     "scene_synth convert BAG --to coco --out DIR": Run(
         "scene_synth convert BAG --to coco --out coco --every 8", ("coco/annotations/instances.json", "coco/annotations/panoptic.json")
     ),
@@ -347,8 +312,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/web_dataset.py DIR": Listed("needs a converted bag; its reading is that of test_webdataset.py"),
     # evaluation
     "scene_synth evaluate": Named(),
-    "scene_synth evaluate TRUTH --task TASK [--estimates BAG] [--topic TASK:=TOPIC] [--algorithm FILE.py:NAME] [--by WAY]"
-    " [--json FILE] [--csv FILE] [--baseline FILE]": Usage(_EVALUATE),
     "scene_synth evaluate BAG --task depth": Run(
         "scene_synth evaluate BAG --task depth --topic depth:=/synth/camera/depth/image_raw --json perfect.json", ("perfect.json",)
     ),
@@ -370,10 +333,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " out:=evaluation.json": _ROS2CLI,
     "ros2 run scene_synth_ros evaluator_node --ros-args -r __ns:=/synth -p \"tasks:=['depth']\" -p"
     " \"estimates:=['depth:=/my/depth']\"": _ROS2CLI,
-    "scene_synth layers [--markdown]": Usage("the row below"),
     "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
-    "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
-    "scene_synth gallery --out docs/gallery": Parsed("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "scene_synth gallery --out docs/gallery": Parsed(f"takes minutes; {_GALLERY}"),
     "scene_synth gallery --out DIR --kind models --only chair": Run(
         "scene_synth gallery --out DIR --kind models --only book_stack --spp 1", ("DIR/models_1.jpg",)
     ),
@@ -406,8 +367,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m examples.train_normals --out docs": Listed("takes minutes; test/test_train_normals.py runs its parts"),
     # scene_synth generate on many machines, estimate
     "scene_synth estimate": Named(),
-    "scene_synth estimate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--machines N]"
-    " [--sample N] [--json]": Usage(_ESTIMATE),
     "scene_synth estimate --rooms 100000 --params ground_truth --machines 20": Parsed(_ESTIMATE),
     "scene_synth estimate --rooms 1000000 --overlay balanced --machines 100 --sample 16 --json": Parsed(_ESTIMATE),
     "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms": Parsed(_SHARES),

@@ -29,7 +29,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from scene_description.share import config_path
-from scene_synth_ros.cli.node_modules import NODES
+from scene_synth_ros.cli.processes.supervisor import NODES
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import status_from_json
 from scene_synth_ros.suite.transport import PROFILE, PROFILE_VARIABLE, choose_transport

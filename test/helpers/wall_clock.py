@@ -1,11 +1,10 @@
 """A wall clock that can be set for child processes alone, without touching the machine's: a small library that is loaded before libc."""
 
-import shutil
 import struct
 import subprocess
 from pathlib import Path
 
-import pytest
+from needed_tools import need
 
 SOURCE = r"""
 #define _GNU_SOURCE
@@ -69,11 +68,9 @@ class WallClock:
     """
 
     def __init__(self, folder: Path) -> None:
-        compiler = shutil.which("cc")
-        if compiler is None:
-            pytest.skip("no C compiler (cc) to make the library that shifts the wall clock")
+        need("compiler")
         library, self._offset = folder / "wall_clock.so", folder / "wall_clock_offset"
-        command = [compiler, "-shared", "-fPIC", "-O1", "-x", "c", "-", "-o", str(library)]
+        command = ["cc", "-shared", "-fPIC", "-O1", "-x", "c", "-", "-o", str(library)]
         subprocess.run(command, input=SOURCE, text=True, check=True)
         self._offset.write_bytes(struct.pack("q", 0))
         self.environment = {"LD_PRELOAD": str(library), "WALL_CLOCK_OFFSET": str(self._offset)}

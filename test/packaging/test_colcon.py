@@ -72,7 +72,7 @@ def test_shipped_files_go_by_their_names_in_the_installed_copy(installed: Path, 
     (tmp_path / "own.yaml").write_text("extends: bedroom.yaml\n", encoding="utf-8")
     code = (
         "import sys; from pathlib import Path; from grammar import read_categories, read_grammar\n"
-        "from scene_description.share import config_path; from scene_synth_ros.cli.run_profile import find_profile\n"
+        "from scene_description.share import config_path; from scene_synth_ros.cli.parameters.run_profile import find_profile\n"
         "print(*(find_profile(Path(name)) for name in ('main', 'stream', 'kinect_v1', 'stereo')))\n"
         "print(read_grammar(Path(sys.argv[1]), read_categories(config_path('categories.yaml'))).room_type)"
     )

@@ -16,7 +16,7 @@ from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_repair import repair_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.cli.node_modules import NODES
+from scene_synth_ros.cli.processes.supervisor import NODES
 
 HALLWAY = ("-p", "grammar_node.scene.room_type:=hallway")
 

@@ -24,7 +24,7 @@ from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.convert.tum_trajectory import trajectory_from_tum
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.messages.message_digest import message_digest

@@ -190,4 +190,4 @@ def test_a_scan_in_bytes_is_what_laserscan_msg_says(bag: Path, messages) -> None
 
 def test_points_and_scans_are_off_unless_asked_for() -> None:
     assert not ScanConfig().enabled
-    assert FrameMessages(StreamConfig(), CameraConfig()).clouds == {}
+    assert FrameMessages(StreamConfig(), CameraConfig()).camera_streams == {}

@@ -18,13 +18,14 @@ from renderer import LAYERS
 from scene_description import FieldError, scene_from_json
 from scene_synth_ros.bags.bag_images import read_pixels
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
-from scene_synth_ros.cli.page.bag_index import OTHERS, STRING, BagIndex, is_scene
+from scene_synth_ros.cli.page.bag_index import OTHERS, BagIndex
 from scene_synth_ros.cli.page.id_labels import color_ids, label_rows
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
 from scene_synth_ros.messages.conversions import msg_to_image
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import CodecError
 from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.streams import IMAGE_TYPE, INFO, LABELS, MAP, POSE, SCENE, find_streams
 
 MAX_NOTES = 40
 MAX_LABELS = 70_000
@@ -57,7 +58,13 @@ class BagContents:
             for room in index.rooms
         ]
         self._cameras = {stream.camera for stream in index.streams.values()} - {OTHERS}
-        self._readers = self._find_readers({topic.name: topic.type_name for topic in index.topics})
+        takers = {SCENE: self._take_scene, MAP: self._take_map, LABELS: self._take_labels, POSE: self._take_pose, INFO: self._take_lens}
+        streams = find_streams(reader.types, *takers)
+        self._streams = {topic: stream for topic, stream in streams.items() if stream.role.of == "run" or stream.base in self._cameras}
+        self._readers: dict[str, Callable[[BagMessage, int | None], None]] = {
+            **dict.fromkeys(index.streams, self._take_image),
+            **{topic: takers[stream.role] for topic, stream in self._streams.items()},
+        }
         for number, message in enumerate(reader.messages(self._readers.keys())):
             self._take(message)
             if number % 16 == 0:
@@ -78,23 +85,6 @@ class BagContents:
             }
             for camera, layers in sorted(found.items(), key=lambda item: (item[0] == OTHERS, item[0]))
         ]
-
-    def _find_readers(self, types: Mapping[str, str]) -> dict[str, Callable[[BagMessage, int | None], None]]:
-        """Return topic -> what takes its messages."""
-        readers: dict[str, Callable[[BagMessage, int | None], None]] = dict.fromkeys(self._index.streams, self._take_image)
-        for name, kind in types.items():
-            before, _, last = name.rpartition("/")
-            if is_scene(name, kind):
-                readers[name] = self._take_scene
-            elif kind == "nav_msgs/msg/OccupancyGrid" and last == "map":
-                readers[name] = self._take_map
-            elif kind == STRING and last == "labels" and before.rpartition("/")[0] in self._cameras:
-                readers[name] = self._take_labels
-            elif kind == "geometry_msgs/msg/PoseStamped" and last == "pose" and before in self._cameras:
-                readers[name] = self._take_pose
-            elif kind == "sensor_msgs/msg/CameraInfo" and before.rpartition("/")[0] in self._cameras:
-                readers[name] = self._take_lens
-        return readers
 
     def _take(self, message: BagMessage) -> None:
         stamp = stamp_ns(message.type_name, message.data)
@@ -144,19 +134,19 @@ class BagContents:
         table = table.get("labels") if isinstance(table, Mapping) else None
         if not isinstance(table, Mapping) or len(table) > MAX_LABELS:
             raise PageImageError("expected JSON with 'labels', id -> name and colour")
-        layer = message.topic.rsplit("/", 2)[1]
+        layer = self._streams[message.topic].layer
         for room in self.rooms if stamp is None else [self.rooms[self._place[stamp][0]]]:
             room["labels"][layer] = label_rows({int(key): value for key, value in table.items()})
 
     def _take_pose(self, message: BagMessage, stamp: int | None) -> None:
-        camera = self._camera_at(stamp, message.topic.rpartition("/")[0])
+        camera = self._camera_at(stamp, self._streams[message.topic].base)
         if camera is not None:
             pose = deserialize_message(message.data, PoseStamped).pose
             p, q = pose.position, pose.orientation
             camera["pose"] = camera_pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
     def _take_lens(self, message: BagMessage, stamp: int | None) -> None:
-        camera = self._camera_at(stamp, message.topic.rsplit("/", 2)[0])
+        camera = self._camera_at(stamp, self._streams[message.topic].base)
         if camera is not None and camera["lens"] is None:
             info = deserialize_message(message.data, CameraInfo)
             numbers = [float(info.k[place]) for place in (0, 4, 2, 5)]

@@ -11,18 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer import LAYERS
-from scene_synth_ros.bags.bag_images import FORMS, spread
+from scene_synth_ros.bags.bag_images import spread
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE
 from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.streams import IMAGE_TYPE, PICTURE, SCENE, find_images, find_streams
 
-STRING = "std_msgs/msg/String"
 OTHERS = "other images"
 """Stands for the camera of images that belong to no layer."""
 
 
-class Stream(NamedTuple):
-    """A topic of images: its camera (the topic's name before the layer), and its layer, or the whole topic where it is none of ours."""
+class ShownLayer(NamedTuple):
+    """A topic of images: its camera, with its namespace, and its layer, or the whole topic where it is none of ours."""
 
     camera: str
     layer: str
@@ -54,7 +53,7 @@ class BagIndex:
     than two.
     """
 
-    streams: Mapping[str, Stream]
+    streams: Mapping[str, ShownLayer]
     topics: tuple[TopicCount, ...]
     rooms: tuple[ShownRoom, ...]
     rooms_found: int
@@ -71,14 +70,14 @@ def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Call
         max_frames: to show of each room.
         progress: told the number of messages now and then.
     """
-    types = {topic.name: topic.type_name for topic in reader.summary.topics}
-    streams = find_streams(types)
+    types = reader.types
+    streams, scenes = find_layers(types), find_streams(types, SCENE)
     counts, sizes = dict.fromkeys(types, 0), dict.fromkeys(types, 0)
     stamps, starts = array("q"), set()
     for number, message in enumerate(reader.messages(file_order=True)):
         counts[message.topic] += 1
         sizes[message.topic] += len(message.data)
-        if message.topic in streams or is_scene(message.topic, message.type_name):
+        if message.topic in streams or message.topic in scenes:
             stamp = stamp_ns(message.type_name, message.data)
             if message.topic not in streams:
                 starts.add(min(message.log_ns, 2**63 - 1) if stamp is None else stamp)
@@ -98,23 +97,14 @@ def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Call
     )
 
 
-def find_streams(types: Mapping[str, str]) -> dict[str, Stream]:
+def find_layers(types: Mapping[str, str]) -> dict[str, ShownLayer]:
     """Return the topics to show images of: layers of cameras, of several forms of one the first, and other images."""
-    chosen: dict[Stream, str] = {}
-    for kind, ends in FORMS:
-        for name in sorted(types):
-            layer = next((layer for layer in LAYERS if types[name] == kind and name.endswith(ends(layer))), None)
-            if layer is not None:
-                chosen.setdefault(Stream(name[: name.rindex(f"/{layer}/image_raw")], layer), name)
+    shown = {topic: ShownLayer(image.base, image.layer) for image, topic in find_images(types).items() if image.layer in LAYERS}
+    pictures = find_streams(types, PICTURE)
     for name in sorted(types):
-        if types[name] == IMAGE_TYPE and name not in chosen.values() and not name.endswith("/image_color"):
-            chosen[Stream(OTHERS, name)] = name
-    return {name: stream for stream, name in chosen.items()}
-
-
-def is_scene(name: str, type_name: str) -> bool:
-    """Return whether a topic holds scene descriptions."""
-    return name.rsplit("/", 1)[-1] == "scene" and type_name == STRING
+        if types[name] == IMAGE_TYPE and name not in shown and name not in pictures:
+            shown[name] = ShownLayer(OTHERS, name)
+    return shown
 
 
 def _rooms(frames: NDArray[np.int64], starts: list[int], max_frames: int) -> list[ShownRoom]:

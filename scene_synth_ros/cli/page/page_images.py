@@ -17,7 +17,7 @@ from renderer.film.false_color import DIRECTION, DISTANCE
 from renderer.film.layer import Layer
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_images import layer_picture
-from scene_synth_ros.pages.pictures import picture_base64
+from scene_synth_ros.pages.document import picture_base64
 
 NO_HIT_MM, MOST_MM = 65535, 65534
 """Codes of distances: 0 is invalid, ``NO_HIT_MM`` infinity, ``MOST_MM`` all that is as far or farther; the others are millimetres."""

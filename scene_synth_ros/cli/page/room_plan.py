@@ -19,7 +19,7 @@ from scene_description.ceilings import height_lines_m
 from scene_description.polygons import signed_area_m2
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.cli.page.page_images import PageImageError
-from scene_synth_ros.pages.pictures import data_uri
+from scene_synth_ros.pages.document import data_uri
 
 PIXELS_PER_METRE = 90.0
 """For the layout of names only."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from renderer.camera.chromatic_aberration import magnify_channels
+from renderer.camera.sensor import magnify_channels
 
 SIZE = (49, 81)
 

@@ -34,12 +34,22 @@ def test_every_layer_is_traced_looked_up_sampled_or_sensed() -> None:
     assert {"color", "radiance", "variance"} < set(COLOR_LAYERS) < set(SAMPLED_LAYERS) and "albedo" not in COLOR_LAYERS
 
 
+def scalar_type(array: object) -> type[np.generic]:
+    """Return the scalar of an ``NDArray[...]``, which numpy's versions spell in different ways."""
+    waiting = [array]
+    while waiting:
+        annotation = waiting.pop()
+        if isinstance(annotation, type) and issubclass(annotation, np.generic):
+            return annotation
+        waiting.extend(get_args(annotation))
+    raise AssertionError(f"no scalar type in {array}")
+
+
 def test_the_hit_record_fills_an_image_of_each_geometric_row() -> None:
     fields = get_type_hints(GeometricImages)
     assert set(fields) == set(GEOMETRIC_LAYERS)
     for name, array in fields.items():
-        (kind,) = get_args(get_args(array)[1])
-        assert np.dtype(kind) == LAYERS[name].dtype, name
+        assert np.dtype(scalar_type(array)) == LAYERS[name].dtype, name
 
 
 def test_each_hit_row_has_its_function() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from renderer.core.color import srgb_from_linear
-from renderer.film.response import encode, thresholds
+from renderer.film.tone import encode, thresholds
 
 LIGHT = np.linspace(0.0, 1.2, 100_003).astype(np.float32)
 STEPS = np.arange(1024) / 1023.0

@@ -20,7 +20,7 @@ from renderer.geometry.shapes import (
     slab,
     surface_area,
 )
-from renderer.models import MODELS, build_model
+from renderer.models import FAMILIES, MODELS, build_model
 from renderer.models.soft import pillow
 from scene_description.share import config_path
 
@@ -45,6 +45,12 @@ def face_normals(mesh: Mesh) -> np.ndarray:
 
 def test_sizes_cover_all_generators() -> None:
     assert set(SIZES) == set(MODELS)
+
+
+def test_every_model_has_one_row() -> None:
+    names = [name for family in FAMILIES for name in family.MODELS]
+    assert len(names) == len(set(names)) == len(MODELS)
+    assert len(FAMILIES) == len(set(FAMILIES))
 
 
 def many_cases(generator: str) -> list[tuple[str, int, tuple[float, float, float]]]:

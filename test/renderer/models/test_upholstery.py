@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from renderer.geometry.shapes import block, signed_volume
-from renderer.models.soft import Drape, cloth, cushion, drape, layer
-from renderer.models.upholstery import lined, piping, repeated, rounded_loop, tufted
+from renderer.models.soft import Drape, cloth, cushion, drape, layer, lined, piping, repeated, rounded_loop, tufted
 
 
 @pytest.mark.parametrize("turn", [1.0, -1.0])

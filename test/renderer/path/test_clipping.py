@@ -8,10 +8,10 @@ from box_room import box, hollow_sphere, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.film.tone import Exposure, white_luminance
-from renderer.path.clipping import CLIPPED_REACH, share_clipped
+from renderer.path.film_sums import CLIPPED_REACH, share_clipped
 from renderer.path.records import Film
 from scene_description import from_mapping
-from scene_synth_ros.cli.render_settings import PRESETS, preset_settings
+from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings
 
 ROOM = scene(
     box((0, 0, 0), (2, 2, 2), inside=True, color=(0.8, 0.8, 0.8)),

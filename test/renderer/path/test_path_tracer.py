@@ -143,7 +143,7 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
         transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0), np.float32(np.inf))
         scratch = make_scratch(len(renderer._lights.groups.area))
         work = Work(tiles - 1, tiles, 0, 4)
-        trace_paths(renderer.tree, renderer._surfaces, renderer._lights, posed, transport, work, scratch, film)
+        trace_paths(renderer._scene.lit, posed, transport, work, scratch, film)
     tile = film.light[-WAVE_EDGE:, -WAVE_EDGE:]
     np.testing.assert_allclose(tile, np.broadcast_to([12.0, 8.0, 4.0], tile.shape), rtol=1e-5)
     assert film.light[-WAVE_EDGE:, :-WAVE_EDGE].max() == 0 and film.light[-WAVE_EDGE - 1].max() == 0
@@ -162,8 +162,8 @@ def test_aovs_look_into_mirrors():
     ) as renderer:
         transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0), np.float32(np.inf))
         scratch = make_scratch(len(renderer._lights.groups.area))
-        tree, posed = renderer.tree, pose_camera(camera, view)
-        trace_paths(tree, renderer._surfaces, renderer._lights, posed, transport, Work(0, 1, 0, 64), scratch, film)
+        posed = pose_camera(camera, view)
+        trace_paths(renderer._scene.lit, posed, transport, Work(0, 1, 0, 64), scratch, film)
     np.testing.assert_allclose(film.albedo.mean(axis=(0, 1)) / 64, 0.5, rtol=1e-3)
     aov = film.aov.mean(axis=(0, 1)) / 64
     np.testing.assert_allclose(aov[:3], 0.5 * np.array([0.2, 0.5, 0.8]), rtol=0.03)

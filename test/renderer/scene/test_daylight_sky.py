@@ -9,10 +9,21 @@ from sample_scene import sample_scene
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import from_python
 from renderer.path import infinite_light
-from renderer.scene.daylight_sky import COLUMNS, ROWS, clear_sky_rgb, daylight_map, overcast_sky_rgb, zenith_yxy
+from renderer.scene.daylight_sky import (
+    ANGULAR_RADIUS_RAD,
+    COLUMNS,
+    ROWS,
+    SOLID_ANGLE_SR,
+    air_mass,
+    clear_sky_rgb,
+    daylight_map,
+    matching_functions,
+    overcast_sky_rgb,
+    sun_illuminance_lx,
+    zenith_yxy,
+)
 from renderer.scene.equirectangular import map_directions, pixel_solid_angles
 from renderer.scene.flatten import build_sky
-from renderer.scene.sun import ANGULAR_RADIUS_RAD, SOLID_ANGLE_SR, air_mass, matching_functions, sun_illuminance_lx
 from scene_description import Daylight
 
 sky_le = from_python(infinite_light.sky_le)

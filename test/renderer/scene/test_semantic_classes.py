@@ -8,8 +8,7 @@ import numpy as np
 from sample_scene import sample_scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.film.layers import LAYERS
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import LAYERS, layers_in
 from renderer.scene.flatten import flatten
 from renderer.scene.semantic_classes import with_classes
 from scene_description.label_standards import STANDARDS, label_standard

@@ -21,7 +21,7 @@ def error(monkeypatch: pytest.MonkeyPatch) -> list[BaseException]:
     module = ModuleType("sample_command")
     module.add_arguments = lambda parser: parser.add_argument("--seed", type=int)
     module.run = run
-    monkeypatch.setitem(sys.modules, "scene_synth_ros.cli.sample_command", module)
+    monkeypatch.setitem(sys.modules, "scene_synth_ros.cli.commands.sample_command", module)
     return raised
 
 

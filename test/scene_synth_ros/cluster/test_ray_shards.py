@@ -92,7 +92,7 @@ def test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset(
         def __exit__(self, *_: object) -> None:
             pass
 
-    monkeypatch.setattr("scene_synth_ros.cli.generate_command.DatasetProgress", Progress)
+    monkeypatch.setattr("scene_synth_ros.cli.commands.generate_command.DatasetProgress", Progress)
     with pytest.raises(SystemExit) as ended:
         main(["generate", *WORDS, "--out", str(tmp_path / "ray"), "--ray", cluster.address])
     assert ended.value.code == 0

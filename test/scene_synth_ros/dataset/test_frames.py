@@ -20,7 +20,7 @@ from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.dataset import DatasetError, open_dataset
 from scene_synth_ros.messages.conversions import image_to_msg
 from scene_synth_ros.messages.image_codec import compress, compressed_topic
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE
 
 SMALL_CHUNKS = {"chunk_size": 9000}
 """Bytes: an image or two of 48x64 pixels."""

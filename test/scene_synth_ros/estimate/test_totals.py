@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_synth_ros.estimate.totals import CONFIDENCE, Interval, sample_indices, seconds_on, total_of
+from scene_synth_ros.estimate.estimate import CONFIDENCE, Interval, sample_indices, seconds_on, total_of
 
 
 def test_the_interval_is_students() -> None:

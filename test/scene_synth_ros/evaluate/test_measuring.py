@@ -13,14 +13,13 @@ from scene_synth_ros.evaluate.measuring import TruthFrame, measure_frame, measur
 from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.conversions import image_to_msg
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE
-from scene_synth_ros.messages.message_definitions import DETECTIONS_2D
+from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, IMAGE_TYPE
 
 BOXES = np.array([[2.0, 3.0, 10.0, 8.0], [20.0, 5.0, 6.0, 6.0]])
 
 
 def truth(**messages: bytes) -> TruthFrame:
-    topics = {name: TypedTopic(f"/{name}", DETECTIONS_2D if name == "detections" else IMAGE_TYPE) for name in messages}
+    topics = {name: TypedTopic(f"/{name}", DETECTIONS_2D_TYPE if name == "detections" else IMAGE_TYPE) for name in messages}
     return TruthFrame(topics, {f"/{name}": data for name, data in messages.items()}, "here", {"bed": 4, "chair": 5})
 
 

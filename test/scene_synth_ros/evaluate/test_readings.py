@@ -12,11 +12,13 @@ from sensor_msgs.msg import Image
 from scene_description import CameraPose
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.evaluate.estimates_bag import _detections, _image, _points
-from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, PATH, BoxList, Cloud, Reading, StampedPose, read_message
+from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, StampedPose, read_message
 from scene_synth_ros.evaluate.task_streams import check_pair, read_for_task
 from scene_synth_ros.messages.conversions import header, image_to_msg, pose_to_msg
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE
-from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, TF_MESSAGE
+from scene_synth_ros.messages.streams import CLOUD_TYPE as CLOUD
+from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, IMAGE_TYPE, TF_TYPE
+from scene_synth_ros.messages.streams import ODOMETRY_TYPE as ODOMETRY
+from scene_synth_ros.messages.streams import PATH_TYPE as PATH
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
 STAMP = 1_500_000_001
@@ -72,7 +74,7 @@ def test_a_wrong_encoding_is_one_line(task: str, encoding: str, pixels: np.ndarr
 
 def test_a_cut_message_is_one_line() -> None:
     whole = image("32FC1", np.zeros((4, 4), np.float32))
-    for type_name, data in ((IMAGE_TYPE, whole[:40]), (TF_MESSAGE, b"\x00\x01\x00\x00\x05\x00\x00\x00"), (DETECTIONS_2D, b"")):
+    for type_name, data in ((IMAGE_TYPE, whole[:40]), (TF_TYPE, b"\x00\x01\x00\x00\x05\x00\x00\x00"), (DETECTIONS_2D_TYPE, b"")):
         with pytest.raises(EstimateError, match=f"a {type_name} cannot be read \\({len(data)} bytes\\)"):
             read_message(type_name, data, "/x")
 
@@ -96,8 +98,8 @@ def test_poses_of_every_message() -> None:
     assert read("poses", PATH, bytes(serialize_message(path))).value[0] == expected
     other = StampedTransform(5, "map", "wheel", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     transforms = encode_tf_message([other, StampedTransform(STAMP, "map", "eye", expected.position_m, expected.quaternion)])
-    assert read("poses", TF_MESSAGE, transforms, "/tf@eye").value == (expected,)
-    assert len(read("poses", TF_MESSAGE, transforms, "/tf").value) == 2
+    assert read("poses", TF_TYPE, transforms, "/tf@eye").value == (expected,)
+    assert len(read("poses", TF_TYPE, transforms, "/tf").value) == 2
 
 
 def test_written_estimates_read_back() -> None:
@@ -106,7 +108,7 @@ def test_written_estimates_read_back() -> None:
     points = np.array([[1.0, 2.0, 3.0], [np.nan, 0.0, 0.0], [4.0, 5.0, 6.0]])
     np.testing.assert_array_equal(read("points", CLOUD, _points("points", Cloud(points), STAMP, "eye")).value.points, points[[0, 2]])
     boxes = BoxList(("5", "7"), np.array([0.9, 0.25]), np.array([[1.0, 2.0, 10.0, 4.0], [0.0, 0.0, 3.0, 3.0]]), ("1", ""))
-    found = read("detections", DETECTIONS_2D, _detections("detections", boxes, STAMP, "eye"))
+    found = read("detections", DETECTIONS_2D_TYPE, _detections("detections", boxes, STAMP, "eye"))
     assert (found.frame_id, found.value.class_ids, found.value.ids) == ("eye", boxes.class_ids, boxes.ids)
     np.testing.assert_array_equal(found.value.scores, boxes.scores)
     np.testing.assert_array_equal(found.value.boxes, boxes.boxes)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from scene_synth_ros.evaluate.errors import EvaluateError
-from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, POSE
 from scene_synth_ros.evaluate.topics import TypedTopic, camera_of, estimate_topic, image_topics, parse_mapping, truth_topics
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
-from scene_synth_ros.messages.message_definitions import TF_MESSAGE
+from scene_synth_ros.messages.streams import CLOUD_TYPE as CLOUD
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE, TF_TYPE
+from scene_synth_ros.messages.streams import ODOMETRY_TYPE as ODOMETRY
+from scene_synth_ros.messages.streams import POSE_TYPE as POSE
 
 LEFT = {
     "/synth/left/color/image_raw": IMAGE_TYPE,
@@ -16,7 +17,7 @@ LEFT = {
     "/synth/left/depth_sensed/image_raw": IMAGE_TYPE,
     "/synth/left/pose": POSE,
 }
-RIG = {**LEFT, "/synth/right/color/image_raw": IMAGE_TYPE, "/synth/right/pose": POSE, "/tf": TF_MESSAGE, "/synth/laser/pose": POSE}
+RIG = {**LEFT, "/synth/right/color/image_raw": IMAGE_TYPE, "/synth/right/pose": POSE, "/tf": TF_TYPE, "/synth/laser/pose": POSE}
 DEPTH = TypedTopic("/synth/left/depth/image_raw/compressedDepth", COMPRESSED_TYPE)
 
 

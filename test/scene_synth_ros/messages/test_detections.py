@@ -18,19 +18,16 @@ from scene_description.labels import NYU40
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.messages.detections import (
     ANNOTATION_MESSAGES,
-    DETECTION_TYPES,
     AnnotationsReadError,
-    annotations_frame,
-    annotations_topic,
-    detection_topics,
     encode_detections,
-    is_annotations,
     read_annotations,
 )
 from scene_synth_ros.messages.message_definitions import message_class, message_definition
 from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.streams import ANNOTATIONS, DETECTIONS_2D, DETECTIONS_3D, ROLES, derived_streams, parse, source_topic
 
 STRING, TOPIC, FRAME = "std_msgs/msg/String", "/synth/eye/annotations", "eye_optical_frame"
+DETECTION_TYPES = {role.name: role.type_name for role in (DETECTIONS_2D, DETECTIONS_3D)}
 STORE = get_typestore(Stores.ROS2_JAZZY)
 for type_name in DETECTION_TYPES.values():
     STORE.register(get_types_from_msg(message_definition(type_name).text, type_name))
@@ -54,7 +51,7 @@ def told() -> FrameAnnotations:
 def test_what_the_recorder_derives_is_what_the_renderer_publishes(told, name):
     type_name = DETECTION_TYPES[name]
     derived = encode_detections(type_name, read_annotations(bytes(serialize_message(String(data=annotations_to_json(told))))), FRAME)
-    live = bytes(serialize_message(ANNOTATION_MESSAGES[name].make(told, FRAME)))
+    live = bytes(serialize_message(ANNOTATION_MESSAGES[ROLES[name]](told, FRAME)))
     assert derived == bytes(STORE.serialize_cdr(STORE.deserialize_cdr(live, type_name), type_name))  # gaps between fields are zero
 
 
@@ -97,10 +94,11 @@ def test_the_json_has_a_stamp_that_recorders_read(told):
 
 
 def test_topics_of_annotations_and_detections_belong_together():
-    assert is_annotations(TOPIC, STRING) and annotations_frame(TOPIC, "robot1/") == "robot1/eye_optical_frame"
-    assert detection_topics(TOPIC) == {f"/synth/eye/{name}": type_name for name, type_name in DETECTION_TYPES.items()}
-    assert all(annotations_topic(topic) == TOPIC for topic in detection_topics(TOPIC))
-    assert annotations_topic(TOPIC) == "" and not is_annotations(TOPIC, "sensor_msgs/msg/Image")
+    made = derived_streams(TOPIC)
+    assert parse(TOPIC, STRING).role is ANNOTATIONS and {s.frame_id("robot1/") for s in made} == {"robot1/eye_optical_frame"}
+    assert {s.topic: s.role.type_name for s in made} == {f"/synth/eye/{name}": type_name for name, type_name in DETECTION_TYPES.items()}
+    assert all(source_topic(stream.topic) == TOPIC for stream in made)
+    assert source_topic(TOPIC) == "" and parse(TOPIC, "sensor_msgs/msg/Image") is None
 
 
 @pytest.mark.parametrize("change", [{"schema": "other"}, {"objects": [{"id": 0}]}, {"width": -1}, {"color": 1}])

@@ -98,11 +98,12 @@ def test_messages_are_images_of_the_frame() -> None:
 def test_annotations_come_where_a_frame_has_them_and_they_are_wanted() -> None:
     told = FrameAnnotations(stamp_ns=7, scene="a", width=9, height=6, objects=(), relations=())
     topics = {"camera/annotations", "camera/detections_2d", "camera/detections_3d"}
-    made = messages(StreamConfig(), FRAME._replace(annotations=told))
+    config = StreamConfig(annotations=True)
+    made = messages(config, FRAME._replace(annotations=told))
     assert set(made) - set(messages(StreamConfig())) == topics and annotations_from_json(made["camera/annotations"].data) == told
     assert made["camera/detections_2d"].header == made["camera/detections_3d"].header == made["camera/color/image_raw"].header
     for topic in topics:
-        assert topics & set(messages(StreamConfig(), FRAME._replace(annotations=told), wanted=topic.__eq__)) == {topic}
+        assert topics & set(messages(config, FRAME._replace(annotations=told), wanted=topic.__eq__)) == {topic}
 
 
 def test_settings_say_that_there_are_annotations_only_where_there_are() -> None:

@@ -18,14 +18,14 @@ from scene_synth_ros.messages.label_info import (
     encode_label_info,
     is_labels,
     label_info_to_msg,
-    label_info_topic,
-    labels_frame,
-    labels_topic,
     read_labels,
 )
-from scene_synth_ros.messages.message_definitions import LABEL_INFO, message_definition
+from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.streams import LABEL_INFO_TYPE as LABEL_INFO
+from scene_synth_ros.messages.streams import STRING_TYPE as STRING
+from scene_synth_ros.messages.streams import derived_streams
+from scene_synth_ros.record.frame_topics import made_of
 
-STRING = "std_msgs/msg/String"
 LABELS = "/synth/eye/instance/labels"
 TEXT = message_definition(LABEL_INFO).text
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -58,15 +58,15 @@ def test_the_bytes_are_those_of_rclpy_and_two_decoders_return_what_was_encoded(s
 def test_what_the_recorder_derives_of_labels_is_what_the_renderer_publishes(table):
     labels = read_labels(bytes(serialize_message(labels_to_msg(table, 5 * 10**9 + 7))))
     assert labels.names == {key: value["name"] for key, value in table.items()}
-    derived = encode_label_info(labels.stamp_ns, labels_frame(LABELS, "robot1/"), labels.names)
+    derived = encode_label_info(labels.stamp_ns, derived_streams(LABELS)[0].frame_id("robot1/"), labels.names)
     assert derived == without_memory_in_gaps(label_info_to_msg(table, 5 * 10**9 + 7, "robot1/eye_optical_frame"))
 
 
 def test_topics_of_labels_and_label_info_belong_together():
-    assert is_labels(LABELS, STRING) and label_info_topic(LABELS) == "/synth/eye/instance/label_info"
-    assert labels_topic("/synth/eye/instance/label_info") == LABELS
+    assert is_labels(LABELS, STRING) and [s.topic for s in derived_streams(LABELS)] == ["/synth/eye/instance/label_info"]
+    assert made_of("/synth/eye/instance/label_info") == LABELS
     assert not is_labels(LABELS, "sensor_msgs/msg/Image") and not is_labels("/synth/eye/depth/labels", STRING)
-    assert labels_topic("/detector/label_info") == labels_topic(LABELS) == ""
+    assert made_of("/detector/label_info") == made_of(LABELS) == ""
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,8 @@ from pathlib import Path
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from scene_synth_ros.messages.message_definitions import (
-    DETECTIONS_2D,
-    DETECTIONS_3D,
-    LABEL_INFO,
-    TF_MESSAGE,
-    MessageDefinitionError,
-    message_definition,
-)
+from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_definition
+from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, DETECTIONS_3D_TYPE, LABEL_INFO_TYPE, TF_TYPE
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = [
@@ -88,7 +82,7 @@ def test_unknown_type_is_named(monkeypatch, tmp_path):
     assert "'lost_msgs/Inner' (needed by 'odd_msgs/msg/Outer')" in text and "install the package lost_msgs" in text and "\n" not in text
 
 
-@pytest.mark.parametrize("name", [TF_MESSAGE, LABEL_INFO, DETECTIONS_2D, DETECTIONS_3D])
+@pytest.mark.parametrize("name", [TF_TYPE, LABEL_INFO_TYPE, DETECTIONS_2D_TYPE, DETECTIONS_3D_TYPE])
 def test_what_is_always_written_has_the_same_definition_where_its_package_is_not_installed(name, monkeypatch, tmp_path):
     for package in ("geometry_msgs", "std_msgs", "builtin_interfaces"):
         (tmp_path / "share" / package).parent.mkdir(exist_ok=True)

@@ -15,8 +15,9 @@ from renderer.lidar.scan import Scan
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json
-from scene_synth_ros.messages.scan_messages import has_own_stamps, laser_frame, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.scan_messages import laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.messages.stamps import sent_before
+from scene_synth_ros.messages.streams import has_own_stamps, laser_frame
 
 CONFIG = ScanConfig(enabled=True, beams=3, angle_min_rad=-0.5, angle_max_rad=0.5, rate_hz=8.0)
 POSE = CameraPose(stamp_ns=1_500_000_000, position_m=(1.0, 2.0, 0.25), orientation=(0.0, 0.0, 1.0, 0.0))
@@ -72,7 +73,7 @@ def test_points_need_layers_that_are_not_published_for_them() -> None:
     camera = CameraConfig(width=4, height=3)
     maker = FrameMessages(StreamConfig(semantic=False, points=True), camera)
     maker.begin_room(sample_scene())
-    assert maker.clouds == {"camera/points": ("range", "semantic", "instance")}
+    assert {stream.topic: layers for stream, layers in maker.camera_streams.items()} == {"camera/points": ("range", "semantic", "instance")}
     layers = {"range": np.ones((3, 4), np.float32), "semantic": np.ones((3, 4), np.uint8), "instance": np.ones((3, 4), np.uint16)}
     made = dict(maker.of_frame(Frame(layers, None), POSE, lambda _: True))
     cloud = made["camera/points"]
@@ -98,4 +99,4 @@ def test_points_of_what_a_sensor_reads_lie_at_its_depth() -> None:
 
 def test_a_panorama_has_no_sensed_points() -> None:
     maker = FrameMessages(StreamConfig(points_sensed=True, points=True), CameraConfig(model="equirectangular"))
-    assert list(maker.clouds) == ["camera/points"]
+    assert [stream.topic for stream in maker.camera_streams] == ["camera/points"]

@@ -8,11 +8,12 @@ from hypothesis import strategies as st
 from mcap.records import Schema
 from rosbags.typesys import Stores, get_typestore
 
-from scene_synth_ros.messages.message_definitions import TF_MESSAGE, message_definition
+from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.streams import TF_TYPE
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-SCHEMA = Schema(id=1, name=TF_MESSAGE, encoding="ros2msg", data=message_definition(TF_MESSAGE).text.encode())
+SCHEMA = Schema(id=1, name=TF_TYPE, encoding="ros2msg", data=message_definition(TF_TYPE).text.encode())
 DECODE = mcap_ros2.decoder.DecoderFactory().decoder_for("cdr", SCHEMA)
 
 names = st.text(st.characters(blacklist_characters="\0", blacklist_categories=("Cs",)), max_size=12)
@@ -43,9 +44,9 @@ def fields(item):
 def test_two_decoders_return_what_was_encoded(items):
     data = encode_tf_message(items)
     assert [fields(item) for item in DECODE(data).transforms] == items
-    message = STORE.deserialize_cdr(data, TF_MESSAGE)
+    message = STORE.deserialize_cdr(data, TF_TYPE)
     assert [fields(item) for item in message.transforms] == items
-    assert bytes(STORE.serialize_cdr(message, TF_MESSAGE)) == data
+    assert bytes(STORE.serialize_cdr(message, TF_TYPE)) == data
 
 
 def test_rclpy_encodes_the_same_transform():
@@ -60,7 +61,7 @@ def test_rclpy_encodes_the_same_transform():
     message.transform.rotation.x = message.transform.rotation.y = 0.0
     decoded = STORE.deserialize_cdr(serialize_message(message), "geometry_msgs/msg/TransformStamped")
     assert fields(decoded) == item
-    assert fields(STORE.deserialize_cdr(encode_tf_message([item]), TF_MESSAGE).transforms[0]) == item
+    assert fields(STORE.deserialize_cdr(encode_tf_message([item]), TF_TYPE).transforms[0]) == item
 
 
 def test_stamp_out_of_range_is_refused():

@@ -18,11 +18,11 @@ from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.bags.bag_writer import BagWriteError
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.frame_settings import settings_from_json
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
-from scene_synth_ros.render.room import Room
+from scene_synth_ros.render.room import RenderedRoom
 from scene_synth_ros.suite.parameters import ParameterError
 
 TINY = ("camera.width:=32", "camera.height:=24", "render.samples_per_pixel:=1", "render.threads:=1")
@@ -86,9 +86,9 @@ def test_an_exposure_that_is_held_is_that_of_every_frame(tmp_path: Path) -> None
 def test_of_a_room_that_is_written_nothing_stays_in_memory(tmp_path: Path) -> None:
     """Without the collector of cycles, which would come when it likes."""
     rooms = []
-    make = Room.__init__
+    make = RenderedRoom.__init__
 
-    def made(self: Room, *values: object, **named: object) -> None:
+    def made(self: RenderedRoom, *values: object, **named: object) -> None:
         make(self, *values, **named)  # type: ignore[arg-type]
         rooms.append(weakref.ref(self))
 
@@ -96,7 +96,7 @@ def test_of_a_room_that_is_written_nothing_stays_in_memory(tmp_path: Path) -> No
     gc.disable()
     try:
         with pytest.MonkeyPatch.context() as patch, OfflineBag(tmp_path / "bag", settings_of(*ALL), floor_of) as bag:
-            patch.setattr(Room, "__init__", made)
+            patch.setattr(RenderedRoom, "__init__", made)
             bag.add_room(sample_scene())
             assert [room() for room in rooms] == [None]
     finally:

@@ -1,6 +1,6 @@
 """Nothing is lost unnoticed."""
 
-from scene_synth_ros.record.accounting import Accounting
+from scene_synth_ros.record.room_progress import Accounting
 from scene_synth_ros.suite.status import NodeStatus
 
 RECORDED = {"/image": 0, "/depth": 0, "/left_out": -1}

@@ -9,11 +9,11 @@ import pytest
 from bag_samples import TOPICS, frame_messages, write_bag
 from rosbags.highlevel import AnyReader
 
+from scene_synth_ros.bags.bag_file import DiskReserve
 from scene_synth_ros.bags.bag_manifest import ManifestError, TopicDigest, read_manifest
 from scene_synth_ros.bags.bag_metadata import read_metadata
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.bags.disk_reserve import DiskReserve
 
 SPLITS = (4, 9)
 

@@ -1,7 +1,6 @@
-"""The parts of the recorder that need no node: splitting, snapshots, repeats, turns."""
+"""The parts of the recorder that need no node: splitting, snapshots, repeats."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 from builtin_interfaces.msg import Time
@@ -13,23 +12,14 @@ from std_msgs.msg import Header, String
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.messages.message_digest import message_digest
+from scene_synth_ros.record.frame_intake import SeenFrames
+from scene_synth_ros.record.recorder_config import SplitPolicy
 from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.seen_frames import SeenFrames
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
-from scene_synth_ros.record.split_policy import SplitPolicy
-from scene_synth_ros.render.peers import Peers
-from scene_synth_ros.suite.status import NodeStatus
-from scene_synth_ros.synthesize.lock_step import finished_by_all, missing_peers
-
-TOPIC = "/synth/renderer_node/settings"
 
 
 def add_pose(recording: Recording, topic: str, stamp: int) -> None:
     recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
-
-
-def status(role: str, name: str = "", *, done: int = -1, count: int = 0, state: str = "ready", refused: int = -1) -> NodeStatus:
-    return NodeStatus(node=f"/synth/{name or role}", role=role, state=state, done_scene=done, refused_scene=refused, counts={TOPIC: count})
 
 
 def test_a_file_ends_by_size_duration_or_rooms_and_never_before_its_first_frame() -> None:
@@ -92,51 +82,6 @@ def test_repeats_are_told_from_firsts_and_old_rooms_are_forgotten() -> None:
     assert not seen.is_new("/b", 3904) and seen.is_new("/c", 3904)
     assert seen.repeats == 1
     assert len(seen._seen) <= 18 * 5
-
-
-def test_all_have_finished_what_the_last_has() -> None:
-    assert finished_by_all({}, "") == -1
-    assert finished_by_all({"a": status("renderer", done=4), "b": status("recorder", done=2)}, "") == 2
-    assert finished_by_all({"a": status("renderer", done=1, refused=3), "b": status("recorder", done=5)}, "") == 3
-
-
-def test_a_peer_is_missed_only_after_it_was_seen_and_stays_away() -> None:
-    peers, absences = {"/a": status("renderer"), "/b": status("recorder")}, {}
-    for present in ({"/a"}, {"/a"}, set(), {"/a"}, set(), set()):
-        assert missing_peers(peers, present, absences, 3) == []
-    assert missing_peers(peers, set(), absences, 3) == ["/a"]
-    assert missing_peers({"/b": peers["/b"]}, set(), absences, 3) == []
-
-
-def test_shared_rooms_come_in_turn() -> None:
-    peers = Peers("/synth/renderer_node", TOPIC, 2)
-    assert not peers.is_turn(0, True), "the other one is not known yet"
-    peers.take(status("renderer", "renderer_node_2", done=-1), 0)
-    assert peers.is_turn(0, True) and not peers.is_turn(1, False)
-    peers.take(status("renderer", "renderer_node_2", done=1), 0)
-    peers.take(status("recorder", done=0), 0)
-    assert peers.is_turn(1, False) and not peers.is_turn(2, False), "the recorder has not finished room 1"
-    peers.take(status("recorder", done=1), 0)
-    assert peers.is_turn(2, False)
-    assert Peers("/synth/renderer_node", TOPIC, 1).is_turn(9, False)
-
-
-def test_rooms_wait_for_each_other_in_lock_step_and_where_they_are_shared() -> None:
-    alone = Peers("/synth/renderer_node", TOPIC, 1)
-    assert Peers("/synth/renderer_node", TOPIC, 2).rooms_wait and not alone.rooms_wait
-    for lock_step in (True, False):
-        alone.take(replace(status("grammar"), lock_step=lock_step), 0)
-        assert alone.rooms_wait == lock_step
-
-
-def test_a_recorder_that_is_behind_holds_frames_back() -> None:
-    peers = Peers("/synth/renderer_node", TOPIC, 1)
-    peers.take(status("recorder", count=100), 0)
-    assert peers.has_room(7, 8) and not peers.has_room(8, 8)
-    peers.take(status("recorder", count=103), 0)
-    assert peers.has_room(10, 8) and not peers.has_room(11, 8)
-    peers.take(status("recorder", count=-1), 0)
-    assert peers.has_room(1000, 8), "it leaves these frames out"
 
 
 def test_a_digest_tells_messages_apart_and_knows_equals() -> None:

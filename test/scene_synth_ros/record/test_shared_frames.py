@@ -1,7 +1,7 @@
 """What a frame of several renderers consists of."""
 
 from scene_synth_ros.record.frame_sorter import FrameSorter
-from scene_synth_ros.record.shared_frames import stand_ins
+from scene_synth_ros.record.room_progress import stand_ins
 
 IMAGES = {"/synth/camera/color/image_raw", "/synth/camera/pose"}
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from sample_scene import sample_scene
 
-from scene_synth_ros.render.camera_place import IN_THE_ROOM, CameraPlace
+from scene_synth_ros.render.frame_report import IN_THE_ROOM, CameraPlace
 
 SCENE = sample_scene()
 POSE = replace(SCENE.camera_path[0], position_m=(1.0, 2.0, 0.5))

@@ -1,18 +1,18 @@
 """What reaches the rendering thread, and when it must leave the room at work."""
 
 import threading
+from dataclasses import replace
 
 import pytest
 
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
-from scene_synth_ros.render.peers import Peers
 from scene_synth_ros.suite.status import NodeStatus
 
 TOPIC = "/r/settings"
 
 
 def make(share_count: int = 1) -> Inbox:
-    return Inbox(Peers("/r", TOPIC, share_count))
+    return Inbox("/r", TOPIC, share_count)
 
 
 def lock_step(inbox: Inbox, on: bool) -> None:
@@ -21,6 +21,10 @@ def lock_step(inbox: Inbox, on: bool) -> None:
 
 def recorder(taken: int) -> NodeStatus:
     return NodeStatus(node="/b", role="recorder", state="ready", counts={TOPIC: taken})
+
+
+def status_of(role: str, name: str = "", *, done: int = -1, count: int = 0, state: str = "ready", refused: int = -1) -> NodeStatus:
+    return NodeStatus(node=f"/{name or role}", role=role, state=state, done_scene=done, refused_scene=refused, counts={TOPIC: count})
 
 
 def test_only_the_newest_room_is_rendered_unless_rooms_wait() -> None:
@@ -91,3 +95,34 @@ def test_waiting_ends_with_what_was_put_in_or_does_not_begin() -> None:
     inbox.wait(60.0, unless=lambda: True)
     threading.Timer(0.05, inbox.wake).start()
     inbox.wait(60.0, unless=lambda: False)
+
+
+def test_shared_rooms_come_in_turn() -> None:
+    inbox = Inbox("/renderer_node", TOPIC, 2)
+    assert not inbox.is_turn(0, True), "the other one is not known yet"
+    inbox.take_status(status_of("renderer", "renderer_node_2", done=-1), 0)
+    assert inbox.is_turn(0, True) and not inbox.is_turn(1, False)
+    inbox.take_status(status_of("renderer", "renderer_node_2", done=1), 0)
+    inbox.take_status(status_of("recorder", done=0), 0)
+    assert inbox.is_turn(1, False) and not inbox.is_turn(2, False), "the recorder has not finished room 1"
+    inbox.take_status(status_of("recorder", done=1), 0)
+    assert inbox.is_turn(2, False)
+    assert Inbox("/renderer_node", TOPIC, 1).is_turn(9, False)
+
+
+def test_rooms_wait_for_each_other_in_lock_step_and_where_they_are_shared() -> None:
+    alone = Inbox("/renderer_node", TOPIC, 1)
+    assert Inbox("/renderer_node", TOPIC, 2).rooms_wait and not alone.rooms_wait
+    for lock_step in (True, False):
+        alone.take_status(replace(status_of("grammar"), lock_step=lock_step), 0)
+        assert alone.rooms_wait == lock_step
+
+
+def test_a_recorder_that_is_behind_holds_frames_back() -> None:
+    inbox = Inbox("/renderer_node", TOPIC, 1)
+    inbox.take_status(status_of("recorder", count=100), 0)
+    assert inbox.wait_for_recorders(7, 8, 0.0) and not inbox.wait_for_recorders(8, 8, 0.0)
+    inbox.take_status(status_of("recorder", count=103), 0)
+    assert inbox.wait_for_recorders(10, 8, 0.0) and not inbox.wait_for_recorders(11, 8, 0.0)
+    inbox.take_status(status_of("recorder", count=-1), 0)
+    assert inbox.wait_for_recorders(1000, 8, 0.0), "it leaves these frames out"

@@ -13,7 +13,7 @@ from std_msgs.msg import String
 
 from scene_description import SceneDescription, scene_to_json
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.cli.render_settings import preset_settings
+from scene_synth_ros.cli.parameters.render_settings import preset_settings
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 

@@ -12,7 +12,7 @@ from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderCon
 from scene_description import SceneDescription, scene_to_json
 from scene_synth_ros.render import room as room_module
 from scene_synth_ros.render.next_room import NextRoom
-from scene_synth_ros.render.room import Room, RoomSettings, is_same_room
+from scene_synth_ros.render.room import RenderedRoom, RoomSettings, is_same_room
 from scene_synth_ros.suite.faults import Faults
 
 PRESENT = sample_scene()
@@ -46,7 +46,7 @@ def ahead(lines: list[str]) -> Iterator[NextRoom]:
 
 
 def begin(ahead: NextRoom, scene: SceneDescription = SCENE) -> None:
-    ahead.begin(scene_to_json(scene), Room(PRESENT, SETTINGS), SETTINGS, LAYERS)
+    ahead.begin(scene_to_json(scene), RenderedRoom(PRESENT, SETTINGS), SETTINGS, LAYERS)
 
 
 def test_a_room_made_ahead_shows_the_same_bytes_at_whatever_time(ahead: NextRoom) -> None:
@@ -54,7 +54,7 @@ def test_a_room_made_ahead_shows_the_same_bytes_at_whatever_time(ahead: NextRoom
     came = at_other_times(SCENE)
     made = ahead.take(came, SETTINGS, lambda: False)
     assert made is not None and made.scene is came
-    fresh = Room(came, SETTINGS)
+    fresh = RenderedRoom(came, SETTINGS)
     frames = []
     for room in (made, fresh):
         with_exposure = room.renderer.render(came.camera_path[-1], 1, LAYERS, exposure=room.metered)
@@ -66,13 +66,13 @@ def test_a_room_made_ahead_shows_the_same_bytes_at_whatever_time(ahead: NextRoom
 
 def test_light_is_there_before_the_first_frame(ahead: NextRoom) -> None:
     begin(ahead)
-    assert ahead._job is not None
-    wait([ahead._job])
+    assert ahead._jobs.job is not None
+    wait([ahead._jobs.job])
     room = ahead.take(SCENE, SETTINGS, lambda: False)
     assert room is not None
     assert room.renderer.prepare(SCENE.camera_path[0]) == 0
     room.close()
-    fresh = Room(SCENE, SETTINGS)
+    fresh = RenderedRoom(SCENE, SETTINGS)
     assert fresh.renderer.prepare(SCENE.camera_path[0]) > 0
     fresh.close()
 
@@ -113,7 +113,7 @@ def test_who_waits_can_leave_and_a_dropped_room_is_closed(ahead: NextRoom, monke
     going_on, closed = threading.Event(), threading.Event()
     right = room_module.flatten
     monkeypatch.setattr(room_module, "flatten", lambda *words: right(*words) if going_on.wait(30) else None)
-    monkeypatch.setattr(Room, "close", lambda self: closed.set())
+    monkeypatch.setattr(RenderedRoom, "close", lambda self: closed.set())
     begin(ahead)
     with pytest.raises(RenderCancelled):
         ahead.take(SCENE, SETTINGS, lambda: True)

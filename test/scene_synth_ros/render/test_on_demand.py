@@ -20,7 +20,7 @@ from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, scene_to_json
 from scene_description.poses import look_at
 from scene_synth_ros.messages.conversions import msg_to_image, occupancy_to_msg, pose_to_msg
-from scene_synth_ros.render.frame_index import OFF_PATH
+from scene_synth_ros.render.room import OFF_PATH
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
 LAYERS = ("color", "depth", "normals", "semantic", "instance")

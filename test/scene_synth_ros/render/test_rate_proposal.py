@@ -3,7 +3,7 @@
 import pytest
 
 from renderer import CameraConfig
-from scene_synth_ros.render.rate_proposal import FrameTime, Quality, is_resizable, predicted_s, proposed_rate_hz, proposed_settings
+from scene_synth_ros.render.rate_watch import FrameTime, Quality, is_resizable, predicted_s, proposed_rate_hz, proposed_settings
 
 LIVE = Quality(samples=2, denoised=False, width=640, height=480)
 CACHED = Quality(samples=0, denoised=False, width=640, height=480, spacing_m=0.04)

@@ -7,7 +7,7 @@ import pytest
 
 from renderer import CameraConfig, RenderConfig
 from renderer.film.frame import Frame
-from scene_synth_ros.render.rate_report import RateReport
+from scene_synth_ros.render.frame_report import RateReport
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
 
 COLOR = Frame({"color": np.zeros((480, 640, 3), np.uint8)}, None, samples=2, sampling_s=0.4)

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from scene_synth_ros.render.rate_proposal import FrameTime, Quality
-from scene_synth_ros.render.rate_watch import RateWatch, held_line, late_line
+from scene_synth_ros.render.rate_watch import FrameTime, Quality, RateWatch, held_line, late_line
 
 PERIOD_S = 0.2
 LIVE = Quality(samples=2, denoised=False, width=640, height=480)

@@ -7,7 +7,7 @@ import pytest
 from renderer.camera.config import CameraConfig, SensorConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
-from scene_synth_ros.cli.run_profile import load_profile, with_inheritance
+from scene_synth_ros.cli.parameters.run_profile import load_profile, with_inheritance
 from scene_synth_ros.messages.conversions import camera_info_to_msg
 from scene_synth_ros.messages.frame_messages import StreamConfig
 

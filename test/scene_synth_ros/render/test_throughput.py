@@ -2,7 +2,7 @@
 
 import pytest
 
-from scene_synth_ros.render.throughput import WINDOW_S, Rates, Throughput
+from scene_synth_ros.render.frame_report import WINDOW_S, Rates, Throughput
 
 
 def test_even_frames_have_their_rate() -> None:

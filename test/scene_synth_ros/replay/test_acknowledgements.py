@@ -6,7 +6,7 @@ import time
 from rclpy.duration import Duration
 from rclpy.qos import QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
-from scene_synth_ros.replay.acknowledgements import KEPT_OF_ALL, Acknowledgements
+from scene_synth_ros.replay.playback import KEPT_OF_ALL, Acknowledgements
 
 
 class Publisher:

@@ -6,7 +6,7 @@ import pytest
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSReliabilityPolicy
 
 from scene_synth_ros.bags.qos_metadata import OfferedQos, offered_qos
-from scene_synth_ros.replay.replay_qos import replay_qos
+from scene_synth_ros.replay.playable_topics import replay_qos
 
 RELIABLE, BEST_EFFORT = QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT
 VOLATILE, LATCHED = QoSDurabilityPolicy.VOLATILE, QoSDurabilityPolicy.TRANSIENT_LOCAL

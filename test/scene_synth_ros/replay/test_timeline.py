@@ -5,7 +5,7 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scene_synth_ros.replay.timeline import Timeline
+from scene_synth_ros.replay.player import Timeline
 
 S = 1_000_000_000
 

@@ -16,7 +16,7 @@ from report_bag import ERROR_M, write_sweep
 
 from evaluation.core.errors import EvaluationError
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE
+from scene_synth_ros.messages.streams import IMAGE_TYPE
 from scene_synth_ros.report import report_file
 from scene_synth_ros.report.error_images import DIVERGING
 from scene_synth_ros.report.frame_images import estimate_topics, truth_topics

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from chromium import Page, need_chromium
+from chromium import Page
 from evaluation_files import METRICS, document, frame, write
+from needed_tools import need
 from report_bag import write_sweep
 
 from scene_synth_ros.report.report_file import write_report
@@ -19,7 +20,7 @@ EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.own
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    need_chromium()
+    need("chromium")
     with Page(tmp_path_factory.mktemp("profile")) as page:
         yield page
 

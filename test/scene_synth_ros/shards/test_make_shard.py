@@ -21,7 +21,7 @@ from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, make_shard
 from scene_synth_ros.shards.manifest import make_manifest, missing_shards
 from scene_synth_ros.shards.room_ahead import RoomsAhead
 from scene_synth_ros.shards.store import LocalStore
-from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.room_schedule import RoomSchedule
 
 PLAN = tiny_plan(3, 2)
 
@@ -42,7 +42,7 @@ def bag(store: LocalStore, shard: int) -> Path:
 def test_shards_have_the_messages_and_stamps_of_one_run_of_all_rooms(store: LocalStore, tmp_path: Path) -> None:
     """Rooms follow each other as the grammar node sends them; a live run tells ``/tf_static`` once, each shard at its own begin."""
     settings = read_settings(tiny_parameters(3))
-    synthesizer, run = SceneSynthesizer.from_config(), Run(settings.run, 0.0)
+    synthesizer, run = SceneSynthesizer.from_config(), RoomSchedule(settings.run, 0.0)
     with OfflineBag(tmp_path / "live", settings, synthesizer.floor_map) as live:
         while (order := run.order(0.0)) is not None:
             live.add_room(synthesizer.synthesize(settings.grammar["scene"], settings.run.seed, order.index, order.times))
@@ -149,7 +149,7 @@ def test_a_disk_that_refuses_ends_the_shard_and_nothing_of_it_is_left(tmp_path: 
 def test_a_scene_is_hashed_as_it_is_published(store: LocalStore) -> None:
     """Room 2 sampled by itself, with the stamps of its place in the run."""
     settings = PLAN.settings_of(1)
-    order = Run(settings.run, 0.0).order(0.0)
+    order = RoomSchedule(settings.run, 0.0).order(0.0)
     assert order is not None and order.index == 2 and order.times.first_index == 2 * FRAMES
     scene = SceneSynthesizer.from_config().synthesize(settings.grammar["scene"], 7, 2, order.times)
     (row,) = json.loads((store.root / "shards" / "00001.json").read_text())["rooms"]

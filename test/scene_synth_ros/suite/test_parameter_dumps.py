@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from scene_synth_ros_suite import Peer, claim_domain, dds_context, node_process, run_suite
 
 from scene_description.share import config_path
-from scene_synth_ros.cli.run_profile import EXTRA_RENDERER, SHIPPED, load_profile
+from scene_synth_ros.cli.parameters.run_profile import EXTRA_RENDERER, SHIPPED, load_profile
 from scene_synth_ros.record.recorder_node import RecorderNode
 from scene_synth_ros.render.renderer_node import RendererNode
 from scene_synth_ros.suite.suite_node import SuiteNode

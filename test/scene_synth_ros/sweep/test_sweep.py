@@ -18,10 +18,10 @@ from scene_description import scene_to_json
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.cli.sweep_command import read_plan
+from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
-from scene_synth_ros.sweep import variant_bag
+from scene_synth_ros.sweep import run_sweep
 from scene_synth_ros.sweep.variant import RECORD_NAME
 
 SWEEP = """
@@ -135,8 +135,8 @@ def test_a_second_run_makes_only_what_is_missing_damaged_or_of_another_plan(
     (out / "variants" / ".0001.partial" / "0001").mkdir(parents=True)
     file = out / "variants" / "0002" / "0002_0.mcap"
     file.write_bytes(file.read_bytes()[:-2000])
-    write = variant_bag.OfflineBag.close
-    monkeypatch.setattr(variant_bag.OfflineBag, "close", lambda bag: (made.append(bag._directory.name), write(bag))[1])
+    write = run_sweep.OfflineBag.close
+    monkeypatch.setattr(run_sweep.OfflineBag, "close", lambda bag: (made.append(bag._directory.name), write(bag))[1])
     assert run(tmp_path / "s", out, "--only", "0000", "0001", "0002", "0003") == 0
     assert made == ["0001", "0002"] and not list(out.glob("variants/.*"))
     assert digests(out) == whole

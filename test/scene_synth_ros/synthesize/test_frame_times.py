@@ -1,7 +1,7 @@
 """Times of frames."""
 
 from scene_description import CameraPose
-from scene_synth_ros.synthesize.frame_times import FrameTimes, moved_to
+from scene_synth_ros.synthesize.room_schedule import FrameTimes, moved_to
 
 
 def test_stamps_are_exact_nanoseconds_without_drift() -> None:

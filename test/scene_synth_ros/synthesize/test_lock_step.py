@@ -1,10 +1,12 @@
 """Which room may go out next."""
 
+from dataclasses import replace
+
 import pytest
 
 from scene_description import FieldError
 from scene_synth_ros.suite.status import MAX_TEXT_LENGTH, NodeStatus, done_in_run, status_from_json, status_to_json
-from scene_synth_ros.synthesize.lock_step import Expectation, finished_by_all, peer_failures, waiting_for
+from scene_synth_ros.synthesize.room_schedule import finished_by_all, missing_peers, peer_failures, waiting_for
 
 RUN = "g.1"
 
@@ -17,7 +19,7 @@ def peers(*statuses: NodeStatus) -> dict[str, NodeStatus]:
     return {status.node: status for status in statuses}
 
 
-EXPECTED = Expectation(renderers=1, recorders=1)
+EXPECTED = {"renderer": 1, "recorder": 1}
 
 
 @pytest.mark.parametrize(
@@ -60,7 +62,7 @@ def test_failures_and_refusals_are_told() -> None:
 
 def test_a_refused_room_is_not_waited_for() -> None:
     refused = NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)
-    assert waiting_for(peers(refused), Expectation(renderers=1, recorders=0), 4, "") == ""
+    assert waiting_for(peers(refused), {"renderer": 1, "recorder": 0}, 4, "") == ""
 
 
 def test_status_round_trip() -> None:
@@ -82,3 +84,18 @@ def test_status_round_trip() -> None:
 def test_a_status_that_does_not_fit_is_refused(text: str, message: str) -> None:
     with pytest.raises(FieldError, match=message):
         status_from_json(text)
+
+
+def test_all_have_finished_what_the_last_has() -> None:
+    refusing = replace(peer("/a", "renderer", done=1), refused_scene=3)
+    assert finished_by_all({}, RUN) == -1
+    assert finished_by_all(peers(peer("/a", "renderer", done=4), peer("/b", "recorder", done=2)), RUN) == 2
+    assert finished_by_all(peers(refusing, peer("/b", "recorder", done=5)), RUN) == 3
+
+
+def test_a_peer_is_missed_only_after_it_was_seen_and_stays_away() -> None:
+    known, absences = peers(peer("/a", "renderer"), peer("/b", "recorder")), {}
+    for present in ({"/a"}, {"/a"}, set(), {"/a"}, set(), set()):
+        assert missing_peers(known, present, absences, 3) == []
+    assert missing_peers(known, set(), absences, 3) == ["/a"]
+    assert missing_peers({"/b": known["/b"]}, set(), absences, 3) == []

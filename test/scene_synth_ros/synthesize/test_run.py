@@ -6,23 +6,23 @@ import pytest
 
 from scene_description import SceneSynthError
 from scene_synth_ros.suite.status import NodeStatus
-from scene_synth_ros.synthesize.run import Run, Step
+from scene_synth_ros.synthesize.room_schedule import RoomSchedule, Step
 from scene_synth_ros.synthesize.run_config import RunConfig
 
 FREE = RunConfig(lock_step=False, rooms=3, frames_per_room=5, rate_hz=10.0)
 STEP = RunConfig(rooms=2, frames_per_room=5, rate_hz=10.0, expected_recorders=1)
 
 
-def report(run: Run, role: str, done: int, state: str = "ready") -> bool:
+def report(run: RoomSchedule, role: str, done: int, state: str = "ready") -> bool:
     return run.take_status(NodeStatus(node=f"/{role}", role=role, state=state, done_scene=done, run=run.name))
 
 
-def finish(run: Run, done: int) -> None:
+def finish(run: RoomSchedule, done: int) -> None:
     for role in ("renderer", "recorder"):
         report(run, role, done)
 
 
-def send(run: Run, now_s: float) -> int:
+def send(run: RoomSchedule, now_s: float) -> int:
     """Send the next room; return the stamp of its first frame in ns."""
     assert run.step(now_s, active=True) is Step.SEND
     order = run.order(now_s)
@@ -32,7 +32,7 @@ def send(run: Run, now_s: float) -> int:
 
 
 def test_lock_step_waits_for_each_peer_and_finishes_once() -> None:
-    run = Run(STEP, 0.0)
+    run = RoomSchedule(STEP, 0.0)
     assert (run.step(0.0, True), run.waiting) == (Step.WAIT, "1 of 1 renderers to be ready")
     finish(run, -1)
     assert send(run, 0.1) == 10**9
@@ -48,7 +48,7 @@ def test_lock_step_waits_for_each_peer_and_finishes_once() -> None:
 
 
 def test_by_the_wall_clock_a_room_has_time_to_be_prepared_and_waits_for_nobody() -> None:
-    run = Run(replace(FREE, clock="wall"), 0.0)
+    run = RoomSchedule(replace(FREE, clock="wall"), 0.0)
     send(run, 1.0)
     assert run.step(1.0 + 0.3 + 0.5 - 0.01, True) is Step.WAIT
     assert run.step(1.0 + 0.3 + 0.5, True) is Step.SEND
@@ -58,7 +58,7 @@ def test_by_the_wall_clock_a_room_has_time_to_be_prepared_and_waits_for_nobody()
 
 
 def test_rooms_ahead_may_be_unfinished_but_the_end_waits_for_all() -> None:
-    run = Run(replace(STEP, rooms=3, rooms_ahead=2), 0.0)
+    run = RoomSchedule(replace(STEP, rooms=3, rooms_ahead=2), 0.0)
     finish(run, -1)
     send(run, 0.0)
     send(run, 0.0)
@@ -72,12 +72,12 @@ def test_rooms_ahead_may_be_unfinished_but_the_end_waits_for_all() -> None:
 
 
 def test_an_inactive_node_sends_nothing() -> None:
-    run = Run(FREE, 0.0)
+    run = RoomSchedule(FREE, 0.0)
     assert [run.step(0.0, active) for active in (False, True)] == [Step.WAIT, Step.SEND]
 
 
 def test_free_running_rooms_follow_the_wall_clock() -> None:
-    run = Run(FREE, 100.0)
+    run = RoomSchedule(FREE, 100.0)
     assert send(run, 100.0) == 10**9
     assert run.step(100.49, True) is Step.WAIT
     assert send(run, 100.5) == 1_500_000_000
@@ -86,7 +86,7 @@ def test_free_running_rooms_follow_the_wall_clock() -> None:
 
 
 def test_a_free_run_ends_when_those_that_are_there_have_finished() -> None:
-    run = Run(replace(FREE, rooms=1), 0.0)
+    run = RoomSchedule(replace(FREE, rooms=1), 0.0)
     send(run, 0.0)
     report(run, "renderer", -1)
     assert run.step(9.0, True) is Step.WAIT
@@ -96,7 +96,7 @@ def test_a_free_run_ends_when_those_that_are_there_have_finished() -> None:
 
 @pytest.mark.parametrize(("lock_step", "frames_skipped"), [(False, 21), (True, 0)])
 def test_simulated_time_goes_on_while_a_free_run_is_paused(lock_step: bool, frames_skipped: int) -> None:
-    run = Run(replace(FREE, lock_step=lock_step, expected_renderers=0), 0.0)
+    run = RoomSchedule(replace(FREE, lock_step=lock_step, expected_renderers=0), 0.0)
     send(run, 0.0)
     run.pause(0.2)
     run.pause(1.0)
@@ -106,7 +106,7 @@ def test_simulated_time_goes_on_while_a_free_run_is_paused(lock_step: bool, fram
 
 
 def test_one_room_may_go_out_during_a_pause() -> None:
-    run = Run(FREE, 0.0)
+    run = RoomSchedule(FREE, 0.0)
     run.pause(0.0)
     assert run.step(0.0, True) is Step.WAIT
     assert run.ask_for_one() == ""
@@ -115,7 +115,7 @@ def test_one_room_may_go_out_during_a_pause() -> None:
 
 
 def test_a_reset_waits_for_the_room_at_work_and_until_all_have_heard_of_it() -> None:
-    run = Run(STEP, 0.0)
+    run = RoomSchedule(STEP, 0.0)
     finish(run, -1)
     send(run, 0.0)
     assert run.ask_for_reset() == "/renderer to finish room 0"
@@ -134,7 +134,7 @@ def test_a_reset_waits_for_the_room_at_work_and_until_all_have_heard_of_it() -> 
 
 
 def test_a_peer_may_finish_all_rooms_that_are_out_at_once_after_a_reset() -> None:
-    run = Run(replace(STEP, rooms=3, rooms_ahead=2), 0.0)
+    run = RoomSchedule(replace(STEP, rooms=3, rooms_ahead=2), 0.0)
     for begins_again in (False, True):
         if begins_again:
             run.ask_for_reset()
@@ -147,7 +147,7 @@ def test_a_peer_may_finish_all_rooms_that_are_out_at_once_after_a_reset() -> Non
 
 
 def test_a_change_of_rate_goes_on_from_the_next_frame() -> None:
-    run = Run(FREE, 0.0)
+    run = RoomSchedule(FREE, 0.0)
     send(run, 0.0)
     run.change(replace(FREE, rate_hz=20.0))
     order = run.order(1.0)
@@ -156,7 +156,7 @@ def test_a_change_of_rate_goes_on_from_the_next_frame() -> None:
 
 
 def test_a_room_lost_by_a_fault_leaves_its_index_and_its_time_empty() -> None:
-    run = Run(FREE, 0.0)
+    run = RoomSchedule(FREE, 0.0)
     send(run, 0.0)
     run.skip(0.5)
     assert run.order(0.6) is None, "a fault in every room must not fill the log"
@@ -166,7 +166,7 @@ def test_a_room_lost_by_a_fault_leaves_its_index_and_its_time_empty() -> None:
 
 
 def test_peers_that_are_missing_for_three_looks_are_forgotten() -> None:
-    run = Run(STEP, 0.0)
+    run = RoomSchedule(STEP, 0.0)
     finish(run, -1)
     assert run.drop_missing({"/renderer", "/recorder"}) == []
     assert [run.drop_missing({"/recorder"}) for _ in range(3)] == [[], [], ["/renderer"]]

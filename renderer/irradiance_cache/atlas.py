@@ -1,0 +1,330 @@
+"""The atlas: nodes on all surfaces of a scene, at which light is computed, and how the nodes around a hit are found.
+
+On a flat chart nodes lie on a grid, and a hit reads the four around it.  Elsewhere vertices that lie close together and look the same way
+share a node, and a hit reads those of its triangle's corners.  Both are straight lines within a triangle: a hit finds its nodes by its
+barycentric weights, without a search.  No node serves two parts, so that light leaks from none to another.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.kernel import entry, inlined, kernel
+from renderer.geometry.mesh import Mesh
+from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_INSET_M = 2e-3
+_INSET = 0.25
+_FACING = 1.5
+NONE, GRID, CORNERS = range(3)
+"""``cells[:, 3]``: how the nodes of a triangle are found."""
+
+
+class Atlas(NamedTuple):
+    """Nodes, and where each triangle finds its own, for kernels.
+
+    cells: (m, 4) int32, for GRID where the chart's rows begin in ``grid``, its width and height, for CORNERS the three nodes; then which;
+    affine: (m, 6) float32, grid coordinates (s, r) of the first corner, and what the second and the third add; grid: (g,) int32, nodes of
+    the charts' grids, -1 where no triangle is near; cuts: (g, 2) float32, how much of the way to the next node of the row, and to that of
+    the next row, lies on this side of what stands between, NaN where nothing does; back: (n,) int32, the node that looks the other way, -1
+    where nobody looks from there.
+    position, normal: (n, 3) float32, metres, world, on the surface; face: (n,) int32 and weight: (n, 2) float32, the triangle on which
+    each node lies and its barycentric weights there; area: (n,) float32, m2, its share of the surface.
+    """
+
+    cells: NDArray[np.int32]
+    affine: NDArray[np.float32]
+    grid: NDArray[np.int32]
+    cuts: NDArray[np.float32]
+    back: NDArray[np.int32]
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    face: NDArray[np.int32]
+    weight: NDArray[np.float32]
+    area: NDArray[np.float32]
+
+
+def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float) -> Atlas:
+    """Lay nodes some ``spacing_m`` apart; ``one_sided``: (p,) bool, parts that nobody sees from behind."""
+    count = len(face_part)
+    cells, affine = np.zeros((count, 4), np.int32), np.zeros((count, 6), np.float32)
+    index, chart_face, chart_weight, chart_normal = _lay_grids(charts, spacing_m, cells, affine)
+    corner_face, corner_weight, corner_normal = _lay_corners(mesh, face_part, charts, spacing_m, cells, len(chart_face))
+    face = np.concatenate([chart_face, corner_face]).astype(np.int32)
+    weight = np.concatenate([chart_weight, corner_weight]).astype(np.float32)
+    normal = np.concatenate([chart_normal, corner_normal]).astype(np.float32)
+    corners = mesh.vertices.astype(np.float64)[mesh.faces[face]]
+    shares = np.column_stack([1.0 - weight.sum(axis=1, dtype=np.float64), weight])
+    position = np.einsum("nc,ncx->nx", shares, corners).astype(np.float32)
+    two_sided = np.flatnonzero(~one_sided[face_part[face]])
+    back = np.full(len(face) + len(two_sided), -1, np.int32)
+    back[two_sided] = len(face) + np.arange(len(two_sided))
+    area = np.zeros(len(face))
+    spread_area(charts.area, cells, affine.astype(np.float64), index, area)
+    return Atlas(
+        cells,
+        affine,
+        index,
+        np.full((len(index), 2), np.nan, np.float32),
+        back,
+        np.concatenate([position, position[two_sided]]),
+        np.concatenate([normal, -normal[two_sided]]),
+        np.concatenate([face, face[two_sided]]),
+        np.concatenate([weight, weight[two_sided]]),
+        np.concatenate([area, area[two_sided]]).astype(np.float32),
+    )
+
+
+@entry
+def spread_area(
+    area: NDArray[np.float64], cells: NDArray[np.int32], affine: NDArray[np.float64], index: NDArray[np.int32], shares: NDArray[np.float64]
+) -> None:
+    """Add the area of each triangle, (m,), to the nodes that its points read, by their weights: at 4 points for each of its cells."""
+    for face in range(len(area)):
+        if cells[face, 3] == CORNERS:
+            for corner in range(3):
+                shares[cells[face, corner]] += area[face] / 3.0
+        elif cells[face, 3] == GRID:
+            offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
+            steps = 2 * int(max(abs(affine[face, 1]), abs(affine[face, 2]), abs(affine[face, 4]), abs(affine[face, 5]))) + 2
+            share = area[face] / (steps * steps)
+            for i in range(steps):
+                for j in range(steps):
+                    u, v = (i + 0.5) / steps, (j + 0.5) / steps
+                    u, v = (u, v) if u + v <= 1.0 else (1.0 - u, 1.0 - v)
+                    s = affine[face, 0] + u * affine[face, 1] + v * affine[face, 2]
+                    r = affine[face, 3] + u * affine[face, 4] + v * affine[face, 5]
+                    column, row = min(max(int(s + 0.5), 0), width - 1), min(max(int(r + 0.5), 0), height - 1)
+                    node = index[offset + row * width + column]
+                    if node >= 0:
+                        shares[node] += share
+
+
+def _lay_grids(
+    charts: Charts, spacing_m: float, cells: NDArray[np.int32], affine: NDArray[np.float32]
+) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Fill the rows of triangles on charts; return the grids' ``index``, and triangle, weights and normal of their nodes."""
+    members = np.flatnonzero(charts.face_chart >= 0)
+    if not len(members):
+        return np.zeros(0, np.int32), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 3))
+    members = members[np.argsort(charts.face_chart[members], kind="stable")]
+    chart = charts.face_chart[members]
+    start = np.searchsorted(chart, np.arange(len(charts.normal)))
+    low = np.minimum.reduceat(charts.at[members].min(axis=1), start)
+    high = np.maximum.reduceat(charts.at[members].max(axis=1), start)
+    inset = np.minimum(max(_INSET_M, _INSET * spacing_m), 0.25 * (high - low))
+    low, high = low + inset, high - inset
+    steps = np.where(high - low < 0.5 * spacing_m, 0, np.ceil((high - low) / spacing_m)).astype(np.int64)
+    origin = np.where(steps == 0, 0.5 * (low + high), low)
+    step = np.where(steps == 0, spacing_m, (high - low) / np.maximum(steps, 1))
+    size = (steps + 1).prod(axis=1)
+    offset = np.concatenate([[0], np.cumsum(size)])
+    at = (charts.at[members] - origin[chart, None]) / step[chart, None]
+    nearest = np.full(offset[-1], np.inf)
+    node_face, node_weight = np.full(offset[-1], -1, np.int64), np.zeros((offset[-1], 2))
+    _rasterize(at, step[chart], steps[chart], offset[chart], nearest, node_face, node_weight)
+    cells[members] = np.column_stack([offset[chart], steps[chart] + 1, np.full(len(members), GRID)])
+    affine[members] = np.column_stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]])[:, (0, 2, 4, 1, 3, 5)]
+    used = node_face >= 0
+    index = np.where(used, np.cumsum(used) - 1, -1).astype(np.int32)
+    face = members[node_face[used]]
+    return index, face, node_weight[used], charts.normal[charts.face_chart[face]]
+
+
+@entry
+def _rasterize(
+    at: NDArray[np.float64],
+    step: NDArray[np.float64],
+    steps: NDArray[np.int64],
+    offset: NDArray[np.int64],
+    nearest: NDArray[np.float64],
+    node_face: NDArray[np.int64],
+    node_weight: NDArray[np.float64],
+) -> None:
+    """Give each grid node the triangle that is nearest, and the weights of the point there; far ones stay without.
+
+    ``at``: (t, 3, 2), corners in grid coordinates; ``step``: (t, 2), metres between nodes; ``steps``: (t, 2); ``offset``: (t,).
+    """
+    for t in range(len(at)):
+        sx, sy = step[t, 0], step[t, 1]
+        ax, ay = at[t, 0, 0] * sx, at[t, 0, 1] * sy
+        bx, by = at[t, 1, 0] * sx - ax, at[t, 1, 1] * sy - ay
+        cx, cy = at[t, 2, 0] * sx - ax, at[t, 2, 1] * sy - ay
+        area = bx * cy - by * cx
+        reach = sx * sx + sy * sy
+        left = max(int(np.floor(min(at[t, 0, 0], at[t, 1, 0], at[t, 2, 0]))), 0)
+        right = min(int(np.ceil(max(at[t, 0, 0], at[t, 1, 0], at[t, 2, 0]))), steps[t, 0])
+        low = max(int(np.floor(min(at[t, 0, 1], at[t, 1, 1], at[t, 2, 1]))), 0)
+        high = min(int(np.ceil(max(at[t, 0, 1], at[t, 1, 1], at[t, 2, 1]))), steps[t, 1])
+        for row in range(low, high + 1):
+            for column in range(left, right + 1):
+                x, y = column * sx - ax, row * sy - ay
+                u, v = (x * cy - y * cx) / area, (bx * y - by * x) / area
+                distance = 0.0
+                if u < 0.0 or v < 0.0 or u + v > 1.0:
+                    u, v, distance = _nearest_weights(x, y, bx, by, cx, cy)
+                place = offset[t] + row * (steps[t, 0] + 1) + column
+                if distance < nearest[place] and distance <= reach:
+                    nearest[place], node_face[place] = distance, t
+                    node_weight[place, 0], node_weight[place, 1] = u, v
+
+
+@kernel
+def _nearest_weights(x: float, y: float, bx: float, by: float, cx: float, cy: float) -> tuple[float, float, float]:
+    """Return the weights of the point of triangle (0, b, c) nearest to (x, y) outside, moved inwards a little, and the squared distance."""
+    dx, dy = cx - bx, cy - by
+    along_b = min(max((x * bx + y * by) / (bx * bx + by * by), 0.0), 1.0)
+    along_c = min(max((x * cx + y * cy) / (cx * cx + cy * cy), 0.0), 1.0)
+    along_d = min(max(((x - bx) * dx + (y - by) * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+    on_b = (x - along_b * bx) ** 2 + (y - along_b * by) ** 2
+    on_c = (x - along_c * cx) ** 2 + (y - along_c * cy) ** 2
+    on_d = (x - bx - along_d * dx) ** 2 + (y - by - along_d * dy) ** 2
+    u, v, distance = along_b, 0.0, on_b
+    if on_c < distance:
+        u, v, distance = 0.0, along_c, on_c
+    if on_d < distance:
+        u, v, distance = 1.0 - along_d, along_d, on_d
+    to_middle = np.sqrt((bx * (1.0 / 3.0 - u) + cx * (1.0 / 3.0 - v)) ** 2 + (by * (1.0 / 3.0 - u) + cy * (1.0 / 3.0 - v)) ** 2)
+    inward = min(_INSET_M / max(to_middle, 1e-12), 0.5)
+    return u + inward * (1.0 / 3.0 - u), v + inward * (1.0 / 3.0 - v), distance
+
+
+def _lay_corners(
+    mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, spacing_m: float, cells: NDArray[np.int32], first: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Fill the rows of triangles on no chart, with nodes from number ``first`` on; return these nodes' triangle, weights and normal."""
+    members = np.flatnonzero(charts.face_chart == CURVED)
+    if not len(members):
+        return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 3))
+    faces = mesh.faces[members]
+    places = np.floor(mesh.vertices.astype(np.float64)[faces].reshape(-1, 3) / spacing_m).astype(np.int64)
+    shading = mesh.normals.astype(np.float64)[faces].reshape(-1, 3)
+    facing = np.rint(_FACING * shading).astype(np.int64)
+    key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), np.repeat(face_part[members], 3)]))
+    lead, node = (item.astype(np.int64) for item in np.unique(key, return_index=True, return_inverse=True)[1:])
+    cells[members] = np.column_stack([first + node.reshape(-1, 3), np.full(len(members), CORNERS)])
+    normal = np.column_stack([np.bincount(node, shading[:, axis]).astype(np.float64) for axis in range(3)])
+    short = np.linalg.norm(normal, axis=1) < 1e-6
+    normal[short] = shading[lead[short]]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    # The point of the leading triangle near the corner.
+    corner = lead % 3
+    shares = np.full((len(lead), 3), 0.05)
+    shares[np.arange(len(lead)), corner] = 0.9
+    return members[lead // 3], shares[:, 1:], normal
+
+
+@entry
+def stand_in(cells: NDArray[np.int32], index: NDArray[np.int32], valid: NDArray[np.bool_], passes: int, other: NDArray[np.int32]) -> None:
+    """Write a valid node near each node into ``other`` (n,): itself if it is valid; itself too where none is within ``passes`` steps.
+
+    Nodes are near each other if they are neighbours in a grid or corners of one triangle.
+    """
+    for node in range(len(other)):
+        other[node] = node
+    for _ in range(passes):
+        for face in range(len(cells)):
+            kind = cells[face, 3]
+            if kind == CORNERS:
+                for corner in range(3):
+                    node = cells[face, corner]
+                    if not valid[other[node]]:
+                        for step in range(1, 3):
+                            near = other[cells[face, (corner + step) % 3]]
+                            if valid[near]:
+                                other[node] = near
+            elif kind == GRID and (face == 0 or cells[face, 0] != cells[face - 1, 0] or cells[face - 1, 3] != GRID):
+                offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
+                for place in range(width * height):
+                    node = index[offset + place]
+                    if node < 0 or valid[other[node]]:
+                        continue
+                    row, column = place // width, place % width
+                    for step in range(4):
+                        x, y = column + (step == 0) - (step == 1), row + (step == 2) - (step == 3)
+                        if 0 <= x < width and 0 <= y < height:
+                            near = index[offset + y * width + x]
+                            if near >= 0 and valid[other[near]]:
+                                other[node] = other[near]
+
+
+@inlined
+def has_back(atlas: Atlas, face: int) -> bool:
+    """Return whether there are nodes on the back of a triangle."""
+    kind = atlas.cells[face, 3]
+    if kind == NONE:
+        return False
+    node = atlas.cells[face, 0]
+    if kind == GRID:
+        place = node
+        while atlas.grid[place] < 0:
+            place += 1
+        node = atlas.grid[place]
+    return bool(atlas.back[node] >= 0)
+
+
+@inlined
+def _is_cut_off(cuts: NDArray[np.float32], place: int, width: int, right: int, up: int, s: np.float32, r: np.float32) -> bool:
+    """Return whether something stands between a hit, at (s, r) within its cell, and the corner of the cell at ``place``."""
+    along, across = cuts[place - right, 0], cuts[place - up * width, 1]
+    beyond_x: bool = s < along if right else s > along
+    beyond_y: bool = r < across if up else r > across
+    return beyond_x | beyond_y
+
+
+@inlined
+def find_cell(atlas: Atlas, face: int, u: np.float32, v: np.float32) -> tuple[int, np.float32, np.float32]:
+    """Return the place in ``grid`` of the first corner of the cell that a hit lies in, and where in the cell, from 0 to 1."""
+    offset, width, height, affine = atlas.cells[face, 0], atlas.cells[face, 1], atlas.cells[face, 2], atlas.affine
+    s = affine[face, 0] + u * affine[face, 1] + v * affine[face, 2]
+    r = affine[face, 3] + u * affine[face, 4] + v * affine[face, 5]
+    s = min(max(s, _ZERO), np.float32(width - 1))
+    r = min(max(r, _ZERO), np.float32(height - 1))
+    column, row = min(int(s), max(width - 2, 0)), min(int(r), max(height - 2, 0))
+    return offset + row * width + column, s - np.float32(column), r - np.float32(row)
+
+
+@inlined
+def find_nodes(
+    atlas: Atlas, face: int, u: np.float32, v: np.float32, front: bool, nodes: NDArray[np.int32], weights: NDArray[np.float32]
+) -> int:
+    """Write the nodes around a hit and their weights, which sum to 1; return how many there are, up to 4.
+
+    ``u``, ``v``: barycentric weights of the second and third corner; ``front``: whether the triangle is seen from its front.
+    """
+    kind, count = atlas.cells[face, 3], 0
+    if kind == GRID:
+        width, total = atlas.cells[face, 1], _ZERO
+        first, s, r = find_cell(atlas, face, u, v)
+        for attempt in range(2):
+            for corner in range(4):
+                right, up = corner & 1, corner >> 1
+                weight = (s if right else _ONE - s) * (r if up else _ONE - r)
+                if weight > _ZERO:
+                    place = first + up * width + right
+                    node = atlas.grid[place]
+                    if node >= 0 and (attempt > 0 or not _is_cut_off(atlas.cuts, place, width, right, up, s, r)):
+                        nodes[count], weights[count] = node, weight
+                        count, total = count + 1, total + weight
+            if count > 0:
+                break
+        if total < _ONE:
+            for i in range(count):
+                weights[i] /= total
+    elif kind == CORNERS:
+        nodes[0], nodes[1], nodes[2] = atlas.cells[face, 0], atlas.cells[face, 1], atlas.cells[face, 2]
+        weights[0], weights[1], weights[2] = _ONE - u - v, u, v
+        count = 3
+    if not front:
+        behind = 0
+        for i in range(count):
+            twin = atlas.back[nodes[i]]
+            if twin >= 0:
+                nodes[behind], weights[behind] = twin, weights[i]
+                behind += 1
+        count = behind
+    return count

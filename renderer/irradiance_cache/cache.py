@@ -1,0 +1,136 @@
+"""The irradiance cache of one room: coarse light everywhere, and fine light at the nodes that somebody looks at.
+
+Light is solved for coarse nodes by radiosity: each sends a hemisphere of rays once, which link it to the nodes that they hit, and light
+passes along these links until it settles.  A fine node then gathers once from the coarse ones (final gathering), and samples the lights
+itself.  It is a pure function of the scene and its own number, so it does not matter when it is computed, or with which others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.embree import LANES, aligned_floats
+from renderer.core.random_numbers import make_frame_key
+from renderer.core.sampling import even_points
+from renderer.core.workers import Pieces
+from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
+from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
+from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
+from renderer.irradiance_cache.node_direct import light_nodes
+from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
+from renderer.irradiance_cache.radiosity import see_lights, solve_links
+
+_SWEEPS = 24
+_OPEN_M = np.float32(0.8)
+"""How far coarse nodes in the open are taken to be from what surrounds them, at least."""
+
+
+class IrradianceCache:
+    """The light of one room at the nodes of its surfaces.
+
+    Threading: one thread at a time.
+
+    ``scene``: its tree is the one that light is traced in; ``geometry``: of the room before, which is taken if it differs in the brightness
+    and colour of its lights only.
+
+    Attributes:
+        geometry: nodes and links; complete once solved.
+        luminance, even, leaving: (n, 3) float32, what leaves coarse nodes, cd/m2, smoothed illuminance over pi there, lux, and what of that
+            is reflected, cd/m2; once solved.
+        light, rows: what is known of fine nodes.
+    """
+
+    def __init__(self, scene: TracedScene, scene_key: int, config: CacheConfig, geometry: CacheGeometry | None = None) -> None:
+        self._scene, self.config = scene, config
+        self._memory = [make_gather_scratch(scratch) for scratch in scene.scratch]
+        self._key = make_frame_key(scene_key, 0, (1,))
+        fits = geometry is not None and geometry.serves(scene, self._key, config)
+        self.geometry = geometry if geometry is not None and fits else CacheGeometry(scene, self._key, config)
+        self.coarse, self.atlas = self.geometry.coarse, self.geometry.fine
+        self._coarse_light: NodeLight | None = make_node_light(len(self.coarse.face))
+        self._unlit = Pieces(len(self.coarse.face))
+        self.light = make_node_light(len(self.atlas.face))
+        self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
+        self._smooth_done = np.zeros(len(self.atlas.face), np.bool_)
+        self._filled = np.zeros(len(self.atlas.face), np.bool_)
+
+    def solve(self, cancelled: Callable[[], bool] | None = None) -> None:
+        """Solve the light of coarse nodes, once; go on where a call that was cancelled has stopped.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        if self._coarse_light is None:
+            return
+        scene, config, geometry, light = self._scene, self.config, self.geometry, self._coarse_light
+        geometry.link(scene, self._memory, cancelled)
+        everything, samples = np.arange(len(self.coarse.face)), even_points(LANES)
+
+        def compute(worker: int, piece: tuple[int, int]) -> None:
+            nodes, scratch = everything[slice(*piece)], scene.scratch[worker]
+            light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, scratch, light)
+
+        self._unlit.run(scene.workers, compute, cancelled)
+        by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
+        see_lights(scene.surfaces, geometry.sightings, config.coarse_rays, by_mirrors)
+        given = light.direct + light.indirect + light.sun[:, :3]
+        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, _SWEEPS, luminance)
+        self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
+        self.leaving = self.even * geometry.albedo
+        self.luminance = luminance[geometry.other]
+        self.bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, 32, 0.3)
+        self._coarse_light = None
+
+    def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> NDArray[np.float32]:
+        """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored: the noise of their few rays shared by neighbours.
+
+        ``reflected``: (n, 3), luminance without glow.
+        """
+        geometry, count = self.geometry, len(reflected)
+        albedo, far = geometry.albedo, geometry.far
+        lit = light.direct + light.sun[:, :3]
+        total = np.divide(np.float32(np.pi) * reflected, albedo, out=np.zeros_like(reflected), where=albedo > 1e-3)
+        around = make_node_light(count)._replace(indirect=total - lit, direct=lit, valid=geometry.worth, open_m=_OPEN_M * far * far)
+        rows = np.zeros((count, ROW), np.float32)
+        smooth_nodes(self.coarse.grid, *geometry.coarse_grids, np.float32(self.config.coarse_spacing_m), np.arange(count), around, rows)
+        return np.asarray(rows[:, :3] * np.float32(1.0 / np.pi))
+
+    @property
+    def size_bytes(self) -> int:
+        """Memory that the cache holds once it is solved, its geometry included."""
+        tables = (*self.light, *self.bright[:4], self.luminance, self.even, self.leaving, self.rows, self._filled, self._smooth_done)
+        return self.geometry.size_bytes + sum(array.nbytes for array in tables)
+
+    def fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
+        """Compute the nodes of ``is_read`` (n,) that are not known yet; return how many.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True; what was computed stays known.
+        """
+        todo = np.flatnonzero(is_read & ~self._smooth_done)
+        if not len(todo):
+            return 0
+        near = np.zeros(len(is_read), np.bool_)
+        near[todo] = True
+        grids = self.geometry.fine_grids
+        widen(self.atlas.grid, *grids, REACH, todo, near)
+        nodes = np.flatnonzero(near & ~self._filled)
+        scene, config, key = self._scene, self.config, self._key
+        samples, spacing = even_points(config.sun_samples), np.float32(config.spacing_m)
+        source = CoarseLight(self.coarse, self.luminance, self.geometry.worth, self.bright)
+        rays = Rays(key, even_points(config.gather_rays), spacing, MOST_BEHIND)
+
+        def compute(worker: int, piece: tuple[int, int]) -> None:
+            chosen, memory = nodes[slice(*piece)], self._memory[worker]
+            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, memory.trace, self.light)
+            gather_nodes(scene.lit, self.atlas, source, rays, chosen, memory, self.light)
+            self._filled[chosen] = True
+
+        Pieces(len(nodes)).run(scene.workers, compute, cancelled)
+        smooth_nodes(self.atlas.grid, *grids, spacing, todo, self.light, self.rows)
+        self._smooth_done[todo] = True
+        return len(nodes)

@@ -1,0 +1,161 @@
+"""What does not change in a room's irradiance cache while its lights do: nodes, what stands between them, and the links among them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.sampling import even_points
+from renderer.core.workers import PIECE, Pieces
+from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
+from renderer.irradiance_cache.charts import Charts, find_charts
+from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays
+from renderer.irradiance_cache.nodes import places
+from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
+from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
+from renderer.scene.flat_scene import is_same_geometry
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CacheConfig:
+    """How fine the cache is.
+
+    spacing_m, coarse_spacing_m: metres between nodes at which frames look light up, and between those by which it is solved; gather_rays,
+    coarse_rays: rays of a node, multiples of 16; light_samples, coarse_light_samples: about how many points on lights a node samples;
+    sun_samples: points on the sun, a multiple of 16.
+    """
+
+    spacing_m: float = 0.03
+    coarse_spacing_m: float = 0.1
+    gather_rays: int = 64
+    coarse_rays: int = 32
+    light_samples: int = 128
+    coarse_light_samples: int = 16
+    sun_samples: int = 16
+
+
+MOST_BEHIND = np.float32(0.25)
+"""Share of a node's rays that may see the inside of something before the node counts as one within it."""
+_STEPS = 3
+_PROBES = 64
+_LEAST_WORTH = 0.02
+
+
+class CacheGeometry:
+    """The nodes of a room, and the links among the coarse ones.
+
+    All of it depends on the triangles, on materials, and on which triangles shine at all; not on how bright the lights are, or of which
+    colour.  Rooms that are the same in that share it once it is complete (:meth:`serves`).
+
+    Threading: one thread at a time completes it; then it is only read.
+
+    Attributes:
+        coarse, fine: nodes at which light is solved, and at which frames look it up.
+        coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
+        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK or BEHIND.
+        sightings: rays that see lights by mirrors, or what is outside.
+        worth: (n,) float32, 0 for coarse nodes within things, little where nearly all is close by.
+        far: (n,) float32, the share of a coarse node's surroundings that is not close by.
+        other: (n,) int32, the coarse node that stands in for each; shining_area: (n,) float32, m2 that each stands for.
+        albedo, glow: (n, 3) float32, what coarse nodes reflect, and the luminance of screens and the like, cd/m2.
+        complete: whether :meth:`link` has ended.
+    """
+
+    def __init__(self, scene: TracedScene, key: np.uint32, config: CacheConfig) -> None:
+        """Place the nodes.
+
+        ``scene``: its tree is the one that light is traced in; ``key``: of the links' random numbers.
+        """
+        flat = scene.flat
+        self._flat, self._shines = flat, scene.lights.face_group >= 0
+        self._key, self._config = key, config
+        charts = find_charts(flat.mesh, flat.face_part, len(flat.parts.label))
+        one_sided = charts.closed | (flat.parts.object_id == 0) | _is_hollow(scene, charts)
+        self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
+        self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
+        self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
+        count, rays = len(self.coarse.face), config.coarse_rays
+        self.albedo, self.glow = np.zeros((count, 3), np.float32), np.zeros((count, 3), np.float32)
+        self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
+        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), self.far)
+        self._sightings: dict[int, Sightings] = {}
+        self._uncut = [(self.coarse, Pieces(len(self.coarse_grids[1]))), (self.fine, Pieces(len(self.fine_grids[1])))]
+        self._unlinked, self._unresolved = Pieces(count), Pieces(count)
+        self.complete = False
+
+    def link(self, scene: TracedScene, memory: Sequence[GatherScratch], cancelled: Callable[[], bool] | None = None) -> None:
+        """Find what stands between nodes, and link the coarse ones; go on where a call that was cancelled has stopped.
+
+        ``scene``: as it was placed in; ``memory``: of each thread; ``cancelled``: as of ``Renderer.render``.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        if self.complete:
+            return
+        coarse, config, scratch, workers = self.coarse, self._config, scene.scratch, scene.workers
+        for (atlas, pieces), (_, grids) in zip(self._uncut, (self.coarse_grids, self.fine_grids), strict=True):
+            pieces.run(workers, partial(_find_cuts, scene, atlas, grids), cancelled)
+        rays = Rays(self._key, even_points(config.coarse_rays), np.float32(config.coarse_spacing_m), MOST_BEHIND)
+
+        def compute(worker: int, piece: tuple[int, int]) -> None:
+            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.glow, *piece)
+            room = make_sightings(PIECE * len(rays.pattern))
+            rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
+            self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
+
+        self._unlinked.run(workers, compute, cancelled)
+        valid = (self.links == BEHIND).mean(axis=1) <= MOST_BEHIND
+        self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
+
+        def resolve(worker: int, piece: tuple[int, int]) -> None:
+            resolve_links(coarse, self.worth, self._links, memory[worker], *piece)
+
+        self._unresolved.run(workers, resolve, cancelled)
+        self.other = np.zeros(len(valid), np.int32)
+        stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
+        # Nodes within things shine by those that stand in for them.
+        self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)
+        in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
+        node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
+        self.sightings = Sightings(np.concatenate(node_part), np.concatenate(sights))
+        del self._links, self._sightings
+        self.complete = True
+
+    def serves(self, scene: TracedScene, key: np.uint32, config: CacheConfig) -> bool:
+        """Return whether it is complete, and that which the cache of a room with these lights needs."""
+        same = self.complete and (key, config) == (self._key, self._config)
+        return same and np.array_equal(scene.lights.face_group >= 0, self._shines) and is_same_geometry(scene.flat, self._flat)
+
+    @property
+    def size_bytes(self) -> int:
+        """Memory that it holds once it is complete."""
+        tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
+        return sum(array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.shining_area))
+
+
+def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worker: int, piece: tuple[int, int]) -> None:
+    find_cuts(scene.tree, atlas, grids, scene.scratch[worker], *piece)
+
+
+def _is_hollow(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
+    """Return which open parts (p,) are solids that lack a hidden side: from within, one sees mostly the backs of their own faces."""
+    flat, count = scene.flat, len(charts.closed)
+    faces = np.flatnonzero((charts.area > 0.0) & ~charts.closed[flat.face_part])
+    order = faces[np.lexsort((-charts.area[faces], flat.face_part[faces]))]
+    start = np.searchsorted(flat.face_part[order], np.arange(count))
+    faces = order[np.arange(len(order)) - start[flat.face_part[order]] < _PROBES]
+    corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[faces]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    inside, part = np.zeros(len(faces), np.bool_), np.ascontiguousarray(flat.face_part[faces])
+    origin = (corners.mean(axis=1) - 1e-4 * normal).astype(np.float32)
+    if len(faces):
+        probe_insides(scene.tree, origin, (-normal).astype(np.float32), part, flat.face_part, scene.scratch[0], inside)
+    weight = charts.area[faces]
+    return np.bincount(part, weight * inside, count) > 0.5 * np.maximum(np.bincount(part, weight, count), 1e-12)

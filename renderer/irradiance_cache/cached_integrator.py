@@ -1,0 +1,80 @@
+"""Colour by the irradiance cache, behind the same interface as the path tracer: a view and its hits in, luminance out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.embree import SceneHandle
+from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.lamps import build_lamps
+from renderer.irradiance_cache.reconstruction import OFFSETS, make_picture, mix_mirrored, smooth_edges
+from renderer.irradiance_cache.records import Tables, make_shade_scratch
+from renderer.irradiance_cache.shading import shade_hits, want_nodes
+from renderer.path.ground_truth import Hits, TracedView
+
+_LEAST_SHARE, _ROUGHEST = np.float32(0.02), np.float32(0.6)
+
+
+class CachedIntegrator:
+    """The cache of one room, and frames by it.
+
+    A frame depends on the scene, ``scene_key``, the view and the frame's key only: each node is a pure function of the scene and its own
+    number, whenever it is computed.
+    """
+
+    def __init__(self, scene: TracedScene, tree: SceneHandle, store: IrradianceCache) -> None:
+        """Take the room's cache, which is solved.  ``tree``: the scene's triangles as light is traced through them."""
+        self._scene, self._tree = scene, tree
+        self._memory = [make_shade_scratch(scratch) for scratch in scene.scratch]
+        self._store = store
+        self._images = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
+        self.filling_s = 0.0
+        """How long computing the nodes of the newest view took (s)."""
+        nodes = (store.atlas, store.rows, store.coarse, store.even, store.geometry.worth, store.leaving)
+        self._tables = Tables(*nodes, build_lamps(scene.flat), _LEAST_SHARE, _ROUGHEST)
+
+    @property
+    def size_bytes(self) -> int:
+        """Memory that the room's cache holds."""
+        return self._store.size_bytes
+
+    def radiance(self, view: TracedView, frame_key: np.uint32, cancelled: Callable[[], bool] | None = None) -> NDArray[np.float32]:
+        """Return the luminance of a view, (height, width, 3) float32, cd/m2.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        self.prepare(view.hits, cancelled)
+        workers, memory, step = self._scene.workers, self._memory, self._scene.workers.count
+        lit, size = self._scene.lit._replace(tree=self._tree), view.distance.shape
+        if self._images[0].light.shape[:2] != size:
+            self._images = (make_picture(*size), np.empty((*size, 3), np.float32))
+        picture, image = self._images
+        smooth = np.empty((*size, 3), np.float32)
+
+        def shade(worker: int, first: int) -> None:
+            shade_hits(lit, self._tables, view, frame_key, memory[worker], picture, first, step)
+
+        def smooth_rows(worker: int, first: int) -> None:
+            smooth_edges(lit, view, OFFSETS, memory[worker], image, smooth, first, step)
+
+        workers.run(shade, range(step), cancelled)
+        self._scene.in_rows(mix_mirrored, lit.surfaces, view.hits, picture, image)
+        workers.run(smooth_rows, range(step))
+        return smooth
+
+    def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
+        """Compute the nodes that a view reads, as far as they are not known; return how many those were."""
+        scene, step = self._scene, self._scene.workers.count
+        is_read = np.zeros(len(self._store.atlas.face), np.bool_)
+
+        scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, is_read, first, step), range(step))
+        began = time.perf_counter()
+        new = self._store.fill(is_read, cancelled)
+        self.filling_s = time.perf_counter() - began
+        return new

@@ -1,0 +1,258 @@
+"""The hemisphere of a node: rays that go on through clear glass and by mirrors, and the nodes that they end at."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import embree as ray
+from renderer.core.color import LUMINANCE, Rgb
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16
+from renderer.core.kernel import inlined
+from renderer.core.layout import Layout
+from renderer.core.random_numbers import mix_bits
+from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
+from renderer.irradiance_cache.atlas import GRID, Atlas, find_nodes, has_back
+from renderer.irradiance_cache.nodes import turned
+from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
+from renderer.path import surface_tables as st
+from renderer.path.emission import pane_transmittance, surface_le
+from renderer.path.infinite_light import sky_le
+from renderer.path.records import LitScene, Scratch
+from renderer.path.surface_tables import Surfaces
+from renderer.path.surfaces import lift_height
+from renderer.scene.flat_scene import Sky
+
+_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
+_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
+_DEEPEST = 8
+_LEAN = np.float32(0.7)
+
+DARK, BEHIND = -1, -2
+"""Links of rays that end at no node: at a light, a pane or nothing; at the inside of a closed part."""
+
+# A row of sights: how a ray sees a lamp or the sky by way of a mirror, or what is outside.
+_SIGHT = Layout()
+PASSED = _SIGHT.field()  # what panes let through of rays that go outside, 0 of others
+AHEAD = _SIGHT.field(3)  # the ray's unit direction; outside, the normal of what it sees
+COSINE = _SIGHT.field()  # between the ray and the lamp's normal
+SIGHT = _SIGHT.size
+
+
+class Rays(NamedTuple):
+    """How nodes look around them.
+
+    key: of their random numbers; pattern: (s, 2) float32, points of the unit square that stand for their rays, s a multiple of 16; far_m:
+    what ends farther away does not count as close by; most_behind: share of the rays that may see the inside of something before a node
+    counts as one within it.
+    """
+
+    key: np.uint32
+    pattern: NDArray[np.float32]
+    far_m: np.float32
+    most_behind: np.float32
+
+
+class GatherScratch(NamedTuple):
+    """Memory of one thread.
+
+    trace: rays and lanes; nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
+    SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet.
+    """
+
+    trace: Scratch
+    nodes: NDArray[np.int32]
+    weights: NDArray[np.float32]
+    links: NDArray[np.int32]
+    at: NDArray[np.float32]
+    sighted: NDArray[np.int32]
+    sights: NDArray[np.float32]
+    toward: NDArray[np.float32]
+
+
+def make_gather_scratch(trace: Scratch) -> GatherScratch:
+    """Return the memory that one thread needs to gather, beside its rays and lanes."""
+    links, sighted = np.zeros((2, LANES), np.int32)
+    at, toward = np.zeros((2, 3 * LANES), np.float32)
+    return GatherScratch(
+        trace, np.zeros(4, np.int32), np.zeros(4, np.float32), links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward
+    )
+
+
+@inlined
+def node_seed(node: int, key: np.uint32) -> np.uint32:
+    """Return the seed of a node's rays."""
+    return mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
+
+
+@inlined
+def aim_hemisphere(atlas: Atlas, node: int, pattern: NDArray[np.float32], begin: int, u: np.float32, v: np.float32, rays: Packet) -> None:
+    """Aim 16 rays of a node's hemisphere, with density cosine / pi, by ``pattern`` from ``begin`` on, shifted by (u, v)."""
+    real, integer = rays.real, rays.integer
+    x, y, z = atlas.position[node, 0], atlas.position[node, 1], atlas.position[node, 2]
+    nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
+    ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
+    lift = lift_height(x, y, z)
+    x, y, z = x + lift * nx, y + lift * ny, z + lift * nz
+    for k in range(LANES):
+        a, b, c = sample_cosine_hemisphere(turned(pattern[begin + k, 0], u), turned(pattern[begin + k, 1], v))
+        real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = x, y, z
+        real[ray.DIR_X + k] = a * ux + b * vx + c * nx
+        real[ray.DIR_Y + k] = a * uy + b * vy + c * ny
+        real[ray.DIR_Z + k] = a * uz + b * vz + c * nz
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+        integer[ray.GEOM_ID + k] = INVALID_ID
+        rays.alive[k] = -1
+
+
+@inlined
+def is_wide(atlas: Atlas, face: int) -> bool:
+    """Return whether a triangle belongs to a flat region of some size: smaller mirrors scatter light like matt things."""
+    wide: bool = (atlas.cells[face, 3] == GRID) & (atlas.cells[face, 1] > 2) & (atlas.cells[face, 2] > 2)
+    return wide
+
+
+@inlined
+def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
+    """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
+
+    From two directions, 35 degrees above and below.
+    """
+    up, down = nz + _LEAN, nz - _LEAN
+    high = _ONE / np.sqrt(max(nx * nx + ny * ny + up * up, _TINY))
+    low = _ONE / np.sqrt(max(nx * nx + ny * ny + down * down, _TINY))
+    r, g, b = sky_le(sky, nx * high, ny * high, up * high)
+    red, green, blue = sky_le(sky, nx * low, ny * low, down * low)
+    return _HALF * (r + red), _HALF * (g + green), _HALF * (b + blue)
+
+
+@inlined
+def sighted_light(surfaces: Surfaces, part: int, sights: NDArray[np.float32], i: int) -> Rgb:
+    """Return the luminance (r, g, b) that the ray of row ``i`` of ``sights`` (n, SIGHT) sees of a part, cd/m2."""
+    passed, x, y, z = sights[i, PASSED], sights[i, AHEAD], sights[i, AHEAD + 1], sights[i, AHEAD + 2]
+    if passed > _ZERO:
+        row, table = part * st.ROW_SIZE, surfaces.materials
+        r, g, b = outside_light(surfaces.sky, x, y, z)
+        return passed * table[row + st.BASE] * r, passed * table[row + st.BASE + 1] * g, passed * table[row + st.BASE + 2] * b
+    return surface_le(surfaces, part, x, y, z, sights[i, COSINE])
+
+
+@inlined
+def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch) -> None:
+    """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK or BEHIND.
+
+    ``sighted``: (16,), the part whose light only such rays find, or -1: lamps and the sky by way of a mirror, and what is outside.
+    """
+    scratch, rays = memory.trace, memory.trace.rays
+    real, integer, alive = rays.real, rays.integer, rays.alive
+    for k in range(LANES):
+        memory.links[k], scratch.sampled[k], memory.sighted[k], memory.sights[k, PASSED] = DARK, 0, -1, _ZERO
+    going = LANES
+    for depth in range(_DEEPEST):
+        if going == 0:
+            break
+        intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
+        scratch.traced[0] += going
+        going = 0
+        for k in range(LANES):
+            met = alive[k] != 0 and integer[ray.GEOM_ID + k] != INVALID_ID
+            alive[k] = 0
+            if met:
+                going += _meet(scene, atlas, np.uint32(seed + np.uint32(LANES * depth + k)), k, memory)
+    # The packet serves others, whose rays panes stop.
+    for k in range(LANES):
+        integer[ray.MASK + k] = MEET_ALL
+
+
+@inlined
+def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: GatherScratch) -> int:
+    """Send ray k on from what it has hit and return 1, or write where it ends and return 0.
+
+    ``scratch.sampled``: 1 for rays that have met a mirror.
+    """
+    surfaces, mirrored, sights, rays = scene.surfaces, memory.trace.sampled, memory.sights, memory.trace.rays
+    real, table = rays.real, surfaces.materials
+    face = rays.integer[ray.PRIM_ID + k]
+    part = surfaces.face_part[face]
+    row = part * st.ROW_SIZE
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    toward = -(dx * nx + dy * ny + dz * nz)
+    # What stands outside: its part, and the normal by which the sky lights it.
+    if sights[k, PASSED] > _ZERO:
+        scale = (_ONE if toward > _ZERO else -_ONE) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
+        _sight(part, scale * nx, scale * ny, scale * nz, k, memory)
+        return 0
+    # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only.
+    if scene.lights.face_group[face] >= 0 and toward > _ZERO:
+        cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
+        if mirrored[k] != 0:
+            _sight(part, dx, dy, dz, k, memory)
+            sights[k, COSINE] = cosine
+            return 0
+        if table[row + st.PORTAL] > _ZERO:
+            _leave(pane_transmittance(surfaces, part, cosine), k, memory)
+            return 1
+    # Clear glass and mirrors send on the share of the rays that they send on of the light.
+    u = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24)
+    clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
+    if clear or mirror:
+        share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
+        # What a face of glass mirrors sees a room that is about as bright: only its colour takes light away.
+        if u >= (np.sqrt(share) if clear else share):
+            return 0
+        go_on(rays, k, mirror)
+        mirrored[k] = 1 if mirror else mirrored[k]
+        return 1
+    # All else: a node near the hit, which is chosen later.
+    front = toward > _ZERO
+    if front or has_back(atlas, face):
+        memory.links[k] = face if front else face + len(atlas.cells)
+        memory.at[k], memory.at[LANES + k], memory.at[2 * LANES + k] = real[ray.BARY_U + k], real[ray.BARY_V + k], u
+    else:
+        memory.links[k] = BEHIND
+    return 0
+
+
+@inlined
+def _sight(part: int, x: np.float32, y: np.float32, z: np.float32, k: int, memory: GatherScratch) -> None:
+    """Let ray k see the light of a part: (x, y, z) is its AHEAD."""
+    memory.sighted[k], memory.sights[k, AHEAD], memory.sights[k, AHEAD + 1], memory.sights[k, AHEAD + 2] = part, x, y, z
+
+
+@inlined
+def _leave(passed: np.float32, k: int, memory: GatherScratch) -> None:
+    """Send ray k on through a pane to what stands outside; the sky itself is sampled as a light."""
+    rays = memory.trace.rays
+    memory.sights[k, PASSED] = passed
+    rays.real[ray.TNEAR + k], rays.real[ray.TFAR + k] = rays.real[ray.TFAR + k], np.inf
+    rays.integer[ray.GEOM_ID + k], rays.integer[ray.MASK + k] = INVALID_ID, PASS_PANES
+    rays.alive[k] = -1
+
+
+@inlined
+def choose_node(
+    atlas: Atlas, worth: NDArray[np.float32], link: int, s: np.float32, t: np.float32, u: np.float32, memory: GatherScratch
+) -> int:
+    """Return one of the nodes around a hit, by weight times ``worth`` (n,); DARK where none is worth anything.
+
+    ``link``: the triangle, plus the number of all where its back is hit; ``s``, ``t``: barycentric weights; ``u``: in [0, 1).
+    """
+    front = link < len(atlas.cells)
+    face = link if front else link - len(atlas.cells)
+    nodes, weights = memory.nodes, memory.weights
+    count = find_nodes(atlas, face, s, t, front, nodes, weights)
+    total = _ZERO
+    for i in range(count):
+        weights[i] *= worth[nodes[i]]
+        total += weights[i]
+    if total <= _ZERO:
+        return int(nodes[0]) if count > 0 else DARK
+    rest, chosen = u * total, 0
+    while chosen + 1 < count and rest >= weights[chosen]:
+        rest -= weights[chosen]
+        chosen += 1
+    return int(nodes[chosen])

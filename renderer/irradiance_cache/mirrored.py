@@ -1,0 +1,263 @@
+"""What hits mirror and what is seen through glass: one ray each, shaded by the light of the coarse nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.microfacet import sample_ggx_wm
+from renderer.camera.camera_rays import CENTRE
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.shutter import aim_exposed_tile
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.color import Rgb
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, intersect16
+from renderer.core.kernel import inlined
+from renderer.core.random_numbers import mix_bits
+from renderer.irradiance_cache import records as px
+from renderer.irradiance_cache.atlas import find_nodes
+from renderer.irradiance_cache.hemisphere import outside_light
+from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint
+from renderer.irradiance_cache.reflectance import rough_albedo
+from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
+from renderer.path import surface_tables as st
+from renderer.path.records import LitScene, Scratch
+from renderer.path.surface_tables import Surfaces
+from renderer.path.surfaces import evaluate_surfaces
+
+_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_INFINITE = np.float32(np.inf)
+_DEEPEST = 8
+_BOTH_WAYS = np.float32(1.5)
+"""KIND beyond which rays go through, too."""
+
+
+@inlined
+def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]:
+    """Return two numbers in [0, 1) for a pixel, far from those of its neighbours."""
+    a = (
+        np.float32(mix_bits(key) >> np.uint32(8)) * np.float32(2.0**-24)
+        + np.float32(0.7548777) * np.float32(x)
+        + np.float32(0.5698403) * np.float32(y)
+    )
+    b = (
+        np.float32(mix_bits(np.uint32(key + np.uint32(1))) >> np.uint32(8)) * np.float32(2.0**-24)
+        + np.float32(0.4301597) * np.float32(x)
+        + np.float32(0.7548777) * np.float32(y)
+    )
+    return a - np.floor(a), b - np.floor(b)
+
+
+@inlined
+def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float32]:
+    """Return the point of the unit square by which a pixel samples its lobe: all that are mixed for a pixel have different ones.
+
+    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces,
+    36 on others, the first 18 of these at every second pixel.
+    """
+    if alpha > ROUGH:
+        i = (x >> 1) % 5 + 5 * ((y >> 1) % 5)
+    else:
+        i = (x % 6 >> 1) + 3 * (y % 6) + 18 * ((x + y) & 1)
+    u, v = np.float32(0.7548777) * np.float32(i) + _HALF, np.float32(0.5698403) * np.float32(i) + _HALF
+    return u - np.floor(u), v - np.floor(v)
+
+
+@inlined
+def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
+    """Fill AHEAD, the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
+    u, v = lobe_point(x, y, primary[px.ALPHA, k])
+    wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
+    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[px.ALPHA, k], u, v)
+    twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)
+    a, b, c = twice * wm_x - wo_x, twice * wm_y - wo_y, max(twice * wm_z - wo_z, np.float32(1e-3))
+    primary[px.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
+    primary[px.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
+    primary[px.AHEAD + 2, k] = a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k]
+
+
+@inlined
+def add_gloss(scene: LitScene, tables: Tables, camera: PosedCamera, column: int, row: int, memory: ShadeScratch) -> None:
+    """Trace the rays that are sent, on by mirrors and through glass, and add what they see by light of the coarse nodes."""
+    scratch, primary, spread = memory.trace, memory.primary, _ONE / camera.focal_px
+    _aim_mirrored(scratch, primary)
+    _trace_on(scene, False, scratch, primary)
+    if _see_nodes(scene.surfaces, tables, memory) > 0:
+        _see_surfaces(scene, tables, spread, False, memory)
+    if _aim_through(camera, column, row, scratch, primary) > 0:
+        _trace_on(scene, True, scratch, primary)
+        _see_surfaces(scene, tables, spread, True, memory)
+
+
+@inlined
+def _aim_mirrored(scratch: Scratch, primary: NDArray[np.float32]) -> None:
+    """Aim the rays of all that mirrors."""
+    rays = scratch.rays
+    real, integer = rays.real, rays.integer
+    for k in range(LANES):
+        rays.alive[k] = -1 if primary[px.KIND, k] > _ZERO else 0
+        integer[ray.GEOM_ID + k] = INVALID_ID
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+        if primary[px.KIND, k] > _ZERO:
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k] = primary[px.POINT + axis, k]
+                real[ray.DIR_X + LANES * axis + k] = primary[px.AHEAD + axis, k]
+
+
+@inlined
+def _aim_through(camera: PosedCamera, column: int, row: int, scratch: Scratch, primary: NDArray[np.float32]) -> int:
+    """Aim rays straight on through glass, as if it were thin; return how many there are."""
+    rays = scratch.rays
+    real, integer = rays.real, rays.integer
+    count = 0
+    for k in range(LANES):
+        count += primary[px.KIND, k] > _BOTH_WAYS
+    if count == 0:
+        return 0
+    aim_exposed_tile(camera, column, row, CENTRE, rays)
+    for k in range(LANES):
+        rays.alive[k] = -1 if primary[px.KIND, k] > _BOTH_WAYS else 0
+        if primary[px.PANE, k] > _ZERO:
+            integer[ray.MASK + k] = PASS_PANES
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k] = primary[px.POINT + axis, k]
+    return count
+
+
+@inlined
+def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray[np.float32]) -> None:
+    """Trace the rays that are aimed to what is no mirror and no clear glass, and fill BETA with what those leave of its light.
+
+    ``through``: rays through glass begin at the camera, and what the face that it sees lets through is in BASE already.
+    """
+    rays, lanes, surfaces = scratch.rays, scratch.lanes, scene.surfaces
+    real, integer, alive = rays.real, rays.integer, rays.alive
+    waiting = 0
+    for k in range(LANES):
+        lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
+        waiting += alive[k] != 0
+    for depth in range(_DEEPEST):
+        if waiting == 0:
+            break
+        intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
+        scratch.traced[0] += waiting
+        waiting = 0
+        for k in range(LANES):
+            met = alive[k] != 0 and integer[ray.GEOM_ID + k] != INVALID_ID
+            alive[k] = 0
+            if not met:
+                continue
+            table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
+            clear, mirror = is_clear(table, at), is_mirror(table, at)
+            if (clear or mirror) and depth + 1 < _DEEPEST:
+                if not through or depth > 0 or primary[px.PANE, k] > _ZERO:
+                    for channel in range(3):
+                        base = table[at + st.BASE + channel]
+                        lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
+                go_on(rays, k, mirror)
+                waiting += 1
+    # All rays that were sent are to be shaded where they ended.
+    for k in range(LANES):
+        alive[k] = -1 if primary[px.KIND, k] > (_BOTH_WAYS if through else _ZERO) else 0
+        integer[ray.MASK + k] = MEET_ALL
+        if alive[k] == 0:
+            integer[ray.GEOM_ID + k] = INVALID_ID
+
+
+@inlined
+def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
+    """Fill SEEN, by light and colour of the coarse nodes alone, where the mirror image is rough or faint; return how many rays are left.
+
+    What shines of itself is left to :func:`_see_surfaces`, unless it is shown as a ball.
+    """
+    rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
+    real, integer = rays.real, rays.integer
+    waiting = 0
+    for k in range(LANES):
+        if rays.alive[k] == 0:
+            continue
+        blurred = primary[px.ALPHA, k] > ROUGH or is_faint(primary, k)
+        if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], primary[px.ALPHA, k]):
+            waiting += 1
+            continue
+        nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+        along = real[ray.DIR_X + k] * nx + real[ray.DIR_Y + k] * ny + real[ray.DIR_Z + k] * nz
+        r, g, b = _look_up(tables, tables.leaving, along < _ZERO, k, memory)
+        primary[px.SEEN, k] = r * lanes[ln.BETA_R + k]
+        primary[px.SEEN + 1, k] = g * lanes[ln.BETA_G + k]
+        primary[px.SEEN + 2, k] = b * lanes[ln.BETA_B + k]
+        rays.alive[k] = 0
+        integer[ray.GEOM_ID + k] = INVALID_ID
+    return waiting
+
+
+@inlined
+def _shines(surfaces: Surfaces, face: int, alpha: np.float32) -> bool:
+    """Return whether a ray of a lobe so wide is to see light that a triangle sends itself."""
+    materials, at = surfaces.materials, surfaces.face_part[face] * st.ROW_SIZE
+    light = materials[at + st.GLOW]
+    if alpha < WIDE:
+        light += materials[at + st.PORTAL]
+    if alpha < SHARP:
+        light += materials[at + st.EMISSION + 1]
+    return bool(light != _ZERO)
+
+
+@inlined
+def _look_up(tables: Tables, values: NDArray[np.float32], front: bool, k: int, memory: ShadeScratch) -> Rgb:
+    """Return what a table of the coarse nodes, (n, 3), says where ray k ends: their mean, by weight and worth."""
+    nodes, weights, rays = memory.nodes, memory.weights, memory.trace.rays
+    face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
+    count = find_nodes(tables.coarse, face, u, v, front, nodes, weights)
+    total = _ZERO
+    for i in range(count):
+        weights[i] *= tables.worth[nodes[i]]
+        total += weights[i]
+    r = g = b = _ZERO
+    for i in range(count):
+        weight = weights[i] / total if total > _ZERO else _ONE / np.float32(count)
+        r, g, b = r + weight * values[nodes[i], 0], g + weight * values[nodes[i], 1], b + weight * values[nodes[i], 2]
+    return r, g, b
+
+
+@inlined
+def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: bool, memory: ShadeScratch) -> None:
+    """Add what the rays that are left see: textures and emission of what they hit, lit by the coarse nodes."""
+    scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary
+    for k in range(LANES):
+        lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
+        lanes[ln.OUTSIDE + k] = primary[px.PANE, k] if through else _ZERO
+        lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
+    evaluate_surfaces(scene, True, _INFINITE, scratch)
+    for k in range(LANES):
+        if scratch.rays.alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
+            continue
+        le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
+        albedo_r, albedo_g, albedo_b = rough_albedo(lanes, k)
+        if lanes[ln.OUTSIDE + k] > _ZERO:
+            # What is outside is lit by all of the sky.
+            lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+        else:
+            lit_r, lit_g, lit_b = _look_up(tables, tables.even, lanes[ln.COS_FRONT + k] > _ZERO, k, memory)
+        r = (le_r + albedo_r * lit_r) * lanes[ln.BETA_R + k]
+        g = (le_g + albedo_g * lit_g) * lanes[ln.BETA_G + k]
+        b = (le_b + albedo_b * lit_b) * lanes[ln.BETA_B + k]
+        if through:
+            primary[px.LIGHT, k] += (_ONE - primary[px.SHARE, k]) * primary[px.BASE, k] * r
+            primary[px.LIGHT + 1, k] += (_ONE - primary[px.SHARE + 1, k]) * primary[px.BASE + 1, k] * g
+            primary[px.LIGHT + 2, k] += (_ONE - primary[px.SHARE + 2, k]) * primary[px.BASE + 2, k] * b
+        else:
+            primary[px.SEEN, k], primary[px.SEEN + 1, k], primary[px.SEEN + 2, k] = r, g, b
+
+
+@inlined
+def _emitted(surfaces: Surfaces, through: bool, k: int, memory: ShadeScratch) -> Rgb:
+    """Return the luminance that what ray k hits sends itself; 0 of lamps and panes that a mirror shows as balls."""
+    lanes, alpha = memory.trace.lanes, memory.primary[px.ALPHA, k]
+    at = surfaces.face_part[memory.trace.rays.integer[ray.PRIM_ID + k]] * st.ROW_SIZE
+    pane = surfaces.materials[at + st.PORTAL] > _ZERO
+    if not through and alpha >= (WIDE if pane else SHARP) and (pane or surfaces.materials[at + st.EMISSION + 1] > _ZERO):
+        return _ZERO, _ZERO, _ZERO
+    return lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]

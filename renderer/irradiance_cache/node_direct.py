@@ -1,0 +1,195 @@
+"""Direct light at nodes: lamps and the sky in panes, group by group, and the sun."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import lanes as ln
+from renderer.core.color import LUMINANCE
+from renderer.core.embree import LANES
+from renderer.core.kernel import entry, inlined
+from renderer.core.lanes import count_chosen
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
+from renderer.irradiance_cache.specular import pass_glass
+from renderer.path.direct_light import weigh_lights
+from renderer.path.light_sampling import sample_groups, sample_sun
+from renderer.path.lights import BY_SKY
+from renderer.path.records import LitScene, Scratch
+
+_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
+_PI = np.float32(np.pi)
+_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
+_STEP_U, _STEP_V = np.float32(0.7548777), np.float32(0.5698403)
+_FREE_SAMPLES = 64
+_LEAST_SAMPLES = np.float32(2.0)
+
+
+@entry
+def light_nodes(
+    scene: LitScene,
+    atlas: Atlas,
+    key: np.uint32,
+    budget: int,
+    pattern: NDArray[np.float32],
+    nodes: NDArray[np.int64],
+    scratch: Scratch,
+    light: NodeLight,
+) -> None:
+    """Fill ``direct`` and ``sun`` of some nodes, and begin ``indirect`` and ``toward``.
+
+    ``budget``: about how many points on lights are sampled, shared among groups of lights by importance; ``pattern``: (s, 2) float32, s a
+    multiple of 16, points of the unit square by which the sun's disc is sampled.
+    """
+    lanes, has_sun = scratch.lanes, len(scene.lights.infinite.part) > 0
+    for i in range(len(nodes)):
+        node = nodes[i]
+        stand_on(atlas, node, scratch)
+        weigh_lights(scene.lights, scratch)
+        shift_u, shift_v = unit_hash(node, key)
+        for channel in range(3):
+            light.indirect[node, channel] = light.direct[node, channel] = light.toward[node, channel] = light.sun[node, channel] = _ZERO
+        light.sun[node, 3] = _ZERO
+        if lanes[ln.IMPORTANCE] > _ZERO:
+            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], node, shift_u, shift_v, scratch, light)
+            if has_sun:
+                _add_sun(scene, pattern, node, shift_u, shift_v, scratch, light)
+
+
+@inlined
+def _add_groups(
+    scene: LitScene, samples: np.float32, node: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch, light: NodeLight
+) -> None:
+    """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``.
+
+    ``samples``: for each unit of importance.
+    """
+    lanes, lights = scratch.lanes, scene.lights
+    r = g = b = x = y = z = sky_r = sky_g = sky_b = _ZERO
+    for k in range(LANES):
+        lanes[ln.IMPORTANCE + k] = lanes[ln.GROUP_IMPORTANCE + k] = _ONE
+    for group in range(len(lights.groups.area)):
+        budget = scratch.importances[group * LANES] * samples
+        if budget > _ZERO:
+            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, shift_u, shift_v, scratch)
+            x, y, z = x + dx, y + dy, z + dz
+            if lights.varies[lights.groups.start[group]] == BY_SKY:
+                sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
+            else:
+                r, g, b = r + red, g + green, b + blue
+    light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2] = sky_r, sky_g, sky_b
+    light.direct[node, 0], light.direct[node, 1], light.direct[node, 2] = r, g, b
+    light.toward[node, 0], light.toward[node, 1], light.toward[node, 2] = x, y, z
+
+
+@inlined
+def _add_sun(
+    scene: LitScene, pattern: NDArray[np.float32], node: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch, light: NodeLight
+) -> None:
+    """Write the sun's light at a node, and which share of it arrives."""
+    lanes = scratch.lanes
+    for k in range(LANES):
+        lanes[ln.HIT + k] = _ONE
+    r = g = b = arrived = _ZERO
+    for begin in range(0, len(pattern), LANES):
+        for k in range(LANES):
+            lanes[ln.U_INFINITE_0 + k] = turned(pattern[begin + k, 0], shift_u)
+            lanes[ln.U_INFINITE_1 + k] = turned(pattern[begin + k, 1], shift_v)
+        sample_sun(scene.surfaces, scene.lights, scratch)
+        # No portal lies in that direction for most nodes: they need no shadow rays.
+        if count_chosen(lanes, ln.LIGHT_PDF) == 0:
+            continue
+        pass_glass(scene, scratch)
+        for k in range(LANES):
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                gain, _, _, _, cosine = arriving(lanes, k)
+                gain *= cosine
+                r, g, b = r + gain * lanes[ln.LI_R + k], g + gain * lanes[ln.LI_G + k], b + gain * lanes[ln.LI_B + k]
+                arrived += _ONE
+    scale = _ONE / np.float32(len(pattern))
+    light.sun[node, 0], light.sun[node, 1], light.sun[node, 2] = r * scale, g * scale, b * scale
+    light.sun[node, 3] = arrived * scale
+
+
+@inlined
+def _light_of_group(
+    scene: LitScene, group: int, budget: np.float32, shift_u: np.float32, shift_v: np.float32, scratch: Scratch
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
+
+    Few samples tell which share of the light is blocked, many, without rays, how much there would be (a ratio estimator): where nothing
+    stands between, no noise is left.
+    """
+    lanes = scratch.lanes
+    samples = min(int(np.ceil(max(budget, _LEAST_SAMPLES))), 2 * LANES)
+    r = g = b = vx = vy = vz = free = filled = _ZERO
+    remaining = samples
+    # A few samples, with shadow rays.
+    for begin in range(0, 2 * LANES, LANES):
+        if remaining == 0:
+            break
+        _sample_group(scene, group, begin, shift_u, shift_v, scratch)
+        # Points from which nothing could come need no ray: the first that could are taken.
+        for k in range(LANES):
+            chosen = (lanes[ln.LIGHT_PDF + k] > _ZERO) & (remaining > 0)
+            remaining -= chosen
+            if not chosen:
+                lanes[ln.LIGHT_PDF + k] = lanes[ln.U_LOBE + k] = _ZERO
+                continue
+            gain, _, _, _, cosine = arriving(lanes, k)
+            lanes[ln.U_LOBE + k] = gain
+            free += gain * cosine * _shown(lanes, k)
+        pass_glass(scene, scratch)
+        for k in range(LANES):
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                _, dx, dy, dz, cosine = arriving(lanes, k)
+                gain = lanes[ln.U_LOBE + k]
+                r, g, b = (
+                    r + gain * cosine * lanes[ln.LI_R + k],
+                    g + gain * cosine * lanes[ln.LI_G + k],
+                    b + gain * cosine * lanes[ln.LI_B + k],
+                )
+                weight = gain * _shown(lanes, k)
+                vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
+    if free <= _ZERO:
+        return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
+    # How much there would be if nothing stood between.
+    whole = _ZERO
+    if r + g + b > _ZERO:
+        for begin in range(0, _FREE_SAMPLES, LANES):
+            _sample_group(scene, group, begin, _HALF, _HALF, scratch)
+            for k in range(LANES):
+                gain, _, _, _, cosine = arriving(lanes, k)
+                gain = gain * cosine if lanes[ln.LIGHT_PDF + k] > _ZERO else _ZERO
+                filled += gain / np.float32(_FREE_SAMPLES)
+                whole += gain * _shown(lanes, k)
+    scale = whole / (np.float32(_FREE_SAMPLES) * free)
+    # No light fills more than the hemisphere, though few samples of one that is near may say so.
+    scale *= min(_PI / max(filled, _TINY), _ONE)
+    return scale * r, scale * g, scale * b, scale * vx, scale * vy, scale * vz
+
+
+@inlined
+def _shown(lanes: NDArray[np.float32], k: int) -> np.float32:
+    """Return the luminance of LI."""
+    shown: np.float32 = _RED * lanes[ln.LI_R + k] + _GREEN * lanes[ln.LI_G + k] + _BLUE * lanes[ln.LI_B + k]
+    return shown
+
+
+@inlined
+def _sample_group(scene: LitScene, group: int, begin: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch) -> None:
+    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights."""
+    lanes = scratch.lanes
+    for k in range(LANES):
+        number = np.float32(begin + k)
+        lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + shift_u)
+        lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + shift_v)
+        scratch.sampled[k] = group
+    sample_groups(scene.surfaces, scene.lights, scratch)
+
+
+@inlined
+def _fraction(x: np.float32) -> np.float32:
+    fraction: np.float32 = x - np.floor(x)
+    return fraction

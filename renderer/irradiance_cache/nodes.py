@@ -1,0 +1,192 @@
+"""Nodes of an atlas: the light that falls on them, where they stand, and how neighbours on a grid share gathered light."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES
+from renderer.core.kernel import entry, inlined
+from renderer.core.layout import Layout
+from renderer.core.random_numbers import mix_bits
+from renderer.irradiance_cache.atlas import GRID, Atlas
+from renderer.path.records import Scratch
+from renderer.path.surfaces import lift_height
+
+
+class NodeLight(NamedTuple):
+    """Light that falls on n nodes, float32.
+
+    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps; sun: (n, 4), that by the sun, and
+    which share of it arrives; toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and
+    direct; valid: (n,), 1, less where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds
+    the node, metres.
+    """
+
+    indirect: NDArray[np.float32]
+    direct: NDArray[np.float32]
+    sun: NDArray[np.float32]
+    toward: NDArray[np.float32]
+    valid: NDArray[np.float32]
+    open_m: NDArray[np.float32]
+
+
+def make_node_light(count: int) -> NodeLight:
+    """Return light of so many nodes, all dark."""
+    color = (count, 3)
+    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count)))
+
+
+_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
+
+
+@inlined
+def stand_on(atlas: Atlas, node: int, scratch: Scratch) -> None:
+    """Let all lanes be hits at one node."""
+    lanes = scratch.lanes
+    x, y, z = atlas.position[node, 0], atlas.position[node, 1], atlas.position[node, 2]
+    nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
+    lift = lift_height(x, y, z)
+    for k in range(LANES):
+        lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k] = x + lift * nx, y + lift * ny, z + lift * nz
+        lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k] = nx, ny, nz
+        lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = nx, ny, nz
+        lanes[ln.HIT + k], lanes[ln.OUTSIDE + k] = _ONE, _ZERO
+
+
+@inlined
+def unit_hash(node: int, key: np.uint32) -> tuple[np.float32, np.float32]:
+    """Return two numbers in [0, 1) that belong to a node."""
+    first = mix_bits(np.uint32(mix_bits(np.uint32(node)) ^ key))
+    second = mix_bits(np.uint32(first + np.uint32(0x9E3779B9)))
+    return np.float32(first >> np.uint32(8)) * np.float32(2.0**-24), np.float32(second >> np.uint32(8)) * np.float32(2.0**-24)
+
+
+@inlined
+def turned(u: np.float32, shift: np.float32) -> np.float32:
+    """Return u + shift within [0, 1)."""
+    sum_ = u + shift
+    return sum_ - _ONE if sum_ >= _ONE else sum_
+
+
+@inlined
+def arriving(lanes: NDArray[np.float32], k: int) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return 1 / LIGHT_PDF, the unit direction TO_LIGHT, and its cosine to NS."""
+    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+    x, y, z = x * scale, y * scale, z * scale
+    cosine = max(x * lanes[ln.NS_X + k] + y * lanes[ln.NS_Y + k] + z * lanes[ln.NS_Z + k], _ZERO)
+    return _ONE / lanes[ln.LIGHT_PDF + k], x, y, z, cosine
+
+
+_ROW = Layout()
+LIGHT = _ROW.field(3)  # illuminance but for the sun's, lux
+TOWARD = _ROW.field(3)  # as in ``NodeLight``
+SUN = _ROW.field()  # the share of the sun that arrives
+VALID = _ROW.field()
+LAMPS = _ROW.field()  # share of the illuminance that lamps send directly
+ROW = _ROW.size
+"""Numbers of a node that frames look up."""
+
+REACH = 4
+"""Most steps between nodes whose light is mixed."""
+_SHARE = np.float32(0.35)
+
+
+def places(atlas: Atlas) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the place in ``index`` of each node, (n,) int32, -1 for those on no grid, and the grids (c, 3): first place, width, height."""
+    place = np.full(len(atlas.face), -1, np.int32)
+    used = np.flatnonzero(atlas.grid >= 0)
+    place[atlas.grid[used]] = used
+    twins = np.flatnonzero(atlas.back >= 0)
+    place[atlas.back[twins]] = -1
+    grids = np.unique(atlas.cells[atlas.cells[:, 3] == GRID][:, :3], axis=0)
+    return place, np.ascontiguousarray(grids)
+
+
+@entry
+def widen(
+    index: NDArray[np.int32],
+    place: NDArray[np.int32],
+    grids: NDArray[np.int32],
+    reach: int,
+    nodes: NDArray[np.int64],
+    is_read: NDArray[np.bool_],
+) -> None:
+    """Mark all that lie within ``reach`` steps of the nodes on their grids."""
+    for i in range(len(nodes)):
+        if place[nodes[i]] < 0:
+            continue
+        offset, width, height = _grid_of(grids, place[nodes[i]])
+        row, column = (place[nodes[i]] - offset) // width, (place[nodes[i]] - offset) % width
+        for y in range(max(row - reach, 0), min(row + reach, height - 1) + 1):
+            for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
+                node = index[offset + y * width + x]
+                if node >= 0:
+                    is_read[node] = True
+
+
+@entry
+def _grid_of(grids: NDArray[np.int32], place: int) -> tuple[int, int, int]:
+    low, high = 0, len(grids) - 1
+    while low < high:
+        middle = (low + high + 1) >> 1
+        if grids[middle, 0] <= place:
+            low = middle
+        else:
+            high = middle - 1
+    return grids[low, 0], grids[low, 1], grids[low, 2]
+
+
+@entry
+def smooth_nodes(
+    index: NDArray[np.int32],
+    place: NDArray[np.int32],
+    grids: NDArray[np.int32],
+    spacing_m: np.float32,
+    nodes: NDArray[np.int64],
+    light: NodeLight,
+    rows: NDArray[np.float32],
+) -> None:
+    """Fill ``rows`` (n, ROW) of the nodes, with the means of ``light.indirect`` and ``toward`` around them.
+
+    Neighbours count the less the farther they are, up to a share of the distance to what surrounds both (as records of an irradiance cache
+    do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988).
+    """
+    for i in range(len(nodes)):
+        node = nodes[i]
+        r, g, b, total = light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2], _ONE
+        tx, ty, tz = light.toward[node, 0], light.toward[node, 1], light.toward[node, 2]
+        # On a grid, and not within an object: neighbours share, as far as what surrounds both is far.
+        if place[node] >= 0 and light.valid[node] > _ZERO:
+            offset, width, height = _grid_of(grids, place[node])
+            row, column = (place[node] - offset) // width, (place[node] - offset) % width
+            reach_m = _SHARE * light.open_m[node]
+            reach = min(int(reach_m / spacing_m), REACH)
+            for y in range(max(row - reach, 0), min(row + reach, height - 1) + 1):
+                for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
+                    other = index[offset + y * width + x]
+                    if other < 0 or other == node or light.valid[other] == _ZERO:
+                        continue
+                    far = spacing_m * np.sqrt(np.float32((x - column) * (x - column) + (y - row) * (y - row)))
+                    weight = _ONE - far / max(min(reach_m, _SHARE * light.open_m[other]), np.float32(1e-6))
+                    if weight > _ZERO:
+                        r += weight * light.indirect[other, 0]
+                        g += weight * light.indirect[other, 1]
+                        b += weight * light.indirect[other, 2]
+                        tx += weight * light.toward[other, 0]
+                        ty += weight * light.toward[other, 1]
+                        tz += weight * light.toward[other, 2]
+                        total += weight
+        # What frames look up of the node; lamps' light is not smoothed, so that shadows stay sharp.
+        row = rows[node]
+        row[LIGHT] = r / total + light.direct[node, 0]
+        row[LIGHT + 1] = g / total + light.direct[node, 1]
+        row[LIGHT + 2] = b / total + light.direct[node, 2]
+        row[TOWARD], row[TOWARD + 1], row[TOWARD + 2] = tx / total, ty / total, tz / total
+        row[SUN], row[VALID] = light.sun[node, 3], light.valid[node]
+        lamps = light.direct[node, 0] + light.direct[node, 1] + light.direct[node, 2]
+        row[LAMPS] = lamps / max(row[LIGHT] + row[LIGHT + 1] + row[LIGHT + 2], _TINY)

@@ -1,0 +1,156 @@
+"""Rays that ask about nodes once: what stands between two of them, what their surface reflects, and which open parts are solids."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
+from renderer.core.kernel import entry
+from renderer.core.sampling import coordinate_system
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.reflectance import total_albedo
+from renderer.path import surface_tables as st
+from renderer.path.records import LitScene, Scratch
+from renderer.path.scattering import build_bsdfs
+from renderer.path.surfaces import evaluate_surfaces
+
+_ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+_ABOVE_M = np.float32(3e-3)
+_FARTHEST = np.float32(1.005)
+
+
+@entry
+def find_cuts(scene: SceneHandle, atlas: Atlas, grids: NDArray[np.int32], scratch: Scratch, first: int, end: int) -> None:
+    """Fill ``cuts`` of grids [first, end): where the way to the next node, 3 mm above the surface, is blocked.
+
+    ``grids``: (c, 3), first place, width and height.  A way is seen from either end, and a little beyond the other, as a sheet may stand
+    on a node; what blocks it stands midway between the two hits.
+    """
+    packet = scratch.rays
+    real, integer, alive = packet.real, packet.integer, packet.alive
+    for grid in range(first, end):
+        offset, width, height = grids[grid, 0], grids[grid, 1], grids[grid, 2]
+        ways = 2 * width * height
+        for begin in range(0, ways, LANES // 2):
+            # Eight ways, two rays each: there and back.
+            count = 0
+            for k in range(LANES):
+                way = begin + (k >> 1)
+                alive[k] = 0
+                integer[ray.GEOM_ID + k] = INVALID_ID
+                place, upward = way >> 1, way & 1
+                if way >= ways or (place // width + 1 >= height if upward else place % width + 1 >= width):
+                    continue
+                a, b = atlas.grid[offset + place], atlas.grid[offset + place + (width if upward else 1)]
+                if a < 0 or b < 0:
+                    continue
+                if k & 1:
+                    a, b = b, a
+                for axis in range(3):
+                    at = LANES * axis + k
+                    real[ray.ORG_X + at] = atlas.position[a, axis] + _ABOVE_M * atlas.normal[a, axis]
+                    real[ray.DIR_X + at] = atlas.position[b, axis] - atlas.position[a, axis]
+                real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _FARTHEST
+                alive[k] = -1
+                count += 1
+            if count == 0:
+                continue
+            intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+            scratch.traced[0] += count
+            # Where one of the two met nothing, the other's hit stands for both.
+            for k in range(0, LANES, 2):
+                hence, thence = integer[ray.GEOM_ID + k] != INVALID_ID, integer[ray.GEOM_ID + k + 1] != INVALID_ID
+                if hence or thence:
+                    way, far = begin + (k >> 1), _ONE - real[ray.TFAR + k + 1]
+                    near = real[ray.TFAR + k] if hence else far
+                    atlas.cuts[offset + (way >> 1), way & 1] = _HALF * (near + (far if thence else near))
+
+
+_SLANTS = 4
+"""From how many slopes a node is looked at, evenly by the cosine's square, so that their mean is that of the hemisphere."""
+
+
+@entry
+def probe_insides(
+    scene: SceneHandle,
+    origin: NDArray[np.float32],
+    direction: NDArray[np.float32],
+    part: NDArray[np.int32],
+    face_part: NDArray[np.int32],
+    scratch: Scratch,
+    inside: NDArray[np.bool_],
+) -> None:
+    """Tell for each ray, (r, 3) each, whether the first thing that it hits is the back of its own part's surface."""
+    rays = scratch.rays
+    real, integer = rays.real, rays.integer
+    for begin in range(0, len(origin), LANES):
+        for k in range(LANES):
+            i = min(begin + k, len(origin) - 1)
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k], real[ray.DIR_X + LANES * axis + k] = origin[i, axis], direction[i, axis]
+            real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+            integer[ray.GEOM_ID + k] = INVALID_ID
+            rays.alive[k] = -1
+        intersect16(rays.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+        for k in range(min(LANES, len(origin) - begin)):
+            if integer[ray.GEOM_ID + k] != INVALID_ID:
+                along = _ZERO
+                for axis in range(0, 3 * LANES, LANES):
+                    along += real[ray.DIR_X + axis + k] * real[ray.NG_X + axis + k]
+                inside[begin + k] = (along > _ZERO) & (face_part[integer[ray.PRIM_ID + k]] == part[begin + k])
+
+
+@entry
+def reflect_nodes(
+    scene: LitScene,
+    atlas: Atlas,
+    width_m: np.float32,
+    scratch: Scratch,
+    albedo: NDArray[np.float32],
+    glow: NDArray[np.float32],
+    first: int,
+    end: int,
+) -> None:
+    """Add to ``albedo`` and ``glow``, (n, 3) each, of nodes [first, end).
+
+    They are the hemisphere's mean of what the surface reflects, and luminance of its own that no light sampling finds, cd/m2.  ``width_m``:
+    over how much of the surface textures are averaged.
+    """
+    rays, lanes, surfaces = scratch.rays, scratch.lanes, scene.surfaces
+    real, integer = rays.real, rays.integer
+    share = _ONE / np.float32(_SLANTS)
+    for begin in range(first, end, LANES):
+        for slant in range(_SLANTS):
+            cosine = np.sqrt((np.float32(slant) + _HALF) * share)
+            sine = np.sqrt(_ONE - cosine * cosine)
+            # Rays that have hit the nodes, each from one slope, as Embree would leave them.
+            for k in range(LANES):
+                node = min(begin + k, end - 1)
+                nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
+                tx, ty, tz, _, _, _ = coordinate_system(nx, ny, nz)
+                dx, dy, dz = -cosine * nx - sine * tx, -cosine * ny - sine * ty, -cosine * nz - sine * tz
+                real[ray.ORG_X + k] = atlas.position[node, 0] - dx
+                real[ray.ORG_Y + k] = atlas.position[node, 1] - dy
+                real[ray.ORG_Z + k] = atlas.position[node, 2] - dz
+                real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx, dy, dz
+                real[ray.TFAR + k] = _ONE
+                real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = nx, ny, nz
+                integer[ray.GEOM_ID + k], integer[ray.PRIM_ID + k] = 0, atlas.face[node]
+                real[ray.BARY_U + k], real[ray.BARY_V + k] = atlas.weight[node, 0], atlas.weight[node, 1]
+                rays.alive[k] = -1
+                lanes[ln.WIDTH + k], lanes[ln.SPREAD + k], lanes[ln.OUTSIDE + k] = width_m, _ZERO, _ZERO
+                lanes[ln.RAY_PDF + k] = np.inf
+            evaluate_surfaces(scene, True, _ZERO, scratch)
+            kinds = build_bsdfs(surfaces, True, scratch)
+            for k in range(min(LANES, end - begin)):
+                node, part = begin + k, scratch.parts[k]
+                r, g, b = total_albedo(lanes, kinds, k)
+                albedo[node, 0] += share * min(r, _ONE)
+                albedo[node, 1] += share * min(g, _ONE)
+                albedo[node, 2] += share * min(b, _ONE)
+                if surfaces.materials[part * st.ROW_SIZE + st.GLOW] > _ZERO:
+                    for channel in range(3):
+                        glow[node, channel] += share * lanes[ln.LE_R + LANES * channel + k]

@@ -1,0 +1,129 @@
+"""Radiosity: coarse nodes are linked by rays, once, and light passes along the links until it settles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import embree as ray
+from renderer.core.embree import LANES
+from renderer.core.kernel import entry
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.hemisphere import (
+    BEHIND,
+    SIGHT,
+    GatherScratch,
+    Rays,
+    aim_hemisphere,
+    choose_node,
+    follow,
+    node_seed,
+    sighted_light,
+)
+from renderer.irradiance_cache.nodes import unit_hash
+from renderer.path.records import LitScene
+from renderer.path.surface_tables import Surfaces
+
+_ZERO, _ONE, _PI, _INVERSE_PI = np.float32(0.0), np.float32(1.0), np.float32(np.pi), np.float32(1.0 / np.pi)
+
+
+class Links(NamedTuple):
+    """Where the s rays of n nodes end.
+
+    ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; far: (n,) float32, the share of rays that end far
+    away.
+    """
+
+    ends: NDArray[np.int32]
+    at: NDArray[np.float32]
+    far: NDArray[np.float32]
+
+
+class Sightings(NamedTuple):
+    """Rays that see lamps by mirrors, or what is outside: (r, 2) int32, node and part, and (r, SIGHT), as ``sights`` of :func:`follow`."""
+
+    node_part: NDArray[np.int32]
+    sights: NDArray[np.float32]
+
+
+def make_sightings(count: int) -> Sightings:
+    """Return room for so many."""
+    return Sightings(np.zeros((count, 2), np.int32), np.zeros((count, SIGHT), np.float32))
+
+
+@entry
+def link_nodes(
+    scene: LitScene, atlas: Atlas, rays: Rays, memory: GatherScratch, links: Links, sightings: Sightings, first: int, end: int
+) -> int:
+    """Fill what the rays of nodes [first, end) hit, and the first rows of ``sightings``; return how many."""
+    count, rows, traced = len(rays.pattern), 0, memory.trace.rays
+    for node in range(first, end):
+        u, v = unit_hash(node, rays.key)
+        seed = node_seed(node, rays.key)
+        for begin in range(0, count, LANES):
+            aim_hemisphere(atlas, node, rays.pattern, begin, u, v, traced)
+            follow(scene, atlas, seed + np.uint32(977 * begin), memory)
+            for k in range(LANES):
+                links.ends[node, begin + k] = memory.links[k]
+                is_far = traced.real[ray.TFAR + k] > rays.far_m and memory.links[k] != BEHIND
+                links.far[node] += (_ONE if is_far else _ZERO) / np.float32(count)
+                for axis in range(3):
+                    links.at[node, axis, begin + k] = memory.at[LANES * axis + k]
+                if memory.sighted[k] >= 0:
+                    sightings.node_part[rows, 0], sightings.node_part[rows, 1] = node, memory.sighted[k]
+                    for field in range(SIGHT):
+                        sightings.sights[rows, field] = memory.sights[k, field]
+                    rows += 1
+    return rows
+
+
+@entry
+def see_lights(surfaces: Surfaces, sightings: Sightings, rays: int, light: NDArray[np.float32]) -> None:
+    """Fill ``light`` (n, 3), illuminance by mirrors and from outside, lux, from what the ``rays`` rays of each node have sighted."""
+    scale = _PI / np.float32(rays)
+    for i in range(len(sightings.node_part)):
+        node, color = sightings.node_part[i, 0], sighted_light(surfaces, sightings.node_part[i, 1], sightings.sights, i)
+        for channel in range(3):
+            light[node, channel] += scale * color[channel]
+
+
+@entry
+def resolve_links(atlas: Atlas, worth: NDArray[np.float32], links: Links, memory: GatherScratch, first: int, end: int) -> None:
+    """Replace the triangles that rays of nodes [first, end) end at by nodes around the hits."""
+    ends, at = links.ends, links.at
+    for node in range(first, end):
+        for i in range(ends.shape[1]):
+            if ends[node, i] >= 0:
+                ends[node, i] = choose_node(atlas, worth, ends[node, i], at[node, 0, i], at[node, 1, i], at[node, 2, i], memory)
+
+
+@entry
+def solve_links(
+    links: NDArray[np.int32],
+    given: NDArray[np.float32],
+    by_mirrors: NDArray[np.float32],
+    albedo: NDArray[np.float32],
+    glow: NDArray[np.float32],
+    sweeps: int,
+    luminance: NDArray[np.float32],
+) -> None:
+    """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
+
+    ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.
+    """
+    count = links.shape[1]
+    for _ in range(sweeps):
+        for node in range(len(links)):
+            r = g = b = _ZERO
+            free = 0
+            for i in range(count):
+                link = links[node, i]
+                free += link != BEHIND
+                if link >= 0:
+                    r, g, b = r + luminance[link, 0], g + luminance[link, 1], b + luminance[link, 2]
+            scale = _PI / np.float32(max(free, 1))
+            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + by_mirrors[node, 0] + given[node, 0]) + glow[node, 0]
+            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + by_mirrors[node, 1] + given[node, 1]) + glow[node, 1]
+            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + by_mirrors[node, 2] + given[node, 2]) + glow[node, 2]

@@ -1,0 +1,100 @@
+"""Records that cross stages of shading: what is looked up, what sends a ray, and the memory of a thread."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.embree import LANES
+from renderer.core.kernel import inlined
+from renderer.core.layout import Layout
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.path.records import Scratch
+
+SHARP = np.float32(0.01)
+"""Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
+ROUGH = np.float32(0.03)
+"""Width of GGX from which on mirrored light is mixed over twice the distance."""
+WIDE = np.float32(0.1)
+"""Width of GGX from which on window panes are shown as lamps are."""
+_FAINT = np.float32(0.06)
+
+# A row of ``ShadeScratch.primary``: 16 primary hits while their rays are traced.
+_PRIMARY = Layout()
+SHARE = _PRIMARY.field(3)  # of the light from the gloss ray that leaves towards the camera
+POINT = _PRIMARY.field(3)  # where it begins
+AHEAD = _PRIMARY.field(3)  # its direction
+LIGHT = _PRIMARY.field(3)  # luminance of the pixel so far
+BASE = _PRIMARY.field(3)  # what glass or a pane lets through of what it does not reflect
+PANE = _PRIMARY.field()  # 1 for a window pane
+KIND = _PRIMARY.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that goes through
+ALPHA = _PRIMARY.field()
+UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
+UNDER_ALPHA = _PRIMARY.field()
+SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
+
+
+class Lamps(NamedTuple):
+    """Lamps and panes as balls, by which rough gloss shows them, for kernels.
+
+    balls: (n, 8) float32, centre, radius in metres, mean normal, whether it is flat; part: (n,) int32, one that shines so.
+    """
+
+    balls: NDArray[np.float32]
+    part: NDArray[np.int32]
+
+
+class Tables(NamedTuple):
+    """What frames look up.
+
+    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  coarse: nodes for what is mirrored; even:
+    (n, 3), illuminance over pi there, lux; worth: (n,), the share of a node's surroundings that is not close by; leaving: (n, 3), what of
+    that light is reflected, cd/m2.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
+    """
+
+    fine: Atlas
+    rows: NDArray[np.float32]
+    coarse: Atlas
+    even: NDArray[np.float32]
+    worth: NDArray[np.float32]
+    leaving: NDArray[np.float32]
+    lamps: Lamps
+    least_share: np.float32
+    roughest: np.float32
+
+
+class ShadeScratch(NamedTuple):
+    """Memory of one thread.
+
+    trace: rays and lanes; nodes, weights: (4,), those around a hit; primary: (PRIMARY, 16), primary hits while their rays are traced;
+    edges: (7, 48), rays of a tile's edges.
+    """
+
+    trace: Scratch
+    nodes: NDArray[np.int32]
+    weights: NDArray[np.float32]
+    primary: NDArray[np.float32]
+    edges: NDArray[np.float32]
+
+
+def make_shade_scratch(trace: Scratch) -> ShadeScratch:
+    """Return that memory beside a thread's rays and lanes."""
+    primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
+    return ShadeScratch(trace, np.zeros(4, np.int32), np.zeros(4, np.float32), primary, edges)
+
+
+@inlined
+def is_faint(primary: NDArray[np.float32], k: int) -> bool:
+    """Return whether lane k mirrors little, by a lobe that is not sharp."""
+    most = max(primary[SHARE, k], primary[SHARE + 1, k], primary[SHARE + 2, k])
+    return bool((primary[ALPHA, k] >= SHARP) & (most < _FAINT))
+
+
+@inlined
+def takes_from_others(x: int, y: int, primary: NDArray[np.float32], k: int) -> bool:
+    """Return whether lane k, of pixel (x, y), sends no mirrored ray: three of four on rough surfaces, half where little is mirrored."""
+    if primary[ALPHA, k] > ROUGH:
+        return bool((x | y) & 1)
+    return is_faint(primary, k) and (x + y) & 1 == 1

@@ -1,0 +1,365 @@
+"""Frames by the irradiance cache: hits that are known, shaded with light that is known.
+
+A tile of 4 x 4 pixels goes through these stages; between them its hits lie in the lanes, what is known of its pixels in ``primary``.
+
+    restore    the recorded hits become surfaces and BSDFs again
+    diffuse    what matt lobes send on of the light that the nodes around know                          lane by lane
+    classify   what mirrors: by the first order of the light around, or by a ray of its own             lane by lane
+    lamps      the lamp that rough gloss shows most, as a ball                                          lane by lane, then one shadow ray
+    sun        sampled where the nodes around have any
+    gloss      mirrored rays and those through glass (:mod:`renderer.irradiance_cache.mirrored`)
+    store      into the picture
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.bsdf import evaluate_bsdf
+from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
+from renderer.camera.camera_rays import CENTRE, TILE
+from renderer.camera.shutter import aim_exposed_tile
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES, Packet
+from renderer.core.kernel import entry, inlined
+from renderer.ground_truth.surface_images import restore_hits
+from renderer.irradiance_cache import records as px
+from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
+from renderer.irradiance_cache.lamps import choose_lamp
+from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
+from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID
+from renderer.irradiance_cache.nodes import LIGHT as LIT
+from renderer.irradiance_cache.reconstruction import Picture
+from renderer.irradiance_cache.records import SHARP, ShadeScratch, Tables, takes_from_others
+from renderer.irradiance_cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
+from renderer.irradiance_cache.specular import pass_glass
+from renderer.path.direct_light import wi_to_lights
+from renderer.path.ground_truth import Hits, TracedView
+from renderer.path.light_sampling import sample_sun
+from renderer.path.records import LitScene, Scratch
+from renderer.path.scattering import build_bsdfs
+from renderer.path.surfaces import evaluate_surfaces
+
+_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_PI, _INVERSE_PI = np.float32(np.pi), np.float32(1.0 / np.pi)
+_INFINITE = np.float32(np.inf)
+_STEEPEST = np.float32(2.5)
+_FIRST_ORDER = np.float32(1.0)
+_SUN_RAYS = 4
+_LEAST_VALID = np.float32(1e-4)
+_LEAST_ALPHA = np.float32(1e-4)
+
+
+@entry
+def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int, step: int) -> None:
+    """Mark the nodes around the hits of rows ``first``, ``first + step``, ..., on both sides where there are two."""
+    height, width = hits.face.shape
+    for y in range(first, height, step):
+        last_face = last_cell = -1
+        for x in range(width):
+            # Neighbours often read the same nodes.
+            face = hits.face[y, x]
+            if face < 0 or (face == last_face and atlas.cells[face, 3] != GRID):
+                continue
+            last_face = face
+            if atlas.cells[face, 3] == CORNERS:
+                for corner in range(3):
+                    _want(atlas, atlas.cells[face, corner], is_read)
+            elif atlas.cells[face, 3] == GRID:
+                place, _, _ = find_cell(atlas, face, hits.u[y, x], hits.v[y, x])
+                if place == last_cell:
+                    continue
+                last_cell = place
+                columns, rows = atlas.cells[face, 1], atlas.cells[face, 2]
+                for corner in range(4):
+                    beside = place + (corner & 1 if columns > 1 else 0) + (columns if corner >> 1 and rows > 1 else 0)
+                    if atlas.grid[beside] >= 0:
+                        _want(atlas, atlas.grid[beside], is_read)
+
+
+@inlined
+def _want(atlas: Atlas, node: int, is_read: NDArray[np.bool_]) -> None:
+    is_read[node] = True
+    if atlas.back[node] >= 0:
+        is_read[atlas.back[node]] = True
+
+
+class Incident(NamedTuple):
+    """What is known of the light at a hit.
+
+    r, g, b: illuminance without the sun's, lux; x, y, z: its direction (``NodeLight.toward``); rest: what is to be added to the cosine
+    between that and a normal; sun: the most of the sun's share that any node has; lamps: the share of lamps.
+    """
+
+    r: np.float32
+    g: np.float32
+    b: np.float32
+    x: np.float32
+    y: np.float32
+    z: np.float32
+    rest: np.float32
+    sun: np.float32
+    lamps: np.float32
+
+
+@entry
+def shade_hits(
+    scene: LitScene, tables: Tables, view: TracedView, frame_key: np.uint32, memory: ShadeScratch, picture: Picture, first: int, step: int
+) -> None:
+    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture."""
+    lanes, primary = memory.trace.lanes, memory.primary
+    has_sun = len(scene.lights.infinite.part) > 0
+    for row in range(first * TILE, view.camera.height, step * TILE):
+        for column in range(0, view.camera.width, TILE):
+            kinds = _restore_surfaces(scene, view, column, row, memory.trace)
+            sunny = traced = lamplit = 0
+            for k in range(LANES):
+                _begin_pixel(lanes, primary, k)
+                if lanes[ln.HIT + k] == _ZERO:
+                    continue
+                incident = _read_light(tables, k, memory)
+                along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
+                sunny += _add_diffuse(incident, along, kinds, lanes, primary, k)
+                glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
+                if glossy:
+                    if primary[px.ALPHA, k] >= SHARP or primary[px.UNDER_ALPHA, k] < _ONE:
+                        lamplit += choose_lamp(scene.surfaces, tables.lamps, k, primary, lanes)
+                    x, y = column + (k & 3), row + (k >> 2)
+                    if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
+                        _guess_mirrored(incident, around, primary, k)
+                    else:
+                        _send_ray(glass, x, y, k, lanes, primary)
+                        traced += 1
+            if lamplit > 0:
+                _add_lamps(scene, memory)
+            if has_sun and sunny > 0:
+                _add_sun(scene, kinds, column, row, frame_key, memory)
+            if traced > 0:
+                add_gloss(scene, tables, view.camera, column, row, memory)
+            _store(column, row, primary, picture)
+
+
+@inlined
+def _restore_surfaces(scene: LitScene, view: TracedView, column: int, row: int, scratch: Scratch) -> int:
+    """Fill the lanes with the surfaces of a tile's recorded hits; return the kinds of their BSDFs."""
+    lanes, spread = scratch.lanes, _ONE / view.camera.focal_px
+    aim_exposed_tile(view.camera, column, row, CENTRE, scratch.rays)
+    restore_hits(view, column, row, scratch.rays)
+    for k in range(LANES):
+        lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
+        lanes[ln.RAY_PDF + k], lanes[ln.OUTSIDE + k] = _INFINITE, _ZERO
+    evaluate_surfaces(scene, True, _INFINITE, scratch)
+    return build_bsdfs(scene.surfaces, True, scratch)
+
+
+@inlined
+def _begin_pixel(lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
+    """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
+    lanes[ln.IMPORTANCE + k] = _ZERO
+    primary[px.KIND, k] = primary[px.ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+    primary[px.SEEN, k] = primary[px.SEEN + 1, k] = primary[px.SEEN + 2, k] = _ZERO
+    primary[px.LIGHT, k], primary[px.LIGHT + 1, k], primary[px.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
+
+
+@inlined
+def _add_light(primary: NDArray[np.float32], k: int, r: np.float32, g: np.float32, b: np.float32) -> None:
+    primary[px.LIGHT, k] += r
+    primary[px.LIGHT + 1, k] += g
+    primary[px.LIGHT + 2, k] += b
+
+
+@inlined
+def _read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
+    """Return the light at the hit of lane k, by the nodes around it."""
+    nodes, weights, rows, rays = memory.nodes, memory.weights, tables.rows, memory.trace.rays
+    face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
+    front = memory.trace.lanes[ln.COS_FRONT + k] > _ZERO
+    count = find_nodes(tables.fine, face, u, v, front, nodes, weights)
+    r = g = b = x = y = z = sun = lamps = total = _ZERO
+    for i in range(count):
+        node = nodes[i]
+        weight = weights[i] * rows[node, VALID]
+        total += weight
+        r, g, b = r + weight * rows[node, LIT], g + weight * rows[node, LIT + 1], b + weight * rows[node, LIT + 2]
+        x += weight * rows[node, TOWARD]
+        y += weight * rows[node, TOWARD + 1]
+        z += weight * rows[node, TOWARD + 2]
+        lamps += weight * rows[node, LAMPS]
+        sun = max(sun, rows[node, SUN])
+    if total > _LEAST_VALID:
+        scale = _ONE / total
+        x, y, z = scale * x, scale * y, scale * z
+        rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
+        return Incident(scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps)
+    # All lie within objects: the coarse ones know what is near.
+    r = g = b = _ZERO
+    count = find_nodes(tables.coarse, face, u, v, front, nodes, weights)
+    for i in range(count):
+        weight = _PI * weights[i]
+        r += weight * tables.even[nodes[i], 0]
+        g += weight * tables.even[nodes[i], 1]
+        b += weight * tables.even[nodes[i], 2]
+    return Incident(r, g, b, _ZERO, _ZERO, _ZERO, _ZERO, sun, _ZERO)
+
+
+@inlined
+def _turned(atlas: Atlas, count: int, x: np.float32, y: np.float32, z: np.float32, memory: ShadeScratch) -> np.float32:
+    """Return what the light's direction lacks of a cosine of 1 with the normal that lies between those of the nodes around.
+
+    Each node knows illuminance for its own normal.  Between nodes of other normals it is interpolated; only how relief turns the
+    normal away from the one in between changes it.
+    """
+    nx = ny = nz = _ZERO
+    for i in range(count):
+        node, weight = memory.nodes[i], memory.weights[i]
+        nx += weight * atlas.normal[node, 0]
+        ny += weight * atlas.normal[node, 1]
+        nz += weight * atlas.normal[node, 2]
+    cosine: np.float32 = (x * nx + y * ny + z * nz) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-6))
+    return _ONE - cosine
+
+
+@inlined
+def _add_diffuse(
+    incident: Incident, along: np.float32, kinds: int, lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int
+) -> int:
+    """Add what matt lobes send on; return 1, and mark the lane by IMPORTANCE, where the sun is to be sampled.
+
+    ``along``: cosine between the light's direction and the normal, by which relief is lit.
+    """
+    directed = incident.x * incident.x + incident.y * incident.y + incident.z * incident.z > _ZERO
+    bend = (min(max(along, _ZERO), _STEEPEST) if directed else _ONE) * _INVERSE_PI
+    r, g, b = diffuse_albedo(lanes, kinds, k)
+    _add_light(primary, k, bend * r * incident.r, bend * g * incident.g, bend * b * incident.b)
+    if incident.sun > _ZERO:
+        lanes[ln.IMPORTANCE + k] = _ONE
+        return 1
+    return 0
+
+
+@inlined
+def _classify(
+    tables: Tables, incident: Incident, along: np.float32, kinds: int, k: int, memory: ShadeScratch
+) -> tuple[bool, bool, np.float32]:
+    """Fill SHARE, ALPHA and UNDER, what lane k mirrors and how wide, where a ray asks for it; add the light around where none does.
+
+    Return whether one does, whether light goes straight through, and the share of the illuminance that is mirrored by its first order.
+    """
+    lanes, primary = memory.trace.lanes, memory.primary
+    r, g, b, roughness, glass = _boundary(lanes, kinds, k)
+    around = _around_share(incident, along, memory.trace.rays, lanes, k)
+    coat = coat_albedo(lanes, kinds, k)
+    primary[px.UNDER, k] = primary[px.UNDER + 1, k] = primary[px.UNDER + 2, k] = _ZERO
+    primary[px.UNDER_ALPHA, k] = _ONE
+    if coat > _ZERO:
+        # The coat's mirror image is traced; what lies under it is rough beside that.
+        share = around * (_ONE - incident.lamps)
+        _add_light(primary, k, share * r * incident.r, share * g * incident.g, share * b * incident.b)
+        primary[px.UNDER, k], primary[px.UNDER + 1, k], primary[px.UNDER + 2, k] = r, g, b
+        primary[px.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
+        r = g = b = coat
+        roughness = lanes[ln.COAT_ROUGHNESS + k]
+    most = max(r, g, b)
+    if not ((most > tables.least_share) & (roughness < tables.roughest) or glass):
+        _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
+        return False, glass, around
+    primary[px.SHARE, k], primary[px.SHARE + 1, k], primary[px.SHARE + 2, k] = r, g, b
+    primary[px.ALPHA, k] = max(roughness * roughness, _LEAST_ALPHA)
+    return True, glass, around * (_ONE - incident.lamps)
+
+
+@inlined
+def _boundary(lanes: NDArray[np.float32], kinds: int, k: int) -> tuple[np.float32, np.float32, np.float32, np.float32, bool]:
+    """Return what the surface of lane k mirrors (r, g, b) under its coat, how rough it is, and whether light goes straight through."""
+    r, g, b = specular_albedo(lanes, kinds, k)
+    roughness = lanes[ln.ROUGHNESS + k]
+    glass = (lanes[ln.TRANSMISSION + k] > _HALF) & (lanes[ln.THIN + k] == _ZERO)
+    if lanes[ln.THIN + k] > _ZERO:
+        r = g = b = fresnel_thin_dielectric(lanes[ln.WO_Z + k], lanes[ln.IOR + k])
+        roughness = _ZERO
+        glass = lanes[ln.OPEN + k] == _ZERO
+    elif glass:
+        r = g = b = fresnel_dielectric(lanes[ln.WO_Z + k], lanes[ln.ETA + k])
+    return r, g, b, roughness, glass
+
+
+@inlined
+def _around_share(incident: Incident, along: np.float32, rays: Packet, lanes: NDArray[np.float32], k: int) -> np.float32:
+    """Return the share of the illuminance that comes from where lane k mirrors, by the light's first order."""
+    real = rays.real
+    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
+    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
+    ahead = incident.x * mx + incident.y * my + incident.z * mz - (mx * nx + my * ny + mz * nz) * along
+    share: np.float32 = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
+    return share
+
+
+@inlined
+def _guess_mirrored(incident: Incident, around: np.float32, primary: NDArray[np.float32], k: int) -> None:
+    """Let the rays of neighbours serve lane k: ALPHA becomes negative, and SEEN the light around in case that there are none."""
+    primary[px.ALPHA, k] = -primary[px.ALPHA, k]
+    primary[px.SEEN, k], primary[px.SEEN + 1, k], primary[px.SEEN + 2, k] = around * incident.r, around * incident.g, around * incident.b
+
+
+@inlined
+def _send_ray(glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
+    """Let lane k, of pixel (x, y), send a mirrored ray, and one straight through if it is of glass."""
+    primary[px.KIND, k] = _TWO if glass else _ONE
+    primary[px.PANE, k] = lanes[ln.THIN + k]
+    for channel in range(3):
+        tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
+        primary[px.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
+        primary[px.POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
+    aim_gloss(x, y, k, primary, lanes)
+
+
+@inlined
+def _add_lamps(scene: LitScene, memory: ShadeScratch) -> None:
+    """Add the lamps that have been chosen, where nothing stands between."""
+    lanes, primary = memory.trace.lanes, memory.primary
+    pass_glass(scene, memory.trace)
+    for k in range(LANES):
+        if lanes[ln.LIGHT_PDF + k] > _ZERO:
+            _add_light(primary, k, lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k])
+
+
+@inlined
+def _add_sun(scene: LitScene, kinds: int, column: int, row: int, key: np.uint32, memory: ShadeScratch) -> None:
+    """Add the sun's light, sampled some times, where the nodes around have any."""
+    scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary
+    for sample in range(_SUN_RAYS):
+        for k in range(LANES):
+            u, v = pixel_noise(column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7)))
+            v += np.float32(sample) / np.float32(_SUN_RAYS)
+            lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = u, v - np.floor(v)
+        sample_sun(scene.surfaces, scene.lights, scratch)
+        pass_glass(scene, scratch)
+        wi_to_lights(lanes)
+        evaluate_bsdf(lanes, kinds, scene.surfaces.albedos.reflected)
+        for k in range(LANES):
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                gain = _ONE / (np.float32(_SUN_RAYS) * lanes[ln.LIGHT_PDF + k])
+                for channel in range(0, 3 * LANES, LANES):
+                    primary[px.LIGHT + channel // LANES, k] += gain * lanes[ln.LI_R + channel + k] * lanes[ln.F_COS_R + channel + k]
+
+
+@inlined
+def _store(column: int, row: int, primary: NDArray[np.float32], picture: Picture) -> None:
+    """Write the pixels of a tile that lie in the picture."""
+    height, width, _ = picture.light.shape
+    for k in range(LANES):
+        x, y = column + (k & 3), row + (k >> 2)
+        if x < width and y < height:
+            picture.mirrored[y, x, 3] = primary[px.ALPHA, k]
+            for channel in range(3):
+                picture.light[y, x, channel] = primary[px.LIGHT + channel, k]
+            if primary[px.ALPHA, k] != _ZERO:
+                for channel in range(3):
+                    picture.mirrored[y, x, channel] = primary[px.SEEN + channel, k]
+                    picture.share[y, x, channel] = primary[px.SHARE + channel, k]

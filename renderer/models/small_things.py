@@ -1,0 +1,418 @@
+"""Small things: speakers, consoles, candles, photo frames, bowls, clocks, mugs, waste bins; fronts look along +x."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from renderer.geometry.lofts import points
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
+from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.wall_things import molding
+
+
+def upright(outline: ArrayLike, x0: float, x1: float) -> Mesh:
+    """Return the plate from x0 to x1 over an outline (n, 2) of (y, z), counter-clockwise seen from +x."""
+    points = np.asarray(outline, np.float64)
+    return rotated(slab(np.column_stack([-points[:, 1], points[:, 0]]), x0, x1), "y", 0.5 * math.pi)
+
+
+def turned_forward(profile: ArrayLike, y: float, z: float, segments: int = 20) -> Mesh:
+    """Return a body turned about an axis along x through (y, z); the profile's heights are x."""
+    return moved(rotated(lathe(profile, segments), "y", 0.5 * math.pi), y=y, z=z)
+
+
+def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a loudspeaker with visible cones, or with a cloth over its front; tall boxes have more cones."""
+    _, width, height, half_d, half_w = halved(size_m)
+    front = half_d - 0.012
+    body = rounded_box((-half_d, -half_w, 0.0), (front, half_w, height), 0.006, 1)
+    plate = rounded_box((front - 0.002, -0.92 * half_w, 0.02 * height), (front + 0.006, 0.92 * half_w, 0.98 * height), 0.003, 1)
+    if style == "cloth":
+        panel = rounded_box((front - 0.002, -0.94 * half_w, 0.03 * height), (half_d, 0.94 * half_w, 0.97 * height), 0.009, 3)
+        badge = block(
+            (half_d - 0.001, -0.16 * half_w, 0.06 * height), (half_d + 0.001, 0.16 * half_w, 0.06 * height + 0.1 * half_w), 0.0005
+        )
+        return {"body": body, "front": panel, "trim": badge}
+    big = 0.74 * half_w
+    count = max(1, min(3, round((height - 1.3 * width) / (2.2 * big))))
+    cones, rims = [], []
+    spots = [(0.05 * height + big * (1.1 + 2.1 * k), big) for k in range(count)]
+    spots.append((min(spots[-1][0] + 1.75 * big, height - 0.55 * big), 0.42 * big))
+    rise = max(0.0, height - 0.05 * height - spots[-1][0] - 0.6 * big)
+    for low, r in spots:
+        z = low + rise
+        bowl = [(0.0, front), (0.82 * r, front), (0.8 * r, front + 0.009), (0.35 * r, front + 0.0065), (0.3 * r, front + 0.009)]
+        cones.append(turned_forward([*bowl, (0.15 * r, front + 0.011), (0.0, front + 0.0115)], 0.0, z))
+        ring = [(0.82 * r, front + 0.003), (r, front + 0.003), (r, front + 0.009), (0.9 * r, front + 0.012), (0.82 * r, front + 0.01)]
+        rims.append(moved(rotated(lathe(ring, 20, closed=True), "y", 0.5 * math.pi), z=z))
+    return {"body": [body, plate], "front": cones, "trim": rims}
+
+
+def build_game_console(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a console of two shells with a dark gap between them; it stands or lies with its longest side."""
+    _, width, height, half_d, half_w = halved(size_m)
+    if height > width:
+        shells = [
+            rounded_box((-half_d, -half_w, 0.03 * height), (half_d, -0.3 * half_w, height), 0.012, 3),
+            rounded_box((-half_d, 0.3 * half_w, 0.03 * height), (half_d, half_w, height), 0.012, 3),
+        ]
+        core = block((-half_d + 0.004, -0.4 * half_w, 0.0), (half_d - 0.005, 0.4 * half_w, 0.97 * height), 0.003)
+        slot = block((half_d - 0.006, -0.06 * half_w, 0.45 * height), (half_d - 0.0035, 0.06 * half_w, 0.85 * height), 0.0005)
+    else:
+        shells = [
+            rounded_box((-half_d, -half_w, 0.06 * height), (half_d, half_w, 0.42 * height), 0.012, 3),
+            rounded_box((-half_d, -half_w, 0.58 * height), (half_d, half_w, height), 0.012, 3),
+        ]
+        core = block((-half_d + 0.004, -half_w + 0.006, 0.0), (half_d - 0.005, half_w - 0.006, 0.9 * height), 0.003)
+        slot = block((half_d - 0.006, -0.7 * half_w, 0.47 * height), (half_d - 0.0035, 0.1 * half_w, 0.53 * height), 0.0005)
+    return {"body": shells, "core": core, "trim": slot}
+
+
+def _flame_wick(z: float, tall: float, r: float) -> Mesh:
+    return sweep([(0.0, 0.0, z - 0.002), (0.0, 0.0, z + 0.6 * tall), (0.5 * tall, 0.0, z + tall)], r, 6)
+
+
+def build_candle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a candle that does not burn: a thick one on a dish, or a slim one in a turned candlestick."""
+    depth, width, height = size_m
+    r = 0.5 * min(depth, width)
+    if style == "pillar":
+        dish = [(0.0, 0.0), (0.7 * r, 0.0), (r, 0.08 * height), (0.97 * r, 0.1 * height), (0.7 * r, 0.045 * height), (0.0, 0.045 * height)]
+        w, top = 0.72 * r, 0.93 * height
+        bowl = [(0.85 * w, top), (0.7 * w, top - 0.03 * height), (0.0, top - 0.045 * height)]
+        wax = [(0.0, 0.04 * height), (w, 0.04 * height), (w, top - 0.02 * height), (0.97 * w, top), *bowl]
+        wick = _flame_wick(top - 0.045 * height, 0.11 * height, 0.02 * r)
+        return {"holder": lathe(dish, 28), "wax": lathe(wax, 28), "wick": wick}
+    split = rng.uniform(0.35, 0.5) * height
+    foot = [(0.0, 0.0), (r, 0.0), (r, 0.02 * height), (0.55 * r, 0.06 * height), (0.2 * r, 0.12 * height), (0.3 * r, 0.5 * split)]
+    cup = [(0.16 * r, 0.72 * split), (0.42 * r, 0.9 * split), (0.42 * r, split), (0.3 * r, split), (0.0, 0.93 * split)]
+    w = min(0.26 * r, 0.014)
+    wax = [(0.0, 0.9 * split), (w, 0.9 * split), (0.85 * w, 0.94 * height), (0.5 * w, 0.965 * height), (0.0, 0.97 * height)]
+    return {"holder": lathe([*foot, *cup], 28), "wax": lathe(wax, 18), "wick": _flame_wick(0.965 * height, 0.035 * height, 0.1 * w)}
+
+
+def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a standing frame that leans back on a strut: a portrait or a landscape behind a mat."""
+    depth, width, height = size_m
+    thick = min(0.016, 0.2 * depth)
+    lean = math.atan2(0.5 * depth, height)
+    tall = height / math.cos(lean)
+    rim = 0.11 * min(width, height)
+    x0, x1 = 0.0, thick
+    profile = [(x0, 0.0), (0.7 * thick, 0.0), (x1, 0.3), (x1, 0.6), (0.5 * thick, 1.0), (x0, 1.0)]
+    face = 0.4 * thick
+    mat = block((0.001, -0.5 * width + 0.8 * rim, 0.8 * rim), (face, 0.5 * width - 0.8 * rim, tall - 0.8 * rim), 0.0003)
+    border = rim + 0.09 * min(width, tall)
+    half, low, high = 0.5 * width - border, border, tall - border
+    arts = _portrait(rng, half, low, high) if style == "portrait" else _view(rng, half, low, high)
+    parts: Parts = {"frame": molding(width, tall, rim, profile), "mat": mat}
+    for k, outline in enumerate(arts):
+        parts[f"art_{k}"] = upright(outline, face - 0.001, face + 0.0006 * (k + 1))
+    tilted = {name: rotated(mesh, "y", -lean) for name, mesh in parts.items()}
+    strut = rod((-math.sin(lean) * 0.7 * tall, 0.0, 0.7 * height), (-depth + 1.2 * thick, 0.0, 0.004), 0.004, segments=6)
+    tilted["frame"] = merged(tilted["frame"], strut)
+    return tilted
+
+
+def _view(rng: np.random.Generator, half: float, low: float, high: float) -> list[np.ndarray]:
+    """Sky, a hill that rises to one side, and a nearer one."""
+    tall = high - low
+    outlines = [np.array([(-half, low), (half, low), (half, high), (-half, high)])]
+    for level in (0.55, 0.32):
+        y = np.linspace(half, -half, 12)
+        ridge = low + tall * (level + 0.06 * np.sin(2.4 * y / half + rng.uniform(0.0, 6.28)))
+        outlines.append(np.vstack([points(y[::-1], low), np.column_stack([y, ridge])]))
+    return outlines
+
+
+def _portrait(rng: np.random.Generator, half: float, low: float, high: float) -> list[np.ndarray]:
+    """A ground with shoulders and a head."""
+    tall, r = high - low, 0.5 * min(half, 0.5 * (high - low))
+    ground = np.array([(-half, low), (half, low), (half, high), (-half, high)])
+    angle = np.linspace(0.0, math.pi, 14)
+    y = rng.uniform(-0.15, 0.15) * half
+    shoulders = np.column_stack([y + 0.75 * half * np.cos(angle), low + 0.36 * tall * np.sin(angle) ** 0.6])
+    turn = np.arange(24) * (2.0 * math.pi / 24)
+    head = np.column_stack([y + 0.8 * r * np.cos(turn), low + 0.55 * tall + r * np.sin(turn)])
+    return [ground, shoulders, head]
+
+
+def build_bowl(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return an empty bowl: wide and round, or a flared dish on a foot."""
+    depth, width, height = size_m
+    return {"body": bowl_body(0.5 * min(depth, width), height, style == "footed")}
+
+
+def bowl_body(r: float, height: float, footed: bool, segments: int = 36) -> Mesh:
+    """Return a thin-walled bowl of radius ``r``."""
+    wall = min(0.006, 0.06 * r)
+    foot = 0.22 * height if footed else 0.05 * height
+    stem = [(0.0, 0.0), (0.5 * r, 0.0), (0.46 * r, 0.4 * foot), (0.26 * r if footed else 0.44 * r, foot)]
+    angle = np.linspace(0.12, 0.5 * math.pi, 8)
+    outer = [(r * math.sin(a), foot + (height - foot) * (1.0 - math.cos(a))) for a in angle[2:]]
+    inner = [((r - wall) * math.sin(a), foot + wall + (height - foot - wall) * (1.0 - math.cos(a))) for a in angle[::-1]]
+    return lathe([*stem, *outer, *inner, (0.0, foot + wall)], segments)
+
+
+def build_wall_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a clock for the wall with marks and hands: a round case, or rays round a small one."""
+    depth, width, height = size_m
+    x0, x1 = -0.5 * depth, 0.5 * depth
+    r = 0.5 * min(width, height)
+    case = r if style == "round" else 0.56 * r
+    z = 0.5 * height
+    ring = [(0.9 * case, x0), (case, x0), (case, x1 - 0.15 * depth), (0.97 * case, x1), (0.91 * case, x1), (0.9 * case, x1 - 0.5 * depth)]
+    body = [moved(rotated(lathe(ring, 48, closed=True), "y", 0.5 * math.pi), z=z)]
+    if style == "rays":
+        for k in range(24):
+            a = 2.0 * math.pi * k / 24
+            reach = r * (1.0 if k % 2 == 0 else 0.82)
+            c, s = math.cos(a), math.sin(a)
+            body.append(rod((0.0, 0.95 * case * c, z + 0.95 * case * s), (0.0, reach * c, z + reach * s), 0.012 * r, 0.02 * r, 6))
+    face_x = x1 - 0.55 * depth
+    face = turned_forward([(0.0, x0 + 0.001), (0.92 * case, x0 + 0.001), (0.92 * case, face_x), (0.0, face_x)], 0.0, z, 40)
+    hour = rng.uniform(0.0, 2.0 * math.pi)
+    marks = [_pointer(face_x, z, math.pi * k / 6, (0.74 if k % 3 else 0.68) * case, 0.84 * case, 0.02 * case) for k in range(12)]
+    hands = [_pointer(face_x + 0.06 * depth, z, hour, -0.1 * case, 0.48 * case, 0.03 * case)]
+    hands.append(_pointer(face_x + 0.12 * depth, z, 12.0 * hour, -0.14 * case, 0.74 * case, 0.02 * case))
+    pin = turned_forward([(0.0, face_x), (0.06 * case, face_x), (0.05 * case, x1 - 0.25 * depth), (0.0, x1 - 0.25 * depth)], 0.0, z, 12)
+    return {"body": body, "face": face, "hands": [*marks, *hands, pin]}
+
+
+def _pointer(x: float, z: float, angle: float, start: float, reach: float, half: float) -> Mesh:
+    """Return a flat tapering bar on a dial that points ``angle`` from the top towards +y."""
+    tip = 0.5 * half
+    thick = 0.002
+    loop = np.array([(-half, start), (half, start), (tip, reach), (-tip, reach)])
+    front = points(x + thick, loop)
+    behind = points(x - 0.0005, loop)
+    sides = [[behind[k], behind[(k + 1) % 4], front[(k + 1) % 4], front[k]] for k in range(4)]
+    return moved(rotated(flat_quads(np.asarray([*sides, front, behind[::-1]])), "x", -angle), z=z)
+
+
+SEGMENTS = ("abcdef", "bc", "abged", "abgcd", "fgbc", "afgcd", "afgedc", "abc", "abcdefg", "abcdfg")
+"""Lit segments of the digits 0 to 9 of a seven-segment display (a top, then clockwise, g middle)."""
+
+
+def build_alarm_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a digital clock with seven-segment figures or a round one with two bells; the face looks along +x."""
+    return {"digital": _digital, "bells": _bells}[style](rng, size_m)
+
+
+def _digital(rng: np.random.Generator, size_m: Size) -> Parts:
+    _, _, height, half_d, half_w = halved(size_m)
+    body = rounded_box((-half_d, -half_w, 0.0), (half_d - 0.002, half_w, height), min(0.012, 0.2 * height), 3)
+    face = block((half_d - 0.006, -0.9 * half_w, 0.14 * height), (half_d - 0.0008, 0.9 * half_w, 0.88 * height), 0.0008)
+    hour, minute = int(rng.integers(24)), int(rng.integers(60))
+    low, high = [], []
+    cell = 1.6 * half_w / 4.6
+    tall = min(0.5 * height, 1.7 * cell)
+    bar = 0.13 * cell
+    z0 = 0.5 * height + 0.01 * height - 0.5 * tall
+    spans = {
+        "a": (0, 1, 1, 1),
+        "g": (0, 0.5, 1, 0.5),
+        "d": (0, 0, 1, 0),
+        "f": (0, 0.5, 0, 1),
+        "e": (0, 0, 0, 0.5),
+        "b": (1, 0.5, 1, 1),
+        "c": (1, 0, 1, 0.5),
+    }
+    for k, digit in enumerate(f"{hour:02d}{minute:02d}"):
+        left = -2.19 * cell + cell * (k * 1.12 + (0.3 if k > 1 else 0.0))
+        for name in SEGMENTS[int(digit)]:
+            u0, v0, u1, v1 = spans[name]
+            low.append(
+                (
+                    half_d - 0.003,
+                    left + 0.72 * cell * u0 - bar * 0.5 * (u0 == u1) + bar * 0.6 * (u0 != u1),
+                    z0 + tall * v0 - bar * 0.5 * (v0 == v1) + bar * 0.6 * (v0 != v1),
+                )
+            )
+            high.append(
+                (
+                    half_d,
+                    left + 0.72 * cell * u1 + bar * 0.5 * (u0 == u1) - bar * 0.6 * (u0 != u1),
+                    z0 + tall * v1 + bar * 0.5 * (v0 == v1) - bar * 0.6 * (v0 != v1),
+                )
+            )
+    for v in (0.3, 0.7):
+        y = -2.19 * cell + cell * 2.23
+        low.append((half_d - 0.003, y - 0.6 * bar, z0 + tall * v - 0.6 * bar))
+        high.append((half_d, y + 0.6 * bar, z0 + tall * v + 0.6 * bar))
+    return {"body": body, "face": face, "hands": blocks(low, high, 0.0004)}
+
+
+def _disc(radius: float, x0: float, x1: float, z: float, segments: int = 32) -> Mesh:
+    """Return a flat round body with its axis along x."""
+    return moved(rotated(lathe([(0.0, x0), (radius, x0), (radius, x1), (0.0, x1)], segments), "y", math.pi / 2), z=z)
+
+
+def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
+    depth, width, height = size_m
+    radius = min(0.46 * width, 0.37 * height)
+    z = radius + 0.07 * height
+    half_d = 0.5 * depth
+    ring = rotated(
+        lathe(
+            points(
+                [0.0, 0.9 * radius, radius, radius, 0.97 * radius, 0.9 * radius, 0.89 * radius, 0.0],
+                [-half_d, -half_d, -half_d + 0.008, half_d - 0.004, half_d, half_d, half_d - 0.006, half_d - 0.006],
+            ),
+            36,
+        ),
+        "y",
+        math.pi / 2,
+    )
+    face = _disc(0.9 * radius, half_d - 0.008, half_d - 0.005, z)
+    hands = [
+        _hand(half_d, z, angle, length * radius, 0.03 * radius)
+        for angle, length in ((rng.uniform(0, 6.28), 0.5), (rng.uniform(0, 6.28), 0.75))
+    ]
+    marks = [_hand(half_d, z, math.pi * k / 6, 0.86 * radius, 0.022 * radius, 0.74 * radius) for k in range(12)]
+    bells, feet = [], []
+    for s in (-1.0, 1.0):
+        bell = lathe(
+            [(0.0, 0.0), (0.36 * radius, 0.0), (0.34 * radius, 0.12 * radius), (0.22 * radius, 0.25 * radius), (0.0, 0.3 * radius)], 20
+        )
+        tilt = rotated(bell, "x", -s * 0.5)
+        bells.append(moved(tilt, y=s * 0.55 * radius, z=z + 0.92 * radius))
+        bells.append(
+            rod((0.0, s * 0.45 * radius, z + 0.8 * radius), (0.0, s * 0.56 * radius, z + 0.95 * radius), 0.05 * radius, segments=8)
+        )
+        feet.append(rod((0.0, s * 0.72 * radius, 0.0), (0.0, s * 0.45 * radius, z - 0.8 * radius), 0.05 * radius, 0.07 * radius, 8))
+    arch = sweep(
+        points(
+            0.0,
+            [-0.25 * radius, -0.12 * radius, 0.12 * radius, 0.25 * radius],
+            [z + radius, z + 1.42 * radius, z + 1.42 * radius, z + radius],
+        ),
+        0.035 * radius,
+        8,
+    )
+    return {"body": moved(ring, z=z), "face": face, "hands": merged(*hands, *marks), "bells": merged(*bells, arch), "feet": merged(*feet)}
+
+
+def _hand(x: float, z: float, angle: float, reach: float, half_width: float, start: float = 0.0) -> Mesh:
+    bar = block((x - 0.006, -half_width, start), (x - 0.003, half_width, reach), 0.0004)
+    return moved(rotated(bar, "x", angle), z=z)
+
+
+def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return a mug with a drink in it, its handle along the longer side of its box; straight or rounded."""
+    along_x = size_m[0] > size_m[1]
+    depth, width, height = (size_m[1], size_m[0], size_m[2]) if along_x else size_m
+    grip = 0.24 * width
+    radius = 0.5 * (width - grip)
+    r = min(radius, 0.5 * depth)
+    wall = min(0.004, 0.1 * r)
+    if style == "straight":
+        outer = [(0.0, 0.0), (0.9 * r, 0.0), (r, 0.05 * height), (r, height - 0.002)]
+    else:
+        outer = [
+            (0.0, 0.0),
+            (0.6 * r, 0.0),
+            (0.8 * r, 0.08 * height),
+            (0.97 * r, 0.3 * height),
+            (r, 0.5 * height),
+            (0.97 * r, 0.8 * height),
+            (r, height - 0.002),
+        ]
+    inner = [
+        (r - 0.4 * wall, height),
+        (r - wall, height - 0.002),
+        (r - wall, 0.3 * height),
+        (0.8 * r - wall, 0.1 * height),
+        (0.0, 0.08 * height),
+    ]
+    angle = np.linspace(-0.55 * math.pi, 0.55 * math.pi, 11)
+    y0 = r - 0.5 * wall
+    path = points(0.0, y0 - 0.16 * grip + (grip + 0.1 * grip) * np.cos(angle), 0.52 * height + 0.31 * height * np.sin(angle))
+    handle = sweep(path, 0.09 * grip + 0.0028, 8, 1.3)
+    drink_level = height * rng.uniform(0.72, 0.85)
+    drink = lathe(
+        [(0.0, drink_level - 0.004), (r - 1.05 * wall, drink_level - 0.004), (r - 1.05 * wall, drink_level), (0.0, drink_level)], 24
+    )
+    turn = -0.5 * math.pi if along_x else 0.0
+    parts = {"body": merged(lathe(outer + inner, 28), handle), "drink": drink}
+    return {name: rotated(moved(mesh, y=-0.5 * grip), "z", turn) for name, mesh in parts.items()}
+
+
+def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
+    """Return an open tapered bin, a basket of hoops and rods, or a pedal bin with lid."""
+    depth, width, height = size_m
+    r = 0.5 * min(depth, width)
+    if style == "open":
+        base = rng.uniform(0.7, 0.88)
+        profile = points(
+            [0.0, base * r, (base + 0.02) * r, 0.98 * r, r, 0.995 * r, 0.965 * r, 0.95 * r, base * r - 0.004, 0.0],
+            [0.0, 0.0, 0.01, height - 0.012, height - 0.006, height, height, height - 0.012, 0.012, 0.012],
+        )
+        liner = points(
+            [0.97 * r, 1.002 * r, 1.006 * r, 0.95 * r, 0.9 * r, 0.6 * r, 0.0, 0.0, 0.61 * r, 0.91 * r, 0.96 * r],
+            [
+                height - 0.035,
+                height - 0.035,
+                height + 0.002,
+                height + 0.002,
+                height - 0.3 * height,
+                0.25 * height,
+                0.2 * height,
+                0.195 * height,
+                0.244 * height,
+                height - 0.302 * height,
+                height - 0.002,
+            ],
+        )
+        return {"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}
+    if style == "basket":
+        bars: list[Mesh] = []
+        for k in range(26):
+            a = 2.0 * math.pi * k / 26
+            bars.append(
+                rod(
+                    (0.74 * r * math.cos(a), 0.74 * r * math.sin(a), 0.004),
+                    (0.97 * r * math.cos(a), 0.97 * r * math.sin(a), height - 0.004),
+                    0.0022,
+                    segments=5,
+                )
+            )
+        for share in (0.02, 0.25, 0.5, 0.75, 0.975):
+            ring_r, z = (0.745 + 0.235 * share) * r, share * height
+            bars.append(
+                lathe(
+                    [(ring_r - 0.003, z - 0.004), (ring_r + 0.004, z - 0.004), (ring_r + 0.004, z + 0.004), (ring_r - 0.003, z + 0.004)],
+                    28,
+                    closed=True,
+                )
+            )
+        foot = lathe([(0.0, 0.0), (0.75 * r, 0.0), (0.75 * r, 0.006), (0.0, 0.006)], 26)
+        return {"body": [*bars, foot]}
+    body = lathe([(0.0, 0.012), (0.93 * r, 0.012), (0.95 * r, 0.02), (0.95 * r, 0.86 * height), (0.0, 0.86 * height)], 32)
+    rings = lathe([(0.0, 0.0), (0.965 * r, 0.0), (0.98 * r, 0.006), (0.98 * r, 0.03), (0.95 * r, 0.034), (0.0, 0.034)], 32)
+    lid = lathe(
+        points(
+            [0.0, 0.97 * r, 0.98 * r, 0.96 * r, 0.75 * r, 0.4 * r, 0.0],
+            [0.865 * height, 0.865 * height, 0.88 * height, 0.91 * height, 0.965 * height, 0.992 * height, height],
+        ),
+        32,
+    )
+    pedal = block((0.85 * r, -0.03, 0.006), (0.5 * depth + 0.01, 0.03, 0.016), 0.003)
+    return {"body": body, "lid": lid, "pedal": [rings, pedal]}
+
+
+MODELS = {
+    "speaker": Model(build_speaker, ("cones", "cloth")),
+    "game_console": Model(build_game_console, ("shells",)),
+    "candle": Model(build_candle, ("pillar", "candlestick")),
+    "photo_frame": Model(build_photo_frame, ("portrait", "view")),
+    "bowl": Model(build_bowl, ("round", "footed")),
+    "wall_clock": Model(build_wall_clock, ("round", "rays")),
+    "alarm_clock": Model(build_alarm_clock, ("digital", "bells")),
+    "mug": Model(build_mug, ("straight", "rounded")),
+    "waste_bin": Model(build_waste_bin, ("open", "basket", "pedal")),
+}

@@ -1,0 +1,208 @@
+"""``scene_synth evaluate``: how good an algorithm's estimates are, judged by the truth of a bag or of a sweep."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import os
+import shlex
+import sys
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from evaluation.confidence import LEVEL, Interval
+from evaluation.evaluation_file import Evaluation, FactorValue, SummaryRow, TaskRow, read_evaluation, write_evaluation
+from evaluation.gate import compare, gate_table
+from evaluation.summary import WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
+from evaluation.tables import summary_csv
+from evaluation.tasks import TASKS
+from scene_synth_ros.cli.lines import counted, say_progress
+from scene_synth_ros.cli.options import UsageError, add_number, refuse_no_file
+from scene_synth_ros.evaluate.algorithm import Algorithm
+from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
+from scene_synth_ros.evaluate.notes import Notes
+from scene_synth_ros.evaluate.topics import parse_mapping
+from scene_synth_ros.evaluate.truth_bags import TruthBag, truth_bags
+
+_WAYS = ("room_type", "class", "distance")
+_NO_ESTIMATE = "{} frames without an estimate"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument("truth", type=Path, metavar="TRUTH", help="bag with the truth, or the folder of a sweep: all its variants")
+    parser.add_argument(
+        "--task", action="append", default=[], metavar="TASK", help=f"what is judged, of {', '.join(TASKS)}; may be repeated"
+    )
+    parser.add_argument(
+        "--estimates", type=Path, metavar="BAG", help="bag with the estimates, of a sweep a folder with one for each variant"
+    )
+    parser.add_argument(
+        "--topic", action="append", default=[], metavar="TASK:=TOPIC",
+        help="topic of a task's estimates; without --estimates it is one of the truth's bag; of transforms /tf@FRAME",
+    )  # fmt: skip
+    parser.add_argument("--algorithm", metavar="FILE.py:NAME", help="Python callable or class that gives the estimates")
+    parser.add_argument("--estimates-out", type=Path, metavar="DIR", help="write the algorithm's estimates as a bag with the same stamps")
+    parser.add_argument("--camera", default="", metavar="NAME", help="camera whose truth counts (default: the one that has it)")
+    parser.add_argument(
+        "--by",
+        action="append",
+        default=[],
+        metavar="WAY",
+        help="print the scores by room_type, class, distance, a factor of the sweep, or all",
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the evaluation: evaluation.json")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the scores as a table for a spreadsheet")
+    parser.add_argument("--baseline", type=Path, metavar="FILE", help="an earlier evaluation.json: exit status 1 where this is worse")
+    parser.add_argument("--title", default="", help="title of the evaluation (default: the name of the truth)")
+    add_number(parser, "--seed", 0, default=0, metavar="S", help="seed of the confidence intervals (default: 0)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Judge; return 1 if the gate finds that something is worse."""
+    plan = _plan(arguments)
+    _check_outputs(arguments)
+    baseline = read_evaluation(arguments.baseline) if arguments.baseline is not None else None
+    notes = Notes()
+    evaluation = _judge(truth_bags(arguments.truth), plan, notes, arguments)
+    factors = {row.by for row in evaluation.summary} - {"all", *_WAYS}
+    unknown = [way for way in arguments.by if way not in (*_WAYS, "all", *factors)]
+    if unknown:
+        raise UsageError(f"--by {unknown[0]}: expected one of {', '.join([*_WAYS, *sorted(factors), 'all'])}")
+    by = {*_WAYS, *factors} if "all" in arguments.by else set(arguments.by)
+    sys.stdout.write("\n".join(table_lines(evaluation, by)) + "\n")
+    for line in [*notes.lines(), *(f"{task}: {_NO_ESTIMATE.format(count)}" for task, count in sorted(notes.missing.items()))]:
+        sys.stdout.write(f"note: {line}\n")
+    if arguments.json is not None:
+        write_evaluation(arguments.json, evaluation)
+    if arguments.csv is not None:
+        arguments.csv.write_text(summary_csv(evaluation), encoding="utf-8")
+    if baseline is None:
+        return 0
+    report = compare(baseline, evaluation, seed=arguments.seed)
+    sys.stdout.write(f"{gate_table(report).rstrip()}\n")
+    return 0 if report.passed else 1
+
+
+def _plan(arguments: argparse.Namespace) -> Plan:
+    """Return what is judged.
+
+    Raises:
+        SceneSynthError: options that do not exist, or do not go together.
+    """
+    tasks = list(dict.fromkeys(task for words in arguments.task for task in words.split(",")))
+    if not tasks:
+        raise UsageError(f"--task: expected at least one of {', '.join(TASKS)}, got none")
+    unknown = [task for task in tasks if task not in TASKS]
+    if unknown:
+        raise UsageError(f"--task {unknown[0]}: expected one of {', '.join(TASKS)}")
+    if arguments.algorithm and (arguments.estimates or arguments.topic):
+        raise UsageError("--algorithm: expected no --estimates and no --topic beside it, got both; judge one at a time")
+    if arguments.estimates_out is not None and not arguments.algorithm:
+        raise UsageError("--estimates-out: expected an --algorithm whose estimates are written, got none")
+    return Plan(
+        tasks=tuple(tasks),
+        camera=arguments.camera,
+        topics=parse_mapping(arguments.topic),
+        estimates=arguments.estimates,
+        algorithm=Algorithm(arguments.algorithm) if arguments.algorithm else None,
+        estimates_out=arguments.estimates_out,
+    )
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuse files that could not be written, before hours of work."""
+    refuse_no_file("--json", arguments.json)
+    refuse_no_file("--csv", arguments.csv)
+    if arguments.estimates_out is not None and arguments.estimates_out.exists():
+        raise UsageError(f"--estimates-out {arguments.estimates_out}: exists already; choose another folder or remove it")
+
+
+def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argparse.Namespace) -> Evaluation:
+    """Measure all bags, and sum up."""
+    folder = (arguments.json or Path("evaluation.json")).absolute().parent
+    measured: list[MeasuredFrame] = []
+    names: dict[int, str] = {}
+    topics: dict[str, str] = {}
+    try:
+        for number, bag in enumerate(bags, 1):
+            of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
+            say_progress(f"{of}looking for stamps")
+            one = JudgedBag(bag, plan, notes)
+            names, topics = {**one.index.class_names, **names}, one.topics
+            path = os.path.relpath(bag.path.absolute(), folder)
+            measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
+    finally:
+        say_progress("")
+    judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted(topics.values()))
+    return make_evaluation(
+        measured,
+        title=arguments.title or arguments.truth.absolute().name,
+        algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
+        created_with=shlex.join(["scene_synth", *sys.argv[1:], *_chosen_topics(topics, plan)]),
+        seed=arguments.seed,
+        missing={WITHOUT_ESTIMATE: sum(notes.missing.values())},
+        **({"class_names": names} if names else {}),
+    )
+
+
+def _chosen_topics(topics: Mapping[str, str], plan: Plan) -> list[str]:
+    """Return options that name the topics that were found without being named, for whoever looks at the estimates later."""
+    return [word for name, topic in topics.items() if name not in plan.topics for word in ("--topic", f"{name}:={topic}")]
+
+
+def _frame_counter(of: str, frames: int) -> Callable[[], None]:
+    """Return what draws the line of progress, called after each frame."""
+    done = itertools.count(1)
+    return lambda: say_progress(f"{of}frame {next(done)} of {frames}")
+
+
+def table_lines(evaluation: Evaluation, by: Collection[str]) -> list[str]:
+    """Return the lines of all tables.
+
+    Args:
+        evaluation: what was found.
+        by: ways of the summary, room_type, class, distance or names of factors, that get a table each.
+    """
+    lines: list[str] = []
+    for task in evaluation.tasks:
+        rows = [row for row in evaluation.summary if row.task == task.name]
+        for way in ["all", *dict.fromkeys(row.by for row in rows if row.by in by)]:
+            lines += [*_table(task, way, [row for row in rows if row.by == way]), ""]
+    return lines[:-1]
+
+
+def _table(task: TaskRow, way: str, rows: Sequence[SummaryRow]) -> list[str]:
+    if way == "all":
+        return _whole(task, rows[0]) if rows else [f"{task.name}: no frame with an estimate"]
+    head = [f"{task.name} by {way}", "rooms", "frames", *(metric.name for metric in task.metrics)]
+    cells = [[_text(row.key), str(row.rooms), str(row.frames), *(_value(row.metrics[m.name]) for m in task.metrics)] for row in rows]
+    return _aligned([head, *cells])
+
+
+def _whole(task: TaskRow, row: SummaryRow) -> list[str]:
+    size = f"{counted(row.rooms, 'room')}, {counted(row.frames, 'frame')}"
+    head = [f"{task.name}, {size}", "value", f"{LEVEL:.0%} interval", "unit", "better"]
+    cells = [[m.name, _value(row.metrics[m.name]), _ends(row.metrics[m.name]), m.unit, m.better] for m in task.metrics]
+    return _aligned([head, *cells])
+
+
+def _text(key: FactorValue) -> str:
+    return f"{key:g}" if isinstance(key, float) else str(key)
+
+
+def _value(found: Interval) -> str:
+    return "-" if found.value is None else f"{found.value:.4g}"
+
+
+def _ends(found: Interval) -> str:
+    return "-" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the rows with columns of one width: the first on the left, the others on the right."""
+    first, *rest = (max(map(len, column)) for column in zip(*rows, strict=True))
+    return [
+        "  ".join([row[0].ljust(first), *(cell.rjust(width) for cell, width in zip(row[1:], rest, strict=True))]).rstrip() for row in rows
+    ]

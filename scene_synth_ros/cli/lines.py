@@ -1,0 +1,42 @@
+"""Lines that commands print: results on stdout, progress on a terminal's stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+
+_MAX_NOTES = 10
+_LONGEST = 1000
+
+
+def say(text: str) -> None:
+    """Print a line at once, so that what reads the output sees it while the command goes on."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def say_progress(text: str) -> None:
+    """Draw the line of progress again, on a terminal only; an empty one takes it away."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r{text}\033[K")
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number and what it counts: ``1 room``, ``2 rooms``."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def printable(lines: Iterable[str]) -> str:
+    """Return lines as text, each of bounded length; what cannot be printed, as in names of a foreign bag, becomes a question mark."""
+    return "".join("".join(c if c.isprintable() else "?" for c in line)[:_LONGEST] + "\n" for line in lines)
+
+
+def first_of(prefix: str, texts: Sequence[str], rest: str = "more") -> list[str]:
+    """Return a line for each of the first texts, and one that counts the rest of them."""
+    lines = [f"{prefix}: {text}" for text in texts[:_MAX_NOTES]]
+    return lines if len(texts) <= _MAX_NOTES else [*lines, f"{prefix}: {len(texts) - _MAX_NOTES} {rest}"]
+
+
+def page_lines(written: str, notes: Sequence[str]) -> str:
+    """Return the line of a page that was written, and its first notes, as text."""
+    return printable([written, *first_of("note", notes, "more on the page")])

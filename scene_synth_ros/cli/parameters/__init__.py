@@ -1,0 +1,1 @@
+"""Parameters of runs and of single renderings: profiles, overlays and single values."""

@@ -1,0 +1,140 @@
+"""The atlas: where nodes lie, what part they serve, and what is looked up between them."""
+
+import numpy as np
+import pytest
+from box_room import Piece, box, hollow_sphere, quad, scene
+
+from renderer.core.kernel import from_python
+from renderer.irradiance_cache import atlas as at
+from renderer.irradiance_cache.charts import DEGENERATE, find_charts
+
+find_nodes, has_back = from_python(at.find_nodes), from_python(at.has_back)
+
+TURNED = np.linalg.qr(np.array([[2.0, 1, 0], [0.3, 1, 1], [1, 0, 2]]))[0]
+RIM = [quad((0, 0, 0), (3, 0, 0), (0, 0.3, 0)), quad((0, 0.3, 0), (0.3, 0, 0), (0, 2, 0)), quad((2.7, 0.3, 0), (0.3, 0, 0), (0, 2, 0))]
+
+
+def built(*pieces, spacing=0.1, one_sided=None):
+    flat = scene(*pieces)
+    charts = find_charts(flat.mesh, flat.face_part, len(pieces))
+    one_sided = charts.closed if one_sided is None else np.array(one_sided)
+    return flat, charts, at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing)
+
+
+def smooth_sphere(rings):
+    """A ball that is shaded smoothly."""
+    flat = scene(hollow_sphere(rings))
+    normals = -flat.mesh.vertices / np.maximum(np.linalg.norm(flat.mesh.vertices, axis=1, keepdims=True), 1e-6)
+    return flat._replace(mesh=flat.mesh._replace(normals=normals.astype(np.float32)))
+
+
+def around(atlas, face, u, v, front=True):
+    nodes, weights = np.zeros(4, np.int32), np.zeros(4, np.float32)
+    count = find_nodes(atlas, face, np.float32(u), np.float32(v), front, nodes, weights)
+    return nodes[:count], weights[:count].astype(float)
+
+
+def points(flat, count=300, seed=1):
+    """Points on the triangles of a scene: triangle, weights of its second and third corner, place."""
+    rng = np.random.default_rng(seed)
+    face = rng.integers(0, len(flat.face_part), count)
+    u, v = rng.random((2, count))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    corners = flat.mesh.vertices.astype(float)[flat.mesh.faces[face]]
+    return face, u, v, np.einsum("nc,ncx->nx", np.column_stack([1 - u - v, u, v]), corners)
+
+
+U_SHAPE = Piece(
+    np.concatenate([piece.vertices for piece in RIM]) @ TURNED.T, np.concatenate([piece.faces + 4 * i for i, piece in enumerate(RIM)])
+)
+"""Three strips, turned in space; the two arms share no edge with the first, so each strip is a chart of its own."""
+SLIVERS = Piece(
+    np.array([(0, 0, 0), (2, 0, 0), (2, 0.01, 0), (0, 0.01, 0), (1, 1.5, 0)]) @ TURNED.T, np.array([(0, 1, 2), (0, 2, 3), (3, 2, 4)])
+)
+SHAPES = {"box": box((0, 0, 0), (1, 2, 0.03)), "u": U_SHAPE, "slivers": SLIVERS, "facets": hollow_sphere(6)}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("spacing", [0.03, 0.1, 0.5])
+def test_nodes_lie_on_their_triangles_and_serve_their_own_part(shape, spacing):
+    other = box((5, 5, 5), (6, 6, 6))
+    flat, charts, atlas = built(SHAPES[shape], other, spacing=spacing)
+    u, v = atlas.weight.T.astype(float)
+    assert (u > -1e-6).all() and (v > -1e-6).all() and (u + v < 1 + 1e-6).all()
+    corners = flat.mesh.vertices.astype(float)[flat.mesh.faces[atlas.face]]
+    np.testing.assert_allclose(atlas.position, np.einsum("nc,ncx->nx", np.column_stack([1 - u - v, u, v]), corners), atol=1e-5)
+    for face, s, t, _ in zip(*points(flat), strict=True):
+        if charts.face_chart[face] == DEGENERATE:
+            continue
+        nodes, weights = around(atlas, face, s, t)
+        assert weights.sum() == pytest.approx(1.0, abs=2e-5) and (weights >= 0).all()
+        assert (flat.face_part[atlas.face[nodes]] == flat.face_part[face]).all()
+        assert charts.face_chart[face] < 0 or (charts.face_chart[atlas.face[nodes]] == charts.face_chart[face]).all()
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_shares_of_the_surface_sum_to_its_area(shape):
+    _, charts, atlas = built(SHAPES[shape])
+    backs = np.isin(np.arange(len(atlas.face)), atlas.back)
+    assert atlas.area[~backs].sum() == pytest.approx(charts.area.sum(), rel=1e-5)
+    assert np.array_equal(atlas.area[backs], atlas.area[atlas.back >= 0])
+
+
+def test_what_is_linear_over_a_rectangle_is_looked_up_exactly_but_for_its_rim():
+    piece = quad((0, 0, 0), (1.3, 0, 0), (0, 0.7, 0))
+    flat, _, atlas = built(piece._replace(vertices=piece.vertices @ TURNED.T))
+    slope = np.array([2.0, -1.0, 0.5])
+    value = atlas.position.astype(float) @ slope
+    for face, u, v, place in zip(*points(flat), strict=True):
+        nodes, weights = around(atlas, face, u, v)
+        x, y, _ = place @ TURNED
+        rim = min(x, y, 1.3 - x, 0.7 - y) < 0.25 * 0.1
+        assert weights @ value[nodes] == pytest.approx(place @ slope, abs=0.25 * 0.1 * np.abs(slope).sum() if rim else 2e-5)
+
+
+def test_nodes_are_as_far_apart_as_asked():
+    _, _, atlas = built(quad((0, 0, 0), (1.0, 0, 0), (0, 0.5, 0)), spacing=0.1)
+    front = atlas.back >= 0
+    assert front.sum() == 11 * 6
+    xs = np.unique(atlas.position[front, 0].round(4))
+    np.testing.assert_allclose(np.diff(xs), (1.0 - 2 * 0.25 * 0.1) / 10, atol=1e-4)
+
+
+def test_only_what_is_seen_from_behind_has_nodes_there():
+    flat, _, atlas = built(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)), box((2, 0, 0), (3, 1, 1)))
+    seen = np.flatnonzero(atlas.back >= 0)
+    assert (flat.face_part[atlas.face[seen]] == 0).all() and len(seen) == (flat.face_part[atlas.face] == 0).sum() / 2
+    np.testing.assert_array_equal(atlas.normal[atlas.back[seen]], -atlas.normal[seen])
+    np.testing.assert_array_equal(atlas.position[atlas.back[seen]], atlas.position[seen])
+    assert [bool(has_back(atlas, face)) for face in (0, 1, 2, 13)] == [True, True, False, False]
+    nodes, weights = around(atlas, 0, 0.3, 0.2, front=False)
+    assert weights.sum() == pytest.approx(1.0) and set(nodes) <= set(atlas.back[seen])
+    assert len(around(atlas, 2, 0.3, 0.2, front=False)[0]) == 0
+
+
+def test_curved_surfaces_are_looked_up_at_their_corners():
+    flat = smooth_sphere(8)
+    charts = find_charts(flat.mesh, flat.face_part, 1)
+    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(1, np.bool_), 0.05)
+    face, u, v, place = points(flat)
+    sound = charts.area[face] > 1e-6
+    for f, s, t, p in zip(face[sound], u[sound], v[sound], place[sound], strict=True):
+        nodes, weights = around(atlas, f, s, t)
+        np.testing.assert_allclose(weights, [1 - s - t, s, t], atol=1e-6)
+        np.testing.assert_allclose(weights @ atlas.normal[nodes], -p, atol=0.05)
+    assert atlas.area.sum() == pytest.approx(charts.area.sum(), rel=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(atlas.normal, axis=1), 1.0, atol=1e-6)
+
+
+def test_a_valid_neighbour_stands_in_for_a_node_in_the_dark():
+    _, _, atlas = built(quad((0, 0, 0), (1.0, 0, 0), (0, 0.01, 0)), spacing=0.1, one_sided=[True])
+    order = np.argsort(atlas.position[:, 0])
+    valid = np.ones(len(order), np.bool_)
+    valid[order[4:9]] = False
+    other = np.zeros(len(order), np.int32)
+    at.stand_in(atlas.cells, atlas.grid, valid, 3, other)
+    assert (other[valid] == np.flatnonzero(valid)).all()
+    assert valid[other[order[4:9]]].all()
+    valid[:] = False
+    at.stand_in(atlas.cells, atlas.grid, valid, 3, other)
+    assert (other == np.arange(len(order))).all()

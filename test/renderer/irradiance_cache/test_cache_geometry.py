@@ -1,0 +1,92 @@
+"""Nodes and links shared by rooms whose lights alone differ: the bytes of a cache of their own, and not shared where they must not be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_room import VIEW, box, pierced, pose, quad, scene
+from cached_rooms import CACHED, COARSE, SMALL, filled, solved
+
+from renderer import RenderCancelled, Renderer, Sky
+
+DAY = Sky(np.array([2500, 3500, 6000], np.float32), np.array([6000, 6500, 7500], np.float32), np.array([900, 850, 700], np.float32))
+SUNNY = DAY._replace(ground=np.zeros(3, np.float32), sun=np.array([0.0, 0.6, 0.8, 1e-4, 1e6, 9e5, 8e5], np.float32))
+LAMP = (9000.0, 7000.0, 4500.0)
+
+
+def room(lamp=LAMP, sky=DAY, *, wall=0.7, screen=0.0):
+    """A room with a window, a ledge outside it, a lamp, a mirror and a screen."""
+    return scene(
+        pierced(box((0, 0, 0), (4, 5, 2.6), inside=True, object_id=0, color=(wall, 0.7, 0.7)), (1.2, 0.9), (2.8, 2.1)),
+        quad((1.2, 5, 0.9), (1.6, 0, 0), (0, 0, 1.2), object_id=1, portal=True, transmission=0.8),
+        box((0.5, 5.3, 0.3), (3.5, 5.9, 1.2), object_id=2),
+        box((1.9, 1.4, 2.2), (2.1, 1.6, 2.3), object_id=3, emission=lamp),
+        box((0.02, 1.0, 0.3), (0.05, 3.0, 2.2), object_id=4, metallic=1.0, roughness=0.05),
+        box((3.8, 1.0, 0.5), (3.9, 2.0, 1.2), object_id=5, glow_cd_m2=screen),
+        sky=sky,
+    )
+
+
+def bytes_of(cache):
+    return [array.tobytes() for array in (cache.luminance, cache.even, cache.rows, *cache.light)]
+
+
+@pytest.mark.parametrize("other", [room(lamp=(100.0, 9000.0, 0.5)), room(sky=SUNNY), room((5.0, 4.0, 0.0), SUNNY)])
+def test_other_lights_on_the_same_nodes_are_the_bytes_of_a_fresh_cache(other):
+    with solved(room()) as before:
+        assert len(before.geometry.sightings.node_part), "some rays must see the lamp in the mirror, and the ledge"
+    with solved(other, geometry=before.geometry) as cache:
+        assert cache.geometry is before.geometry
+        cache.fill(np.ones(len(cache.atlas.face), np.bool_))
+    assert bytes_of(cache) == bytes_of(filled(other))
+    assert not np.array_equal(cache.luminance, before.luminance)
+
+
+@pytest.mark.parametrize("other", [room(lamp=(0, 0, 0)), room(wall=0.6), room(screen=50.0)])
+def test_what_rays_or_surfaces_do_otherwise_is_not_shared(other):
+    with solved(room()) as before:
+        pass
+    with solved(other, geometry=before.geometry) as cache:
+        assert cache.geometry is not before.geometry
+    for key, config in ((6, COARSE), (5, replace(COARSE, spacing_m=0.21))):
+        with solved(room(), config, key=key, geometry=before.geometry) as cache:
+            assert cache.geometry is not before.geometry
+
+
+@pytest.mark.parametrize("is_closed", [False, True])
+def test_renderers_of_other_lights_share_trees_and_nodes(is_closed):
+    views, layers = (VIEW, pose((0.8, 4.2, 1.4), (3.0, 1.0, 0.4))), ("radiance", "color_sensed", "depth")
+    with Renderer(room(), SMALL, CACHED, 5) as before:
+        before.render(VIEW, 0, layers)
+        if is_closed:
+            before.close()
+        with Renderer(room(sky=SUNNY), SMALL, CACHED, 5, like=before) as renderer:
+            before.close()
+            assert (renderer.tree == before.tree) is not is_closed
+            shared = [renderer.render(view, 0, layers).layers for view in views]
+            assert renderer._light.geometry is before._light.geometry
+    with Renderer(room(sky=SUNNY), SMALL, CACHED, 5) as renderer:
+        alone = [renderer.render(view, 0, layers).layers for view in views]
+    for ours, theirs in zip(shared, alone, strict=True):
+        assert {name: image.tobytes() for name, image in ours.items()} == {name: image.tobytes() for name, image in theirs.items()}
+
+
+def test_solving_that_is_cancelled_again_and_again_comes_to_the_same():
+    whole = filled(room())
+    asked = 0
+
+    def now_and_then() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked % 3 == 0
+
+    with solved(room(), is_solved=False) as cache:
+        for _ in range(1000):
+            try:
+                cache.solve(now_and_then)
+                break
+            except RenderCancelled:
+                continue
+        assert asked > 6
+        cache.fill(np.ones(len(cache.atlas.face), np.bool_))
+    assert bytes_of(cache) == bytes_of(whole)

@@ -1,0 +1,110 @@
+"""Final gathers under uniform light, and bright nodes that are sampled as lamps are."""
+
+import numpy as np
+import pytest
+from box_room import box, quad, scene
+from cached_rooms import COARSE, filled, nodes_of, solved
+
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.gathering import choose_bright
+
+FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
+EVEN = box((-4, -4, -4), (4, 4, 4), inside=True, glow_cd_m2=10.0, color=(1.0, 0.5, 0.2), object_id=0)
+GLOW = 10.0 * np.array([1.0, 0.5, 0.2])
+GREY = {"color": (0.5, 0.5, 0.5), "roughness": 1.0}
+
+
+def at_floor(*others, floor=FLOOR):
+    flat = scene(floor, *others)
+    cache = filled(flat)
+    nodes = nodes_of(cache, 0, flat)
+    return cache, nodes, cache.light.indirect[nodes].astype(float)
+
+
+def test_under_an_even_environment_a_plane_gets_pi_of_its_luminance():
+    cache, nodes, lux = at_floor(EVEN)
+    np.testing.assert_allclose(lux, np.tile(np.pi * GLOW, (len(lux), 1)), rtol=0.035)
+    assert (cache.light.direct[nodes] == 0).all() and (cache.light.valid[nodes] == 1).all()
+    np.testing.assert_allclose(cache.rows[nodes, :3], lux, rtol=0.035)
+    np.testing.assert_allclose(cache.light.toward[nodes, 2], 1.0, atol=0.02)
+    np.testing.assert_allclose(cache.light.toward[nodes].mean(axis=0), [0, 0, 1.0], atol=0.05)
+
+
+def test_clear_glass_above_takes_its_tint():
+    plate = box((-2, -2, 0.02), (2, 2, 0.04), color=(0.5, 0.5, 0.5), transmission=1.0, ior=1.5, roughness=0.0)
+    _, _, free = at_floor(EVEN)
+    _, _, lux = at_floor(EVEN, plate)
+    # Per face the square root of the colour, by chance for each ray.
+    assert lux.mean() / free.mean() == pytest.approx(0.5, rel=0.05)
+
+
+def test_a_mirror_shows_the_room_to_the_floor():
+    """A wide mirror across half of all directions doubles back what the other half shows: an even room stays even but for its colour."""
+    mirror = quad((0, -3, -3), (0, 6, 0), (0, 0, 6), metallic=1.0, roughness=0.0, color=(0.5, 0.5, 0.5))
+    left = quad((-1, -1, 0), (0.9, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
+    _, _, free = at_floor(EVEN, floor=left)
+    _, _, lux = at_floor(EVEN, mirror, floor=left)
+    shares = lux.mean(axis=1) / free.mean(axis=1)
+    assert 0.5 < shares.min() and shares.max() < 1.0
+    assert (shares < 0.85).any(), "near the mirror half of the light comes by way of it"
+
+
+def test_rooms_below_the_horizon_bring_nothing():
+    below = box((-0.5, -0.5, -0.6), (0.5, 0.5, -0.2), glow_cd_m2=1000.0, color=(1.0, 1.0, 1.0))
+    _, _, lux = at_floor(below)
+    assert (lux == 0).all()
+
+
+def make_row(luminance, area):
+    count = len(area)
+    nothing = np.zeros((count, 3), np.float32)
+    position = np.column_stack([np.arange(count), np.zeros((count, 2))]).astype(np.float32)
+    up = np.tile(np.array([0, 0, 1], np.float32), (count, 1))
+    empty = np.zeros(count, np.int32)
+    atlas = Atlas(
+        np.zeros((0, 4), np.int32),
+        np.zeros((0, 6), np.float32),
+        empty,
+        nothing[:, :2],
+        empty,
+        position,
+        up,
+        empty,
+        nothing[:, :2],
+        np.asarray(area, np.float32),
+    )
+    return np.tile(np.asarray(luminance, np.float32)[:, None], (1, 3)), atlas
+
+
+def test_bright_nodes_are_those_beyond_the_mean_and_keep_their_flux():
+    luminance, atlas = make_row([1, 1, 1, 1, 1, 1, 1, 1, 1000, 3000], [1, 1, 1, 1, 1, 1, 1, 1, 0.1, 0.1])
+    bright = choose_bright(luminance, atlas, 2.0, 32, 0.3)
+    assert bright.chosen.tolist() == [False] * 8 + [True] * 2
+    np.testing.assert_allclose(bright.weight.sum(axis=0), 400.0, rtol=1e-5)
+    assert (bright.point[:, 0] == 8).sum() == 8 and (bright.point[:, 0] == 9).sum() == 24
+    assert len(choose_bright(luminance[:8], make_row(luminance[:8, 0], np.ones(8))[1], 2.0, 32, 0.3).point) == 0
+
+
+def test_what_bright_nodes_bring_is_what_rays_would_find():
+    """A small bright patch under the ceiling: the floor gets its view factor, as of a lamp that nobody named."""
+    patch = quad((-0.3, -0.3, 1.5), (0, 0.6, 0), (0.6, 0, 0), glow_cd_m2=5000.0, color=(1.0, 1.0, 1.0))
+    flat = scene(FLOOR, patch, box((-3, -3, -1), (3, 3, 2), inside=True, object_id=0, color=(0.01, 0.01, 0.01), roughness=1.0))
+    with solved(flat, COARSE) as cache:
+        assert cache.bright.chosen.any() and len(cache.bright.point) == 32
+        cache.fill(np.ones(len(cache.atlas.face), np.bool_))
+    nodes = nodes_of(cache, 0, flat)
+    middle = nodes[np.hypot(*cache.atlas.position[nodes, :2].T) < 0.2]
+    x = 0.3 / 1.5
+    factor = 4 / (2 * np.pi) * 2 * x / np.hypot(1, x) * np.arctan(x / np.hypot(1, x))
+    np.testing.assert_allclose(cache.light.indirect[middle, 1], np.pi * 5000 * factor, rtol=0.08)
+
+
+@pytest.mark.parametrize("albedo", [0.3, 0.7])
+def test_a_block_shades_the_floor_before_it(albedo):
+    """The block is lit too: shade is between that of a black one, half the light, and none."""
+    block = box((-1, 0.5, 0), (1, 0.6, 3), color=(albedo,) * 3, roughness=1.0)
+    cache, nodes, lux = at_floor(EVEN, block)
+    x, y, _ = cache.atlas.position[nodes].T
+    near = lux[np.isclose(y, y[y < 0.5].max()) & (np.abs(x) < 0.5)]
+    share = near.mean() / (np.pi * GLOW.mean())
+    assert 0.5 < share < 0.54 + 0.5 * albedo

@@ -1,0 +1,113 @@
+"""Direct light at nodes: form factors, the sun, what blocks them, and glass that tints them."""
+
+import numpy as np
+import pytest
+from box_room import DARK, Piece, box, quad, scene
+from cached_rooms import filled, nodes_of
+
+from renderer.irradiance_cache.cache_geometry import CacheConfig
+
+FINE = CacheConfig(spacing_m=0.1, coarse_spacing_m=0.5, gather_rays=16, light_samples=64)
+FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5))
+BLACK = (0.0, 0.0, 0.0)
+SUN_LUX = np.array([90_000.0, 80_000.0, 60_000.0])
+
+
+def rectangle(low, high, height, luminance=(100, 50, 10)):
+    """A lamp that looks down."""
+    return quad((*low, height), (0, high[1] - low[1], 0), (high[0] - low[0], 0, 0), emission=luminance, color=BLACK)
+
+
+def from_rectangle(points, low, high, height):
+    """Illuminance of a horizontal plane by a parallel rectangle of unit luminance (view factors of corner pieces, summed with signs)."""
+
+    def corner(x, y):
+        p, q = np.hypot(1.0, x), np.hypot(1.0, y)
+        return 0.5 * (x / p * np.arctan(y / p) + y / q * np.arctan(x / q))
+
+    x, y = (points[:, 0, None] - [low[0], high[0]]) / height, (points[:, 1, None] - [low[1], high[1]]) / height
+    return corner(x[:, 0], y[:, 0]) - corner(x[:, 1], y[:, 0]) - corner(x[:, 0], y[:, 1]) + corner(x[:, 1], y[:, 1])
+
+
+def disc(radius, height, sides=64):
+    """A round lamp about the z axis that looks down."""
+    turn = np.linspace(0, 2 * np.pi, sides + 1)[:-1]
+    rim = np.column_stack([radius * np.cos(turn), -radius * np.sin(turn), np.full(sides, height)])
+    faces = np.array([(sides, i, (i + 1) % sides) for i in range(sides)])
+    return Piece(np.vstack([rim, (0, 0, height)]), faces, emission=(100, 50, 10), color=BLACK)
+
+
+def lit(flat, config=FINE):
+    """Places and light of the nodes on the front of the first part."""
+    cache = filled(flat, config)
+    nodes = nodes_of(cache, 0, flat)
+    return cache.atlas.position[nodes].astype(float), *(image[nodes].astype(float) for image in cache.light)
+
+
+@pytest.mark.parametrize(("half", "height", "error"), [(0.05, 1.0, 0.01), (0.4, 1.5, 0.03), (2.0, 1.0, 0.12)])
+def test_a_floor_under_a_square_lamp_is_lit_by_its_view_factor(half, height, error):
+    low, high = (-half, -half), (half, half)
+    points, _, direct, _, toward, _, _ = lit(scene(FLOOR, rectangle(low, high, height)))
+    expected = from_rectangle(points, low, high, height)
+    np.testing.assert_allclose(direct.mean(axis=0), expected.mean() * np.array([100, 50, 10]), rtol=max(0.25 * error, 0.005))
+    np.testing.assert_allclose(direct[:, 0], 100 * expected, rtol=error)
+    np.testing.assert_allclose(direct[:, 1:] / direct[:, :1], np.tile([0.5, 0.1], (len(points), 1)), rtol=1e-4)
+    assert (toward[:, 2] > 0).all()
+
+
+def test_on_the_axis_of_a_disc_light_falls_as_radius_over_distance():
+    points, _, direct, _, toward, _, _ = lit(scene(FLOOR, disc(0.5, 1.5)))
+    middle = np.hypot(*points[:, :2].T) < 0.06
+    assert middle.any()
+    np.testing.assert_allclose(direct[middle, 0], 100 * np.pi * 0.25 / (0.25 + 2.25), rtol=0.02)
+    # Over a small light, luminance times direction over illuminance is the unit direction over its cosine: 1 along the normal.
+    np.testing.assert_allclose(toward[middle][:, 2], 1.0, atol=0.06)
+
+
+def test_a_light_shines_to_its_front_and_a_board_blocks_it():
+    lamp = rectangle((-0.4, -0.4), (0.4, 0.4), 1.5)
+    assert lit(scene(FLOOR, lamp._replace(faces=lamp.faces[:, ::-1])))[2].max() == 0.0
+    board = box((-1, -1, 0.8), (1, 1, 0.81))
+    assert lit(scene(FLOOR, lamp, box((-3, -3, 0.8), (3, 3, 0.81))))[2].max() == 0.0
+    points, _, direct, *_ = lit(scene(FLOOR, lamp, board._replace(vertices=board.vertices + np.array([1.2, 0, 0]))))
+    whole = 100 * from_rectangle(points, (-0.4, -0.4), (0.4, 0.4), 1.5)
+    # The board's edge is at x = 0.2, 0.8 m up: what it blocks of the lamp moves with 0.7 / 1.5 of the way.
+    # (0.4 + 0.2) * 1.5 / 0.7 - 0.4 m is where the last of it is gone.
+    free, dark = points[:, 0] < -0.06, points[:, 0] > 0.89
+    np.testing.assert_allclose(direct[free, 0], whole[free], rtol=0.05)
+    assert dark.any() and direct[dark].max() == 0.0
+
+
+def test_clear_glass_tints_what_passes():
+    lamp = rectangle((-0.4, -0.4), (0.4, 0.4), 1.5, (100, 100, 100))
+    plate = box((-3, -3, 0.8), (3, 3, 0.81), color=(0.81, 0.49, 0.25), transmission=1.0, ior=1.5, roughness=0.0)
+    free, tinted = lit(scene(FLOOR, lamp))[2], lit(scene(FLOOR, lamp, plate))[2]
+    # Two faces, each with the square root of the colour and 0.96 of what it does not reflect.
+    np.testing.assert_allclose(tinted / free, np.tile(np.array([0.81, 0.49, 0.25]) * 0.96**2, (len(free), 1)), rtol=1e-3)
+
+
+def sun_scene(*others):
+    way = np.array([0.0, 0.6, 0.8])
+    versine = 1.0 - np.cos(np.radians(0.533 / 2))
+    sky = DARK._replace(sun=np.array([*way, versine, *(SUN_LUX / (2 * np.pi * versine))], np.float32))
+    pane = quad((-2, 1.5, 0.2), (4, 0, 0), (0, 0, 1), portal=True, transmission=0.9)
+    return scene(FLOOR, pane, *others, sky=sky)
+
+
+def test_the_sun_falls_through_the_pane_or_not_at_all():
+    points, _, direct, sun, _, _, _ = lit(sun_scene())
+    height = (1.5 - points[:, 1]) * 0.8 / 0.6
+    inside, outside = (height > 0.25) & (height < 1.15), (height < 0.15) | (height > 1.25)
+    assert inside.sum() > 50 and outside.sum() > 50 and direct.max() == 0.0
+    assert (sun[inside, 3] == 1.0).all() and (sun[outside] == 0.0).all()
+    lux = sun[inside, :3].mean(axis=0)
+    np.testing.assert_allclose(lux / lux[0], SUN_LUX / SUN_LUX[0], rtol=1e-3)
+    assert lux[0] == pytest.approx(0.8 * SUN_LUX[0] * 0.9, rel=1e-3)
+    np.testing.assert_allclose(sun[inside, 0], lux[0], rtol=2e-3)
+
+
+def test_what_stands_before_the_sun_blocks_it():
+    points, _, _, sun, *_ = lit(sun_scene(box((-3, 1.0, 0.0), (0.0, 1.02, 3.0))))
+    height = (1.5 - points[:, 1]) * 0.8 / 0.6
+    inside = (height > 0.25) & (height < 1.15) & (points[:, 1] < 0.95)
+    assert (sun[inside & (points[:, 0] < -0.05), 3] == 0.0).all() and (sun[inside & (points[:, 0] > 0.05), 3] == 1.0).all()

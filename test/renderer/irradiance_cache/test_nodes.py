@@ -1,0 +1,72 @@
+"""Smoothing over grids: what is even stays, neighbours that are shut in or within things do not count."""
+
+import numpy as np
+import pytest
+from box_room import box, quad, scene
+
+from renderer.irradiance_cache.atlas import build_atlas
+from renderer.irradiance_cache.charts import find_charts
+from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, places, smooth_nodes, widen
+
+SPACING = np.float32(0.1)
+
+
+def sheet():
+    """A sheet of 1 x 1 m seen from its front, with a box beside it."""
+    flat = scene(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)), box((3, 3, 3), (3.5, 3.5, 3.5)))
+    charts = find_charts(flat.mesh, flat.face_part, 2)
+    atlas = build_atlas(flat.mesh, flat.face_part, charts, np.ones(2, np.bool_), float(SPACING))
+    light = make_node_light(len(atlas.face))
+    light.valid[:], light.open_m[:] = 1.0, 100.0
+    return flat, atlas, light
+
+
+def smoothed(atlas, light):
+    rows = np.zeros((len(atlas.face), ROW), np.float32)
+    smooth_nodes(atlas.grid, *places(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
+    return rows[:, :3]
+
+
+def test_places_are_where_the_index_says():
+    _, atlas, _ = sheet()
+    place, grids = places(atlas)
+    assert (atlas.grid[place] == np.arange(len(place))).all() and len(grids) == 1 + 6
+    assert (grids[:, 1] * grids[:, 2]).sum() == len(atlas.grid)
+
+
+def test_even_light_stays_and_noise_becomes_less():
+    _, atlas, light = sheet()
+    light.indirect[:] = 3.0
+    np.testing.assert_allclose(smoothed(atlas, light), 3.0, rtol=1e-6)
+    light.indirect[:] += np.random.default_rng(1).normal(0, 1, light.indirect.shape).astype(np.float32)
+    assert smoothed(atlas, light)[:121].std() < 0.25
+    light.open_m[:] = 0.1
+    np.testing.assert_array_equal(smoothed(atlas, light), light.indirect)
+
+
+@pytest.mark.parametrize("field", ["open_m", "valid"])
+def test_neighbours_in_corners_or_within_things_do_not_count(field):
+    _, atlas, light = sheet()
+    left = atlas.position[:, 0] < 0.45
+    light.indirect[left] = 100.0
+    getattr(light, field)[left] = 0.0
+    assert smoothed(atlas, light)[~left].max() == 0.0
+
+
+def test_light_stays_on_its_grid():
+    flat, atlas, light = sheet()
+    other = flat.face_part[atlas.face] == 1
+    light.indirect[other] = 100.0
+    smooth = smoothed(atlas, light)
+    assert smooth[~other].max() == 0.0
+    np.testing.assert_allclose(smooth[other], 100.0, rtol=1e-6)
+
+
+def test_who_smooths_needs_what_lies_within_reach():
+    _, atlas, _ = sheet()
+    place, grids = places(atlas)
+    middle = int(np.argmin(np.linalg.norm(atlas.position - [0.5, 0.5, 0.0], axis=1)))
+    wanted = np.zeros(len(atlas.face), np.bool_)
+    widen(atlas.grid, place, grids, REACH, np.array([middle]), wanted)
+    apart = np.abs(atlas.position - atlas.position[middle]).max(axis=1)
+    assert np.array_equal(wanted, apart < (REACH + 0.5) * 0.1)

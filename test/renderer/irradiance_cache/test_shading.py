@@ -1,0 +1,125 @@
+"""Frames of single surfaces with known answers: matt planes, mirrors, glass, panes, lamps in gloss, the sun."""
+
+import numpy as np
+import pytest
+from box_room import DARK, box, hollow_sphere, pose, quad, scene
+from cached_rooms import look_up
+
+from renderer import CameraConfig
+from renderer.core.kernel import from_python
+from renderer.irradiance_cache.lamps import build_lamps, mirrored_share
+from renderer.irradiance_cache.mirrored import lobe_point
+from renderer.scene.flat_scene import Sky
+
+NARROW = CameraConfig(width=32, height=24, horizontal_fov_rad=0.1)
+AHEAD = pose((0, 0, 0), (0, 1, 0))
+
+
+def seen(*pieces, view=AHEAD, sky=DARK, **settings):
+    image = look_up(scene(*pieces, sky=sky), view, camera=NARROW, **settings).radiance.astype(float)
+    assert np.isfinite(image).all() and (image >= 0).all()
+    return image
+
+
+def test_a_lamp_shows_its_luminance_from_its_front_only():
+    lamp = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), emission=(300, 200, 100), color=(0, 0, 0))
+    np.testing.assert_allclose(seen(lamp), np.tile([300.0, 200, 100], (24, 32, 1)), rtol=1e-5)
+    assert seen(lamp, view=pose((0, 4, 0), (0, 1, 0))).max() == 0.0
+
+
+def test_a_matt_wall_shows_its_colour_times_illuminance():
+    wall = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.8, 0.4, 0.2), roughness=1.0)
+    lamp = quad((-0.5, 0, 0.5), (1, 0, 0), (0, 0, 1), emission=(100, 100, 100), color=(0, 0, 0))
+    cached = seen(wall, lamp._replace(faces=lamp.faces[:, ::-1]))
+    traced = seen(wall, lamp._replace(faces=lamp.faces[:, ::-1]), integrator="path", samples_per_pixel=64, threads=2)
+    assert traced.mean() > 1.0
+    np.testing.assert_allclose(cached.mean(axis=(0, 1)), traced.mean(axis=(0, 1)), rtol=0.02)
+
+
+def test_a_mirror_shows_what_stands_opposite():
+    mirror = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9, 0.8, 0.7), metallic=1.0, roughness=0.0)
+    lamp = quad((3, -3, -3), (-6, 0, 0), (0, 0, 6), emission=(40, 40, 40), color=(0, 0, 0))
+    np.testing.assert_allclose(seen(mirror, lamp).mean(axis=(0, 1)), 40 * np.array([0.9, 0.8, 0.7]), rtol=0.02)
+
+
+def test_a_mirror_shows_a_wall_as_bright_as_it_is():
+    mirror = quad((-3, 2, -3), (6, 0, 0), (0, 0, 6), color=(1, 1, 1), metallic=1.0, roughness=0.0)
+    room = box((-4, -4, -4), (4, 4, 4), inside=True, glow_cd_m2=10.0, color=(1, 1, 1), object_id=0)
+    np.testing.assert_allclose(seen(mirror, room), 10 / 0.97, rtol=0.03)
+
+
+def test_a_pane_shows_the_sky_through_it_and_the_lamp_in_it_as_the_path_tracer_does():
+    sky = Sky(*(np.full(3, 100, np.float32) for _ in range(3)))
+    pane = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), portal=True, transmission=0.9, ior=1.5, roughness=0.0)
+    lamp = quad((3, -3, -3), (-6, 0, 0), (0, 0, 6), emission=(5000, 5000, 5000), color=(0, 0, 0))
+    traced = seen(pane, lamp, sky=sky, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert seen(pane, lamp, sky=sky).mean() == pytest.approx(traced, rel=0.02)
+
+
+def test_clear_glass_shows_what_stands_behind_it():
+    plate = box((-1, 2, -1), (1, 2.01, 1), color=(0.81, 0.49, 0.25), transmission=1.0, ior=1.5, roughness=0.0)
+    lamp = quad((-3, 4, -3), (6, 0, 0), (0, 0, 6), emission=(100, 100, 100), color=(0, 0, 0))
+    np.testing.assert_allclose(seen(plate, lamp).mean(axis=(0, 1)), 100 * np.array([0.81, 0.49, 0.25]) * 0.96**2, rtol=0.02)
+
+
+def test_a_floor_in_the_sun_is_lit_by_lambert():
+    way, lux, versine = np.array([0.0, 0.6, 0.8]), np.array([90e3, 80e3, 60e3]), 1.0 - np.cos(np.radians(0.533 / 2))
+    sky = DARK._replace(sun=np.array([*way, versine, *(lux / (2 * np.pi * versine))], np.float32))
+    floor = quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), color=(0.8, 0.4, 0.2), roughness=1.0)
+    pane = quad((-2, 1.5, 0.2), (4, 0, 0), (0, 0, 1), portal=True, transmission=0.9)
+    view = pose((0.1, 1.0, 1.5), (0.0, 1.0, 0.0))
+    cached = seen(floor, pane, view=view, sky=sky)
+    traced = seen(floor, pane, view=view, sky=sky, integrator="path", samples_per_pixel=64, threads=2)
+    assert traced.mean() > 1e3 and cached.std(axis=(0, 1)).max() < 0.01 * cached.mean(), "the disc's own shades are no noise"
+    np.testing.assert_allclose(cached.mean(axis=(0, 1)), traced.mean(axis=(0, 1)), rtol=0.02)
+
+
+def test_lamps_are_balls_of_their_size_and_place():
+    bulb = hollow_sphere(8, emission=(50, 40, 30), color=(0, 0, 0))
+    panel = quad((2, 0, 2), (0, 1, 0), (1, 0, 0), emission=(7, 7, 7), color=(0, 0, 0))
+    lamps = build_lamps(
+        scene(box((0, 0, 0), (1, 1, 1)), bulb._replace(vertices=0.5 * bulb.vertices + (0, 0, 3), faces=bulb.faces[:, ::-1]), panel)
+    )
+    assert lamps.part.tolist() == [1, 2]
+    np.testing.assert_allclose(lamps.balls[0, :4], [0, 0, 3, 0.5], atol=0.02)
+    np.testing.assert_allclose(lamps.balls[1], [2.5, 0.5, 2, np.sqrt(1 / np.pi), 0, 0, -1, 1], atol=1e-5)
+    assert lamps.balls[0, 7] == 0.0
+
+
+def test_panes_of_one_window_are_one_ball_and_those_of_another_wall_another():
+    panes = [quad((x, 2, 1), (1, 0, 0), (0, 0, 1), portal=True, transmission=0.9) for x in (0, 1)]
+    lamps = build_lamps(scene(box((0, 0, 0), (1, 1, 1)), *panes, quad((4, 0, 1), (0, -1, 0), (0, 0, 1), portal=True, transmission=0.9)))
+    np.testing.assert_allclose(lamps.balls[0], [1, 2, 1.5, np.sqrt(2 / np.pi), 0, -1, 0, 1], atol=1e-5)
+    np.testing.assert_allclose(lamps.balls[1, :4], [4, -0.5, 1.5, np.sqrt(1 / np.pi)], atol=1e-5)
+    assert len(lamps.balls) == 2
+
+
+def test_the_lobe_of_gloss_that_a_ball_takes_is_that_of_its_slopes():
+    """Asked of a million microfacets: slopes drawn from GGX, and the share of them that mirror the ball."""
+    alpha, spread, rng = 0.1, 0.04, np.random.default_rng(5)
+    radius = np.sqrt(spread) / 2
+    slope = alpha * np.sqrt(1 / (1 - rng.random(1_000_000)) - 1)
+    turn = rng.random(len(slope)) * 2 * np.pi
+    for tilt in (0.0, 0.08, 0.2):
+        inside = (slope * np.cos(turn) - tilt) ** 2 + (slope * np.sin(turn)) ** 2 < (radius**2 * (1 + tilt**2) ** 1.5)
+        facet = 1 / np.sqrt(1 + tilt**2)
+        found = from_python(mirrored_share)(*np.array([facet, 1, 1, 1, alpha, spread], np.float32))
+        # At a cosine of 1 on both sides G is 1, and 4 dw_h = dw_i.
+        assert found == pytest.approx(inside.mean() / facet, rel=0.02)
+
+
+@pytest.mark.parametrize(("metallic", "roughness"), [(1.0, 0.4), (1.0, 0.5), (0.0, 0.35)])
+def test_rough_gloss_shows_a_lamp_as_bright_as_the_path_tracer_does(metallic, roughness):
+    wall = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9 * metallic,) * 3, metallic=metallic, roughness=roughness)
+    lamp = quad((0.15, -1, -0.15), (-0.3, 0, 0), (0, 0, 0.3), emission=(1000,) * 3, color=(0, 0, 0))
+    cached, traced = seen(wall, lamp), seen(wall, lamp, integrator="path", samples_per_pixel=256, threads=2)
+    assert cached.mean() == pytest.approx(traced.mean(), rel=0.1)
+
+
+@pytest.mark.parametrize(("alpha", "reach", "step", "count"), [(0.2, 10, 2, 25), (0.02, 6, 1, 36)])
+def test_all_samples_that_are_mixed_for_a_pixel_are_different_ones(alpha, reach, step, count):
+    for x, y in ((0, 0), (7, 3), (20, 11)):
+        left, top = x - x % step, y - y % step
+        places = [(left + i, top + j) for i in range(0, reach, step) for j in range(0, reach, step)]
+        points = {from_python(lobe_point)(*place, np.float32(alpha)) for place in places}
+        assert len(points) == count
