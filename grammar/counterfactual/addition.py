@@ -48,15 +48,7 @@ def free_places(
 ) -> Iterator[SceneObject]:
     """Yield the new object at places where it overlaps nothing; the exact checks of the whole room are left to the caller.
 
-    Args:
-        rng: source of randomness.
-        scene: the room.
-        categories: solids and support surfaces.
-        rule: relations of the object.
-        cores: objects that it may be grouped with.
-        supporters: objects that it may stand on.
-        item: the object, with its size.
-        tolerance_m: depth of overlap that counts as touching.
+    ``tolerance_m``: depth of overlap that counts as touching.
     """
     boxes, owner = object_solids(categories, scene.objects)
     wall, slope = wall_rows(scene.room.polygon_m), slope_rows(scene.room)

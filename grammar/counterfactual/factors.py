@@ -155,10 +155,7 @@ def apply_change(scene: SceneDescription, change: Change, rules: SceneSynthesize
     Ids, model seeds and the parse graph of what stays are those of the scene; the change is appended to ``counterfactuals``.  The same
     scene and change give the same bytes.
 
-    Args:
-        scene: stays as it is.
-        change: what is changed.
-        rules: grammars, categories, materials and camera settings that the scene was sampled with; None: those of ``config/``.
+    ``rules``: those that the scene was sampled with; None: those of ``config/``.
 
     Raises:
         ChangeError: the factor, the target or the value is unknown or does not fit.

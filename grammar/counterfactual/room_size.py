@@ -44,11 +44,7 @@ def repaired(
 ) -> tuple[SceneDescription, frozenset[int]]:
     """Return a scene with pieces slid along the walls that they stand at, or over the floor, until no check fails that held before.
 
-    Args:
-        rng: source of randomness.
-        rules: where the checks come from.
-        before: the scene whose faults do not count.
-        after: the scene to repair.
+    The faults of ``before`` do not count.
 
     Returns:
         the best scene found, valid or not; the ids of what was slid.

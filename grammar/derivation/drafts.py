@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.parse_tree import Pinned
+from grammar.derivation.parse_tree import Attribute, Pinned, attribute_node
 from grammar.derivation.structure import Vertex
 from grammar.geometry.walls import ALONG_X, ALONG_Y, REFLEX, START_X, START_Y, WALL_YAW, wall_lengths, wall_rows
 from grammar.spec.categories import Categories
@@ -65,6 +65,10 @@ class Draft:
     carries: bool = False
     beside: tuple[int, ...] = ()
     below: list[ParseNode] = field(default_factory=list)
+
+    def note(self, name: str, value: str, log_probability: float) -> None:
+        """Write down an attribute that was drawn."""
+        self.below.append(attribute_node(Attribute(name, value, log_probability), self.id))
 
 
 class Context(NamedTuple):
@@ -156,11 +160,7 @@ def target_probabilities(
 
     The weight of a symbol is shared evenly by its objects, and the sum is normalised over what the room holds.
 
-    Args:
-        weights: of the symbols, as the grammar has them.
-        draft: whose address it is.
-        context: the room.
-        allowed: ids that count; None: all.
+    ``allowed``: ids that count; None: all.
     """
     targets: list[int | None] = []
     shares: list[float] = []

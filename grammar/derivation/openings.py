@@ -100,14 +100,7 @@ def draw_openings(
 
     A bay is in an outer wall: its walls and those beside it have no door.  Its windows count as one, unless a request counts windows.
 
-    Args:
-        grammar: numbers, sizes and places.
-        categories: class ids.
-        room: without openings.
-        rng: source of randomness.
-        special: walls of a bay or a chimney breast.
-        counted: kinds whose number a request bounds.
-        numbers: of each kind, from :func:`draw_numbers`; None draws them.
+    ``counted``: kinds whose number a request bounds; ``numbers``: of each kind, from :func:`draw_numbers`; None draws them.
 
     Raises:
         RejectedError: an opening does not fit.
@@ -327,14 +320,7 @@ def _draw_bay_windows(
 ) -> list[DrawnOpening]:
     """Draw the windows of a bay: one in its front wall, and where its sides are long enough one in each of them, all at one height.
 
-    Args:
-        rule: distributions of heights and sills; the widths are what the walls leave.
-        first: object id of the first window.
-        label: class id of windows.
-        walls: of the room.
-        bay: walls of the bay, the front one in the middle.
-        most: number of windows that there may be; the front has the first.
-        rng: source of randomness.
+    ``first``: object id of the first one; ``bay``: walls, the front one in the middle; ``most``: how many, the front first.
 
     Raises:
         RejectedError: they do not fit below the ceiling.

@@ -54,11 +54,6 @@ class DrawnSize(NamedTuple):
 def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize:
     """Return a size drawn from a mixture.
 
-    Args:
-        sizes: the mixture.
-        covered_m2: area that the furniture covers.
-        rng: source of randomness.
-
     Raises:
         RejectedError: the furniture covers another share of the floor than in rooms of the component that was drawn.
     """
@@ -119,13 +114,7 @@ def draw_room(
 ) -> tuple[Room, list[Attribute], SpecialWalls]:
     """Draw a room with a flat ceiling and without openings, tell how, and return the walls of its bay and of its chimney breast.
 
-    Args:
-        grammar: distributions of sides, height and shape.
-        request: sides that it gives are not drawn.
-        outline: the request's own or ().
-        covered_m2: area that the furniture covers.
-        rng: source of randomness.
-        extent: drawn before; None: from the furniture, or the sides.
+    ``outline``: the request's own or (); ``extent``: drawn before; None: from the furniture, or the sides.
 
     Raises:
         RejectedError: an arm of the room is too narrow, the area is out of bounds, or it has a bay and is to have slopes.

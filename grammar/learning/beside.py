@@ -50,11 +50,7 @@ def with_neighbours(
     An object that has exclusive places of its own, or is pulled up to another one, keeps these.  No symbol comes to belong to itself or to
     what belongs to it.
 
-    Args:
-        grammar: with learned rules.
-        categories: with the roles of things.
-        rooms: observed, matched with the grammar.
-        alpha: pseudo-counts of objects that stand beside nothing.
+    ``alpha``: pseudo-counts of objects that stand beside nothing.
 
     Returns:
         the grammar, and for each learned path how many observations made it.

@@ -55,13 +55,7 @@ _ROUNDS, _CONVERGED = 30, 1e-3
 
 
 def product(first: Table, second: Table, bag: Bag) -> Table:
-    """Return the table of two independent parts, without bags that hold more than the room does or that are next to impossible.
-
-    Args:
-        first: one part.
-        second: the other part.
-        bag: the room's.
-    """
+    """Return the table of two independent parts, without bags that hold more than the room does or that are next to impossible."""
     if len(second) == 1:
         ((b, (q, w)),) = second.items()
         if not any(b):
@@ -101,7 +95,8 @@ def _summed(first: Table, second: Table, bag: Bag) -> Table:
 @entry
 def _add_pairs(p: Floats, v: Floats, q: Floats, w: Floats, pairs: Ints, chances: Floats, counts: Floats) -> None:
     """Add the probability of each pair of bags, (n, 3) both bags and the one that they make, and its counts to ``chances``, ``counts``."""
-    for a, b, to in pairs:
+    for k in range(len(pairs)):
+        a, b, to = pairs[k, 0], pairs[k, 1], pairs[k, 2]
         chances[to] += p[a] * q[b]
         for c in range(v.shape[1]):
             counts[to, c] += p[a] * w[b, c] + q[b] * v[a, c]
@@ -134,11 +129,8 @@ class _Model(NamedTuple):
 def learn_branching(grammar: Grammar, rooms: Sequence[Iterable[str]], covered: AbstractSet[str], alpha: float) -> BranchingResult:
     """Estimate all branching probabilities.
 
-    Args:
-        grammar: the base; its probabilities are the prior's mean.
-        rooms: for each room the symbols of its objects.
-        covered: symbols that the data records.
-        alpha: pseudo-counts of the prior for each Or node and each Set branch.
+    ``alpha``: pseudo-counts of the prior, the base's probabilities, for each Or node and each Set branch; ``covered``: symbols that
+    the data records.
     """
     below: dict[str, Counter[str]] = {}
     visible = {symbol: i for i, symbol in enumerate(sorted(covered & _terminals_below(grammar, grammar.root, below).keys()))}

@@ -205,13 +205,6 @@ def learn_weights(
     """Learn the weights of the terms that have cliques to learn from, if the observed rooms have such cliques.
 
     Why the weight of another term stays is said in its row of :data:`grammar.spec.energy_terms.ENERGY_TERMS`.
-
-    Args:
-        grammar: with its relations already learned; its weights are where the learning starts.
-        categories: solids and tops.
-        rooms: what was observed.
-        options: of the learning.
-        rng: source of all randomness.
     """
     layouts = [layout for layout in (observed_layout(grammar, categories, room) for room in rooms) if layout is not None]
     base = weight_vector(grammar.weights)

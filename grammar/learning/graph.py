@@ -48,13 +48,8 @@ def completed(
 ) -> tuple[Grammar, Mapping[str, int]]:
     """Return the grammar with symbols for what it lacks, and for each new symbol how many objects asked for it.
 
-    Args:
-        grammar: the base.
-        categories: of which an object must be one.
-        rooms: observed.
-        least: objects without which there is no new symbol; it must be a tenth of the category's, too, since a symbol of few objects that
-            stand as none should would take the others over.
-        any_size: accept every size of an object that the grammar has.
+    A new symbol needs ``least`` objects and a tenth of its category's, since one of few objects that stand as none should would take the
+    others over.  ``any_size``: accept every size of an object that the grammar has.
     """
     found: dict[str, list[Seen]] = {}
     assigned = [assign(grammar, room, any_size) for room in rooms]

@@ -101,13 +101,7 @@ def _cross(a: Point2, b: Point2, c: Point2) -> float:
 
 
 def read_openings(data: Mapping[str, Any], polygon: Sequence[Point2], reasons: list[str]) -> dict[str, tuple[ObservedOpening, ...]]:
-    """Return the openings of a room by kind; a kind that the line does not list is left out.
-
-    Args:
-        data: the line.
-        polygon: outline of the room, counter-clockwise.
-        reasons: gets the reasons why openings cannot be used.
-    """
+    """Return the openings of a room by kind; a kind that the line does not list is left out."""
     return {kind: found for kind in _KINDS if (found := _read_kind(data, kind, polygon, reasons)) is not None}
 
 

@@ -25,12 +25,7 @@ def read_objects(
 ) -> tuple[tuple[ObservedObject, ...], list[str]]:
     """Return the objects that can be used, and the reasons why others cannot.
 
-    Args:
-        objects: as the line lists them.
-        names: the table of categories.
-        room_type: of the room.
-        polygon: outline of the room, counter-clockwise.
-        own: whether they are in our conventions.
+    ``own``: whether they are in our conventions.
     """
     read = _own_object if own else _foreign_object
     kept: list[ObservedObject] = []

@@ -61,9 +61,6 @@ def mixed(sources: Sequence[tuple[Sequence[ObservedRoom], float]]) -> list[Obser
 
     Of the source of greatest weight all rooms are taken, of the others the share that their weight is of that, in the order of the hashes
     of the rooms' names: which rooms these are depends on nothing else.
-
-    Args:
-        sources: rooms and positive weight of each.
     """
     most = max((weight for _, weight in sources), default=1.0)
     kept: list[ObservedRoom] = []

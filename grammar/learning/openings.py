@@ -36,11 +36,7 @@ def learn_openings(
     A kind's number is learned where rooms differ in it: a source that lists one door in every room lists the door that the room was
     recorded with.  Rooms without a door are left out of the number of doors.
 
-    Args:
-        base: what stays where there is too little.
-        rooms: of which those count that record the kind.
-        alpha: pseudo-counts of the base's numbers.
-        least: openings below which the sizes and places stay.
+    ``alpha``: pseudo-counts of the base's numbers; ``least``: openings below which sizes and places stay.
 
     Returns:
         the rules, and for each learned field, ``kind.field``, how many observations made it.

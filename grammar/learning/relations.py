@@ -77,14 +77,7 @@ def learn_object(
 ) -> tuple[ObjectRule, Mapping[str, int]]:
     """Learn one object's attributes and relations.
 
-    Args:
-        grammar: the base.
-        categories: support surfaces of the supporters.
-        symbol: the object.
-        rooms: what was observed.
-        others: rooms of other types, matched with the same grammar.
-        shares: how much the base, other room types and the data count.
-        keep: "sizes", "relations": parts that stay as they are.
+    ``others``: rooms of other types, matched with the same grammar; ``keep``: "sizes", "relations", parts that stay as they are.
 
     Returns:
         the new rule, and for each field of it that changed how many observations made it.
