@@ -7,7 +7,10 @@ RUN apt-get update && rosdep update && rosdep install --from-paths src --ignore-
     && python3 -m venv --system-site-packages .venv && touch .venv/COLCON_IGNORE \
     && .venv/bin/pip install --no-cache-dir -r src/scene_synth_ros/requirements.txt "pyoidn>=2.5" \
     && bash -c "source /opt/ros/jazzy/setup.bash && colcon build"
-ENV PATH=/ws/.venv/bin:$PATH NUMBA_CACHE_DIR=/runs/.kernels
+ENV PATH=/ws/.venv/bin:$PATH NUMBA_CACHE_DIR=/tmp/kernels
+# ros:jazzy-ros-base has a user "ubuntu" with the number 1000; a folder of the host's must be writable for it, or give --user $(id -u)
+RUN mkdir -p /runs && chown ubuntu:ubuntu /runs
+USER ubuntu
 # ROS's own entry point sources /opt/ros/jazzy only
 ENTRYPOINT ["bash", "-c", "source /opt/ros/jazzy/setup.bash && source /ws/install/setup.bash && exec \"$@\"", "--"]
 CMD ["ros2", "run", "scene_synth_ros", "scene_synth", "demo", "--no-open", "--out", "/runs/demo"]

@@ -17,24 +17,24 @@ from pathlib import Path
 from benchmarks.table import Row, render_table
 
 TABLES = {
-    "ground_truth": "Ground truth against bare Embree packets",
-    "layers": "Layers of the hit record",
-    "layout": "Rooms",
-    "rooms": "What is odd in rooms",
-    "geometry": "Geometry",
-    "color": "Colour",
-    "camera_rate": "Colour at camera rate",
-    "presets": "Light that presets lose",
-    "cache": "What the irradiance cache trades",
-    "stream": "Messages",
-    "bag": "Bags",
-    "generate": "Datasets",
-    "cost": "Processor hours",
-    "convert": "Conversions",
-    "dataset": "Reading datasets",
-    "start": "Start",
+    "ground_truth": ("Ground truth against bare Embree packets", "renderer_tables:measure_ground_truth"),
+    "layers": ("Layers of the hit record", "renderer_tables:measure_layers"),
+    "layout": ("Rooms", "layout_bench:measure"),
+    "rooms": ("What is odd in rooms", "rooms_bench:measure"),
+    "geometry": ("Geometry", "renderer_tables:measure_geometry"),
+    "color": ("Colour", "color_bench:measure"),
+    "camera_rate": ("Colour at camera rate", "camera_rate_bench:measure"),
+    "presets": ("Light that presets lose", "renderer_tables:measure_presets"),
+    "cache": ("What the irradiance cache trades", "cache_bench:measure"),
+    "stream": ("Messages", "message_tables:measure_stream"),
+    "bag": ("Bags", "message_tables:measure_bag"),
+    "generate": ("Datasets", "generate_bench:measure"),
+    "cost": ("Processor hours", "cost_bench:measure"),
+    "convert": ("Conversions", "convert_bench:measure"),
+    "dataset": ("Reading datasets", "dataset_bench:measure"),
+    "start": ("Start", "message_tables:measure_start"),
 }
-"""Module ``<name>_bench`` with ``measure() -> list[Row]`` -> title; each runs in a process of its own."""
+"""Name -> title, and the function of this folder that returns the table's rows; each runs in a process of its own."""
 
 
 def main() -> None:
@@ -45,7 +45,8 @@ def main() -> None:
     parser.add_argument("--rows-of", choices=TABLES, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.rows_of:
-        rows = importlib.import_module(f"benchmarks.{arguments.rows_of}_bench").measure()
+        module, function = TABLES[arguments.rows_of][1].split(":")
+        rows = getattr(importlib.import_module(f"benchmarks.{module}"), function)()
         print(json.dumps([row._asdict() for row in rows]))
         return
     print(f"{platform.machine()}, {len(os.sched_getaffinity(0))} processors, Python {platform.python_version()}", flush=True)
@@ -57,7 +58,7 @@ def main() -> None:
 def _measure(name: str) -> list[Row]:
     process = subprocess.run([sys.executable, "-m", "benchmarks", "--rows-of", name], stdout=subprocess.PIPE, text=True, check=True)
     rows = [Row(**row) for row in json.loads(process.stdout.splitlines()[-1])]
-    print(render_table(TABLES[name], rows), flush=True)
+    print(render_table(TABLES[name][0], rows), flush=True)
     return rows
 
 

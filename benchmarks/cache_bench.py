@@ -16,12 +16,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.compared_pictures import mean_flip, mean_luminance
-from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.frame_times import everywhere, frame_times, seconds
-from benchmarks.references import Reference, References
-from benchmarks.sampled_rooms import LAYERS, SLOW, SampledRoom, camera_of, preset_config, sample_room
-from benchmarks.table import Row
+from benchmarks.sampled_rooms import (
+    LAYERS,
+    SLOW,
+    Reference,
+    References,
+    SampledRoom,
+    camera_of,
+    mean_flip,
+    mean_luminance,
+    preset_config,
+    sample_room,
+)
+from benchmarks.table import DOCS, Row, write_section
 from grammar import room_types
 from grammar.synthesize import SceneSynthesizer
 from renderer import RenderConfig, Renderer, warm_up

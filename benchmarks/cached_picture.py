@@ -12,10 +12,8 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.camera_rate_bench import LARGE, VIEW
-from benchmarks.compared_pictures import flip_map, mean_flip
-from benchmarks.doc_sections import DOCS
-from benchmarks.references import References
-from benchmarks.sampled_rooms import camera_of, preset_config, sample_room
+from benchmarks.sampled_rooms import References, camera_of, flip_map, mean_flip, preset_config, sample_room
+from benchmarks.table import DOCS
 from grammar import room_types
 from grammar.synthesize import SceneSynthesizer
 from renderer import Renderer

@@ -21,12 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.compared_pictures import mean_flip, mean_luminance
-from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.frame_times import bare_s, frame_times, new_room_s, seconds, stage_times
-from benchmarks.references import References
-from benchmarks.sampled_rooms import SampledRoom, camera_of, preset_config, sample_rooms
-from benchmarks.table import Row, at_least, at_most, markdown_table, render_table
+from benchmarks.sampled_rooms import References, SampledRoom, camera_of, mean_flip, mean_luminance, preset_config, sample_rooms
+from benchmarks.table import DOCS, Row, at_least, at_most, markdown_table, render_table, write_section
 from grammar import room_types
 from renderer import RenderConfig, Renderer, warm_up
 

@@ -21,9 +21,8 @@ from pathlib import Path
 import numpy as np
 from room_features import GROUPS, folds_of, real_against_real, schema_of, table, told_apart, told_of_unseen
 
-from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.realism_bench import SHARE, sample_layouts
-from benchmarks.table import Row, at_most, render_table, side_by_side
+from benchmarks.table import DOCS, Row, at_most, render_table, side_by_side, write_section
 from grammar import Grammar, read_categories, read_grammar, read_room_type
 from grammar.learning import ObservedRoom, read_category_map, read_layouts, split_houses
 from grammar.spec.grammar_file import learned_types

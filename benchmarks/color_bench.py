@@ -2,7 +2,7 @@
 
 python -m benchmarks.color_bench [--size WxH] [--reference-samples N]
 
-FLIP is that of ``benchmarks/compared_pictures.py``.  Times are of processor and of clock, on all threads.
+FLIP is that of ``benchmarks/sampled_rooms.py``.  Times are of processor and of clock, on all threads.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 from reference_scenes import bedroom
 
-from benchmarks.compared_pictures import mean_flip
+from benchmarks.sampled_rooms import mean_flip
 from benchmarks.table import Row, at_least, at_most, render_table
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
 from renderer.core.embree import (

@@ -17,10 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from benchmarks.doc_sections import DOCS, write_section
-from benchmarks.references import References
-from benchmarks.slow_walk import ROOM_TYPES, SIZE, Walk, walks
-from benchmarks.table import Row, at_most, markdown_table, render_table
+from benchmarks.sampled_rooms import ROOM_TYPES, SIZE, References, Walk, walks
+from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import room_types
 from renderer import FlatScene, warm_up
 
@@ -85,10 +83,7 @@ def is_followed(before: dict[str, NDArray[Any]], now: dict[str, NDArray[Any]]) -
     seen &= (row >= 0) & (column >= 0) & (row <= height - 1) & (column <= width - 1)
     for round_row in (np.floor, np.ceil):
         for round_column in (np.floor, np.ceil):
-            at = (
-                np.clip(round_row(row), 0, height - 1).astype(int),
-                np.clip(round_column(column), 0, width - 1).astype(int),
-            )
+            at = (np.clip(round_row(row), 0, height - 1).astype(int), np.clip(round_column(column), 0, width - 1).astype(int))
             seen &= (before["part"][at] == now["part"]) & (before["instance"][at] == now["instance"])
     return seen
 

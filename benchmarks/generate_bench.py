@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
-from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.generate_runs import (
     BALANCED,
     GROUND_TRUTH,
@@ -23,10 +22,11 @@ from benchmarks.generate_runs import (
     killed,
     manifest_sha256,
     memory_of_worker,
+    time_of_shard,
     timed,
+    write_costs,
 )
-from benchmarks.shard_time import time_of_shard, write_costs
-from benchmarks.table import Row, at_least, at_most, markdown_table, render_table
+from benchmarks.table import DOCS, Row, at_least, at_most, markdown_table, render_table, write_section
 
 FRAMES = 8
 TRUTH_ROOMS, BALANCED_ROOMS, BALANCED_FRAMES = 48, 8, 2

@@ -19,12 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.flicker_bench import FRAMES, SAMPLES, add_arguments
-from benchmarks.references import References
-from benchmarks.sampled_rooms import camera_of
-from benchmarks.slow_walk import ROOM_TYPES, SIZE, Walk, walks
-from benchmarks.table import Row, render_table
+from benchmarks.sampled_rooms import ROOM_TYPES, SIZE, References, Walk, camera_of, walks
+from benchmarks.table import DOCS, Row, render_table, write_section
 from renderer import warm_up
 from renderer.camera.cameras import intrinsics
 from scene_description import CameraPose

@@ -15,10 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.frame_times import frame_times
 from benchmarks.sampled_rooms import SampledRoom, camera_of, preset_config, sample_room
-from benchmarks.table import Row, render_table
+from benchmarks.table import DOCS, Row, render_table, write_section
 from grammar.drawing.shapes import Drawing, Shape, dot, line, to_svg, words
 from grammar.synthesize import SceneSynthesizer
 from renderer import FlatScene, Renderer, warm_up
@@ -164,10 +163,7 @@ def main() -> None:
     arguments = parser.parse_args()
     warm_up(integrator="cached")
     by_size, by_triangles = resolution_curve(arguments.clock), triangle_curve(arguments.clock)
-    curves = {
-        "pixels, medians of three rooms": by_size,
-        f"triangles, a {SMALL_ROOM} room at {SIZE[0]}x{SIZE[1]}": by_triangles,
-    }
+    curves = {"pixels, medians of three rooms": by_size, f"triangles, a {SMALL_ROOM} room at {SIZE[0]}x{SIZE[1]}": by_triangles}
     print(render_table("Rate", rows_of(*curves.values())))
     if arguments.write:
         (DOCS / PICTURE).write_text(to_svg(draw(curves)), encoding="utf-8")

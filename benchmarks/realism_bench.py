@@ -26,8 +26,7 @@ import numpy as np
 from realism_figures import UNITS, Figures, by_chance, compare
 from room_features import real_against_real, schema_of, table, told_of_unseen
 
-from benchmarks.doc_sections import DOCS, write_section
-from benchmarks.table import Row, at_most, render_table, side_by_side
+from benchmarks.table import DOCS, Row, at_most, render_table, side_by_side, write_section
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import (
     ContrastiveOptions,
@@ -64,12 +63,7 @@ class Sampled(NamedTuple):
 
 
 def measure(
-    layouts: Path | None = None,
-    types: Sequence[str] = (),
-    folds: int = 5,
-    rooms: int = 200,
-    counted: int = 1000,
-    workers: int = 1,
+    layouts: Path | None = None, types: Sequence[str] = (), folds: int = 5, rooms: int = 200, counted: int = 1000, workers: int = 1
 ) -> list[Row]:
     """Compare; without layouts, which do not come with the program, one row says that nothing was compared."""
     if layouts is None:
@@ -93,8 +87,7 @@ class _Table:
         self._base = read_room_type(room_type, self._categories)
         self._seen = read_layouts(layouts, read_category_map(config_path("learning/category_map.yaml")), room_type).rooms
         self._options = LearnOptions(
-            contrastive=ContrastiveOptions(iterations=0),
-            truncation=TruncationOptions(iterations=CORRECTIONS, rooms=CORRECTED),
+            contrastive=ContrastiveOptions(iterations=0), truncation=TruncationOptions(iterations=CORRECTIONS, rooms=CORRECTED)
         )
         self._pool, self._workers = pool, workers
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.doc_sections import DOCS, write_section
+from benchmarks.table import DOCS, write_section
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, room_types
 from grammar.learning import LearnOptions, ObservedRoom, TruncationOptions, learn, mixed, read_category_map, read_layouts, room_sampler
 from grammar.learning.geometry import fitting_wall

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
+from renderer.geometry.lofts import Point, bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 from renderer.models.lamps import globe
@@ -302,12 +302,7 @@ def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> P
         fly = disc("y", (wheel[0], 0.0, wheel[2]), 0.8 * r, 0.14, 36, 0.02)
         shell = [disc("y", (wheel[0] + 0.02, 0.0, wheel[2] + 0.01), 1.02 * r, 0.11, 36, 0.04), disc("y", crank, 0.17, 0.11, 28, 0.04)]
         cover = [*shell, sweep([(wheel[0], 0, wheel[2] + 0.1 * r), crank], [0.9 * r, 0.15], 24, 0.2)]
-    pedals, arms = [], [rod((crank[0], -0.1, crank[2]), (crank[0], 0.1, crank[2]), 0.016)]
-    turn, reach = rng.uniform(0.0, 2.0 * math.pi), min(0.17, crank[2] - 0.1)
-    for s in (-1.0, 1.0):
-        px, pz = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
-        arms.append(sweep([(crank[0], s * 0.095, crank[2]), (px, s * 0.1, pz)], 0.013, 8))
-        pedals.append(block((px - 0.045, s * 0.14 - 0.04, pz - 0.012), (px + 0.045, s * 0.14 + 0.04, pz + 0.012), 0.006))
+    arms, pedals = _cranks(rng, crank, min(0.17, crank[2] - 0.1), (0.1, 0.095, 0.1), ((-0.045, 0.1, -0.012), (0.045, 0.18, 0.012)), 0.006)
     grip_w = 0.92 * half_w
     reach = -half_d + 0.02
     bars = bent(
@@ -321,9 +316,7 @@ def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> P
         10,
     )
     z = bar_top[2] + 0.03
-    console = rounded_box((-0.02, -0.13, 0.0), (0.02, 0.13, height - z), 0.014, 2)
-    screen = block((0.012, -0.1, 0.25 * (height - z)), (0.023, 0.1, 0.85 * (height - z)), 0.002)
-    console, screen = (moved(rotated(mesh, "y", -0.5), bar_top[0] + 0.02, z=z) for mesh in (console, screen))
+    console, screen = _console((bar_top[0] + 0.02, z), 0.13, height - z, (0.25, 0.85), -0.5)
     return {
         "frame": [*feet, *beam, *fork],
         "posts": [*posts, *arms],
@@ -335,6 +328,32 @@ def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> P
         "console": console,
         "screen": screen,
     }
+
+
+def _cranks(
+    rng: np.random.Generator, crank: Point, reach: float, wide: Point, pedal: tuple[Point, Point], bevel: float
+) -> tuple[list[Mesh], list[Mesh]]:
+    """Return axle and arms of cranks of length ``reach``, turned at random, and their pedals.
+
+    ``wide``: how far off the middle the axle ends, and the arms begin and end; ``pedal``: corners of the pedal on the +y side, seen from
+    the end of its arm.
+    """
+    x, _, z = crank
+    turn = rng.uniform(0.0, 2.0 * math.pi)
+    arms, pedals = [rod((x, -wide[0], z), (x, wide[0], z), 0.016)], []
+    for s in (-1.0, 1.0):
+        px, pz = x + s * reach * math.cos(turn), z + s * reach * math.sin(turn)
+        arms.append(sweep([(x, s * wide[1], z), (px, s * wide[2], pz)], 0.013, 8))
+        low, high = pedal
+        pedals.append(block((px + low[0], s * low[1], pz + low[2]), (px + high[0], s * high[1], pz + high[2]), bevel))
+    return arms, pedals
+
+
+def _console(at: tuple[float, float], half: float, rise: float, shares: tuple[float, float], tilt: float) -> tuple[Mesh, Mesh]:
+    """Return a tilted console at (x, z) and its screen, which lies between two shares of the console's height ``rise``."""
+    case = rounded_box((-0.02, -half, 0.0), (0.02, half, rise), 0.014, 2)
+    screen = block((0.012, 0.03 - half, shares[0] * rise), (0.023, half - 0.03, shares[1] * rise), 0.002)
+    return moved(rotated(case, "y", tilt), at[0], z=at[1]), moved(rotated(screen, "y", tilt), at[0], z=at[1])
 
 
 def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
@@ -351,12 +370,7 @@ def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
         sweep([hub, crank], [0.95 * r, 0.5 * r], 24, 0.06 / r),
         rounded_box((hub[0] - 0.5 * r, -0.06, 0.08), (crank[0], 0.06, hub[2]), 0.03, 2),
     ]
-    turn, reach = rng.uniform(0.0, 2.0 * math.pi), min(0.16, crank[2] - 0.14)
-    pedals, arms = [], [rod((crank[0], -0.11, crank[2]), (crank[0], 0.11, crank[2]), 0.016)]
-    for s in (-1.0, 1.0):
-        px, pz = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
-        arms.append(sweep([(crank[0], s * 0.1, crank[2]), (px, s * 0.105, pz)], 0.013, 8))
-        pedals.append(block((px - 0.012, s * 0.15 - 0.04, pz - 0.05), (px + 0.03, s * 0.15 + 0.04, pz + 0.05), 0.008))
+    arms, pedals = _cranks(rng, crank, min(0.16, crank[2] - 0.14), (0.11, 0.1, 0.105), ((-0.012, 0.11, -0.05), (0.03, 0.19, 0.05)), 0.008)
     wide = min(0.2, 0.75 * half_w)
     seat = cushion(rng, (0.08 * depth, -wide, seat_z - 0.05), (0.36 * depth, wide, seat_z + 0.03), 0.03, 0.03)
     back = rotated(cushion(rng, (-0.03, -wide, 0.0), (0.05, wide, 0.34 * height), 0.03, 0.03, axis=0), "y", math.pi)
@@ -389,10 +403,7 @@ def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
         )
         for s in (-1.0, 1.0)
     ]
-    rise = height - mast_z + 0.02
-    console = rounded_box((-0.02, -0.15, 0.0), (0.02, 0.15, rise), 0.014, 2)
-    screen = block((0.012, -0.12, 0.2 * rise), (0.023, 0.12, 0.88 * rise), 0.002)
-    console, screen = (moved(rotated(mesh, "y", -0.35), mast_x - 0.04, z=mast_z - 0.02) for mesh in (console, screen))
+    console, screen = _console((mast_x - 0.04, mast_z - 0.02), 0.15, height - mast_z + 0.02, (0.2, 0.88), -0.35)
     return {
         "frame": merged(*feet, beam, mast),
         "posts": merged(rest, *arms),

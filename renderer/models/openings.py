@@ -19,6 +19,11 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, make_mesh, merged, mirrored, moved, rod, sweep
 from renderer.models.model import Parts
 
+Pair = tuple[float, float]
+
+SASH_M = 0.028
+"""Half the thickness of a window's sash."""
+
 EMBED_M = 0.004
 """How far frames reach into the wall, so that no crack stays open."""
 
@@ -167,80 +172,56 @@ def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
     """Return a window: fixed frame and sashes with mullions (``frame``), inner ``sill``, ``pane`` (one quad) and ``handle``."""
     half, top, deep = 0.5 * hole.width_m, hole.height_m, hole.thickness_m
     middle = -0.62 * deep
-    frame_half = min(0.032, 0.3 * deep)
-    sill_top = 0.022
+    frame_half, sill_top = min(0.032, 0.3 * deep), 0.022
     border = min(0.05, 0.15 * min(hole.width_m, top))
-    casing = _window_rim(
-        middle - frame_half,
-        middle + frame_half,
-        half + EMBED_M,
-        half - border,
-        -EMBED_M,
-        top + EMBED_M,
-        sill_top + border * 0.6,
-        top - border,
-    )
-    sashes = {"single": 1, "double": 2, "grid": 2}[style]
-    if style == "double" and hole.width_m > 1.9:
-        sashes = 3
-    edges = np.linspace(-(half - border), half - border, sashes + 1)
     low, high = sill_top + border * 0.6, top - border
-    pieces = [casing]
+    x = (middle - frame_half, middle + frame_half)
+    casing = _window_rim(x, (half + EMBED_M, half - border), (-EMBED_M, low), (top + EMBED_M, high))
+    sashes = {"single": 1, "double": 3 if hole.width_m > 1.9 else 2, "grid": 2}[style]
+    edges = np.linspace(-(half - border), half - border, sashes + 1)
     rim = min(0.055, 0.2 * float(edges[1] - edges[0]))
-    sash = 0.028
+    pieces = [casing]
     for a, b in itertools.pairwise(edges):
-        center = 0.5 * float(a + b)
-        half_sash = 0.5 * float(b - a)
-        wing = _window_rim(
-            middle - sash + 0.012,
-            middle + sash + 0.012,
-            half_sash + 0.004,
-            half_sash - rim,
-            low - 0.004,
-            high + 0.004,
-            low + rim,
-            high - rim,
-        )
-        pieces.append(moved(wing, y=center))
-        if style == "grid":
-            bars = max(2, round((high - low) / 0.42))
-            zs = np.linspace(low, high, bars + 1)[1:-1]
-            pieces.append(
-                blocks(
-                    [(middle - 0.014, center - half_sash + rim * 0.9, z - 0.011) for z in zs],
-                    [(middle + 0.022, center + half_sash - rim * 0.9, z + 0.011) for z in zs],
-                    0.004,
-                )
-            )
-            pieces.append(
-                block((middle - 0.014, center - 0.011, low + 0.9 * rim), (middle + 0.022, center + 0.011, high - 0.9 * rim), 0.004)
-            )
+        pieces += _sash(middle, (float(a), float(b)), (low, high), rim, style == "grid")
     nose = rng.uniform(0.03, 0.05)
     sill = merged(
         block((middle + frame_half - 0.004, -half - EMBED_M, -EMBED_M), (0.01, half + EMBED_M, sill_top), 0.002),
         block((0.0, -half - 0.045, -0.008), (nose, half + 0.045, sill_top), 0.007),
     )
-    grip_y = 0.0 if sashes == 2 else float(edges[1]) - 0.5 * rim
-    grip_x = middle + sash + 0.012
-    grip_z = 0.5 * (low + high)
-    handle = merged(
-        block((grip_x - 0.002, grip_y - 0.014, grip_z - 0.035), (grip_x + 0.008, grip_y + 0.014, grip_z + 0.035), 0.003),
-        sweep(
-            points([grip_x, grip_x + 0.03, grip_x + 0.036, grip_x + 0.034], grip_y, [grip_z, grip_z, grip_z - 0.02, grip_z - 0.11]),
-            [0.007, 0.007, 0.008, 0.007],
-            8,
-        ),
-    )
+    handle = _window_handle(middle + SASH_M + 0.012, 0.0 if sashes == 2 else float(edges[1]) - 0.5 * rim, 0.5 * (low + high))
     y, z0, z1 = half + 0.5 * EMBED_M, -0.5 * EMBED_M, top + 0.5 * EMBED_M
     corners = [(middle, -y, z0), (middle, y, z0), (middle, y, z1), (middle, -y, z1)]
     pane = make_mesh(corners, [(1.0, 0.0, 0.0)] * 4, [(0, 1, 2), (0, 2, 3)])
     return {"frame": merged(*pieces), "sill": sill, "pane": pane, "handle": handle}
 
 
-def _window_rim(x0: float, x1: float, outer: float, inner: float, low: float, top: float, inner_low: float, inner_top: float) -> Mesh:
-    """Return four bars round a light."""
+def _sash(x: float, span: tuple[float, float], z: tuple[float, float], rim: float, grid: bool) -> list[Mesh]:
+    """Return a wing between two y and two z, with bars across where it is a grid."""
+    low, high = z
+    center, half = 0.5 * (span[0] + span[1]), 0.5 * (span[1] - span[0])
+    wing = _window_rim(
+        (x - SASH_M + 0.012, x + SASH_M + 0.012), (half + 0.004, half - rim), (low - 0.004, low + rim), (high + 0.004, high - rim)
+    )
+    pieces = [moved(wing, y=center)]
+    if grid:
+        zs = np.linspace(low, high, max(2, round((high - low) / 0.42)) + 1)[1:-1]
+        start, end = points(x - 0.014, center - half + rim * 0.9, zs - 0.011), points(x + 0.022, center + half - rim * 0.9, zs + 0.011)
+        pieces.append(blocks(start, end, 0.004))
+        pieces.append(block((x - 0.014, center - 0.011, low + 0.9 * rim), (x + 0.022, center + 0.011, high - 0.9 * rim), 0.004))
+    return pieces
+
+
+def _window_handle(x: float, y: float, z: float) -> Mesh:
+    plate = block((x - 0.002, y - 0.014, z - 0.035), (x + 0.008, y + 0.014, z + 0.035), 0.003)
+    lever = sweep(points([x, x + 0.03, x + 0.036, x + 0.034], y, [z, z, z - 0.02, z - 0.11]), [0.007, 0.007, 0.008, 0.007], 8)
+    return merged(plate, lever)
+
+
+def _window_rim(x: Pair, y: Pair, low: Pair, high: Pair) -> Mesh:
+    """Return four bars round a light: ``x`` back and front, then outer and inner half width, lower edge and upper edge."""
+    (x0, x1), (outer, inner), (bottom, inner_low), (top, inner_top) = x, y, low, high
     return blocks(
-        [(x0, -outer, low), (x0, inner, low), (x0, -inner - 0.002, low), (x0, -inner - 0.002, inner_top)],
+        [(x0, -outer, bottom), (x0, inner, bottom), (x0, -inner - 0.002, bottom), (x0, -inner - 0.002, inner_top)],
         [(x1, -inner, top), (x1, outer, top), (x1, inner + 0.002, inner_low), (x1, inner + 0.002, top)],
         0.004,
     )

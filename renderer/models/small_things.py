@@ -347,62 +347,42 @@ def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
     if style == "open":
-        base = rng.uniform(0.7, 0.88)
-        profile = points(
-            [0.0, base * r, (base + 0.02) * r, 0.98 * r, r, 0.995 * r, 0.965 * r, 0.95 * r, base * r - 0.004, 0.0],
-            [0.0, 0.0, 0.01, height - 0.012, height - 0.006, height, height, height - 0.012, 0.012, 0.012],
-        )
-        liner = points(
-            [0.97 * r, 1.002 * r, 1.006 * r, 0.95 * r, 0.9 * r, 0.6 * r, 0.0, 0.0, 0.61 * r, 0.91 * r, 0.96 * r],
-            [
-                height - 0.035,
-                height - 0.035,
-                height + 0.002,
-                height + 0.002,
-                height - 0.3 * height,
-                0.25 * height,
-                0.2 * height,
-                0.195 * height,
-                0.244 * height,
-                height - 0.302 * height,
-                height - 0.002,
-            ],
-        )
-        return {"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}
+        return _open_bin(rng.uniform(0.7, 0.88) * r, r, height)
     if style == "basket":
-        bars: list[Mesh] = []
-        for k in range(26):
-            a = 2.0 * math.pi * k / 26
-            bars.append(
-                rod(
-                    (0.74 * r * math.cos(a), 0.74 * r * math.sin(a), 0.004),
-                    (0.97 * r * math.cos(a), 0.97 * r * math.sin(a), height - 0.004),
-                    0.0022,
-                    segments=5,
-                )
-            )
-        for share in (0.02, 0.25, 0.5, 0.75, 0.975):
-            ring_r, z = (0.745 + 0.235 * share) * r, share * height
-            bars.append(
-                lathe(
-                    [(ring_r - 0.003, z - 0.004), (ring_r + 0.004, z - 0.004), (ring_r + 0.004, z + 0.004), (ring_r - 0.003, z + 0.004)],
-                    28,
-                    closed=True,
-                )
-            )
-        foot = lathe([(0.0, 0.0), (0.75 * r, 0.0), (0.75 * r, 0.006), (0.0, 0.006)], 26)
-        return {"body": [*bars, foot]}
+        return {"body": _basket(r, height)}
     body = lathe([(0.0, 0.012), (0.93 * r, 0.012), (0.95 * r, 0.02), (0.95 * r, 0.86 * height), (0.0, 0.86 * height)], 32)
     rings = lathe([(0.0, 0.0), (0.965 * r, 0.0), (0.98 * r, 0.006), (0.98 * r, 0.03), (0.95 * r, 0.034), (0.0, 0.034)], 32)
-    lid = lathe(
-        points(
-            [0.0, 0.97 * r, 0.98 * r, 0.96 * r, 0.75 * r, 0.4 * r, 0.0],
-            [0.865 * height, 0.865 * height, 0.88 * height, 0.91 * height, 0.965 * height, 0.992 * height, height],
-        ),
-        32,
-    )
+    radii, heights = r * np.array([0.0, 0.97, 0.98, 0.96, 0.75, 0.4, 0.0]), height * np.array([0.865, 0.865, 0.88, 0.91, 0.965, 0.992, 1.0])
     pedal = block((0.85 * r, -0.03, 0.006), (0.5 * depth + 0.01, 0.03, 0.016), 0.003)
-    return {"body": body, "lid": lid, "pedal": [rings, pedal]}
+    return {"body": body, "lid": lathe(points(radii, heights), 32), "pedal": [rings, pedal]}
+
+
+def _open_bin(foot: float, r: float, height: float) -> Parts:
+    """Return a bin that widens from the radius ``foot``, and the bag in it, folded over its rim."""
+    profile = points(
+        [0.0, foot, foot + 0.02 * r, 0.98 * r, r, 0.995 * r, 0.965 * r, 0.95 * r, foot - 0.004, 0.0],
+        [0.0, 0.0, 0.01, height - 0.012, height - 0.006, height, height, height - 0.012, 0.012, 0.012],
+    )
+    hem, rim, inside = height - 0.035, height + 0.002, height * np.array([0.25, 0.2, 0.195, 0.244])
+    liner = points(
+        r * np.array([0.97, 1.002, 1.006, 0.95, 0.9, 0.6, 0.0, 0.0, 0.61, 0.91, 0.96]),
+        [hem, hem, rim, rim, height - 0.3 * height, *inside, height - 0.302 * height, height - 0.002],
+    )
+    return {"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}
+
+
+def _basket(r: float, height: float) -> list[Mesh]:
+    """Return rods that lean outward, the hoops round them, and the bottom."""
+    bars = []
+    for a in (2.0 * math.pi * k / 26 for k in range(26)):
+        low, high = 0.74 * r, 0.97 * r
+        start, end = (low * math.cos(a), low * math.sin(a), 0.004), (high * math.cos(a), high * math.sin(a), height - 0.004)
+        bars.append(rod(start, end, 0.0022, segments=5))
+    for share in (0.02, 0.25, 0.5, 0.75, 0.975):
+        hoop, z = (0.745 + 0.235 * share) * r, share * height
+        section = [(hoop - 0.003, z - 0.004), (hoop + 0.004, z - 0.004), (hoop + 0.004, z + 0.004), (hoop - 0.003, z + 0.004)]
+        bars.append(lathe(section, 28, closed=True))
+    return [*bars, lathe([(0.0, 0.0), (0.75 * r, 0.0), (0.75 * r, 0.006), (0.0, 0.006)], 26)]
 
 
 MODELS = {

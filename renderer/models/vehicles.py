@@ -239,11 +239,8 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     crank = (-0.06 * length, 0.0, 0.82 * r)
     seat = (crank[0] - 0.1 * length, 0.0, height * 0.74)
     head_low, head_high = (front[0] - 0.1 * length, 0.0, height * 0.6), (front[0] - 0.125 * length, 0.0, height * 0.78)
-    lower = (
-        (seat[0] + 0.3 * (crank[0] - seat[0]), 0.0, seat[2] + 0.3 * (crank[2] - seat[2]))
-        if style == "diamond"
-        else (seat[0] + 0.72 * (crank[0] - seat[0]), 0.0, seat[2] + 0.72 * (crank[2] - seat[2]))
-    )
+    down = 0.3 if style == "diamond" else 0.72
+    lower = (seat[0] + down * (crank[0] - seat[0]), 0.0, seat[2] + down * (crank[2] - seat[2]))
     tubes = [
         *chain([crank, head_low], 0.02, 10),
         *chain([lower, head_high], 0.018, 10),
@@ -264,17 +261,7 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     tubes.append(rod((head_low[0], -0.045, head_low[2] - 0.02), (head_low[0], 0.045, head_low[2] - 0.02), 0.02))
     tyres = [ring("y", hub, r - 0.018, 0.018, 40, 8) for hub in (rear, front)]
     rims = [ring("y", hub, r - 0.042, 0.011, 36, 6) for hub in (rear, front)]
-    for hub in (rear, front):
-        rims.append(rod((hub[0], -0.06, hub[2]), (hub[0], 0.06, hub[2]), 0.018, segments=10))
-        for k in range(18):
-            a = 2.0 * math.pi * (k + 0.3) / 18
-            rims.append(
-                sweep(
-                    [(hub[0], 0.025 * (-1) ** k, hub[2]), (hub[0] + (r - 0.045) * math.cos(a), 0.0, hub[2] + (r - 0.045) * math.sin(a))],
-                    0.0016,
-                    4,
-                )
-            )
+    rims += [piece for hub in (rear, front) for piece in _spokes(hub, r - 0.045)]
     parts = {"frame": merged(*tubes), "tyres": merged(*tyres), "rims": merged(*rims), "drive": _drive(rng, crank, rear, r)}
     post = (seat[0] - 0.012 * length, 0.0, height * 0.86)
     top = (head_high[0] - 0.03, 0.0, height - 0.03)
@@ -291,6 +278,16 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     ]
     parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
     return turned(parts, 0.5 * math.pi) if along_y else parts
+
+
+def _spokes(hub: Sequence[float], reach: float) -> list[Mesh]:
+    """Return a hub and the spokes from its two ends."""
+    x, _, z = hub
+    turns = [2.0 * math.pi * (k + 0.3) / 18 for k in range(18)]
+    spokes = [
+        sweep([(x, 0.025 * (-1) ** k, z), (x + reach * math.cos(a), 0.0, z + reach * math.sin(a))], 0.0016, 4) for k, a in enumerate(turns)
+    ]
+    return [rod((x, -0.06, z), (x, 0.06, z), 0.018, segments=10), *spokes]
 
 
 def _drive(rng: np.random.Generator, crank: Sequence[float], rear: Sequence[float], r: float) -> Mesh:

@@ -137,71 +137,44 @@ def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pi
 def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a plastic box with latches and recessed grip, or a steel cantilever box with a bar handle."""
     _, _, height, half_d, half_w = halved(size_m)
-    top = 0.8 * height
-    if style == "steel":
-        edges = [0.0, 0.3 * top, 0.62 * top, top]
-        body = [
-            block((-half_d + 0.004 * k, -half_w, a + 0.002), (half_d - 0.004 * k, half_w, b), 0.006)
-            for k, (a, b) in enumerate(itertools.pairwise(edges))
-        ]
-        arms = []
-        for s in (-1.0, 1.0):
-            for x in (-0.45, 0.45):
-                arms.append(
-                    block((x * half_d - 0.008, s * half_w - 0.003, 0.12 * top), (x * half_d + 0.008, s * half_w + 0.003, 0.92 * top), 0.001)
-                )
-        arms.append(
-            bent(
-                points(
-                    0,
-                    [-0.75 * half_w, -0.75 * half_w, 0.75 * half_w, 0.75 * half_w],
-                    [top - 0.01, height - 0.008, height - 0.008, top - 0.01],
-                ),
-                0.008,
-                0.03,
-                10,
-            )
-        )
-        lid = loft(
-            [
-                oval(half_d - i, half_w - 0.5 * i, z, power=14.0)
-                for i, z in ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
-            ]
-        )
-        return {"body": body, "lid": lid, "handle": arms}
-    split = 0.62 * top
-    base = loft(
-        [
-            oval(half_d * s, half_w * s, z, power=9.0)
-            for s, z in ((0.88, 0.0), (0.9, 0.01), (0.98, split - 0.012), (1.0, split - 0.01), (1.0, split), (0.96, split))
-        ]
-    )
-    shell = [(1.0, split + 0.003), (1.0, split + 0.016), (0.96, split + 0.018), (0.92, 0.93 * top), (0.86, top), (0.8, top)]
-    lid = loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in shell])
-    grip = [
-        bent(
-            points(
-                0,
-                [-0.42 * half_w, -0.38 * half_w, 0.38 * half_w, 0.42 * half_w],
-                [top - 0.005, height - 0.012, height - 0.012, top - 0.005],
-            ),
-            0.012,
-            0.03,
-            10,
-        )
+    return (_steel_box if style == "steel" else _plastic_box)(half_d, half_w, height, 0.8 * height)
+
+
+def _box_grip(outer: float, inner: float, low: float, high: float, tube: float) -> Mesh:
+    """Return the handle over a toolbox, ``outer`` to both sides at its feet and ``inner`` at its top."""
+    return bent(points(0, [-outer, -inner, inner, outer], [low, high, high, low]), tube, 0.03, 10)
+
+
+def _steel_box(half_d: float, half_w: float, height: float, top: float) -> Pieces:
+    """Return a box of three trays on arms."""
+    body = [
+        block((-half_d + 0.004 * k, -half_w, a + 0.002), (half_d - 0.004 * k, half_w, b), 0.006)
+        for k, (a, b) in enumerate(itertools.pairwise([0.0, 0.3 * top, 0.62 * top, top]))
     ]
-    for y in (-0.6, 0.6):
-        grip.append(block((0.93 * half_d, y * half_w - 0.025, split - 0.05), (half_d + 0.004, y * half_w + 0.025, split + 0.03), 0.006))
-    organiser = [
-        block(
-            (x * half_d - 0.2 * half_d, y * half_w - 0.2 * half_w, top - 0.004),
-            (x * half_d + 0.2 * half_d, y * half_w + 0.2 * half_w, top + 0.006),
-            0.003,
-        )
+    arms = [
+        block((x * half_d - 0.008, s * half_w - 0.003, 0.12 * top), (x * half_d + 0.008, s * half_w + 0.003, 0.92 * top), 0.001)
+        for s in (-1.0, 1.0)
         for x in (-0.45, 0.45)
-        for y in (-0.55, 0.55)
     ]
-    return {"body": base, "lid": lid, "handle": [*grip, *organiser]}
+    rings = ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
+    lid = loft([oval(half_d - i, half_w - 0.5 * i, z, power=14.0) for i, z in rings])
+    grip = _box_grip(0.75 * half_w, 0.75 * half_w, top - 0.01, height - 0.008, 0.008)
+    return {"body": body, "lid": lid, "handle": [*arms, grip]}
+
+
+def _plastic_box(half_d: float, half_w: float, height: float, top: float) -> Pieces:
+    """Return a box with a lid, latches, and compartments for small parts on the lid."""
+    split = 0.62 * top
+    base = ((0.88, 0.0), (0.9, 0.01), (0.98, split - 0.012), (1.0, split - 0.01), (1.0, split), (0.96, split))
+    lid = ((1.0, split + 0.003), (1.0, split + 0.016), (0.96, split + 0.018), (0.92, 0.93 * top), (0.86, top), (0.8, top))
+    shells = [loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in rings]) for rings in (base, lid)]
+    grip = [_box_grip(0.42 * half_w, 0.38 * half_w, top - 0.005, height - 0.012, 0.012)]
+    for y in (-0.6 * half_w, 0.6 * half_w):
+        grip.append(block((0.93 * half_d, y - 0.025, split - 0.05), (half_d + 0.004, y + 0.025, split + 0.03), 0.006))
+    wide, tall = 0.2 * half_d, 0.2 * half_w
+    for x, y in itertools.product((-0.45 * half_d, 0.45 * half_d), (-0.55 * half_w, 0.55 * half_w)):
+        grip.append(block((x - wide, y - tall, top - 0.004), (x + wide, y + tall, top + 0.006), 0.003))
+    return {"body": shells[0], "lid": shells[1], "handle": grip}
 
 
 def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -269,20 +242,11 @@ def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Pie
             rails.append(
                 bent([knee, (apex + 0.06, s * side(0.97) * 0.9, height - 0.014), (apex + 0.06, 0.0, height - 0.012)], 0.012, 0.08, 8)
             )
-        rails.append(
-            _plank(
-                (-half_d + 0.02, s * 0.95 * side(0.0), 0.012),
-                (apex, s * 0.95 * side(platform / height), platform - 0.03),
-                0.04,
-                0.8 * thick,
-            )
-        )
+        start, end = (-half_d + 0.02, s * 0.95 * side(0.0), 0.012), (apex, s * 0.95 * side(platform / height), platform - 0.03)
+        rails.append(_plank(start, end, 0.04, 0.8 * thick))
         for x, y in ((half_d - 0.02, side(0.0)), (-half_d + 0.02, 0.95 * side(0.0))):
-            pads.append(
-                block(
-                    (x - 0.02 if x < 0 else x - 0.035, s * y - 0.016, 0.0), (x + 0.035 if x < 0 else x + 0.02, s * y + 0.016, 0.035), 0.004
-                )
-            )
+            behind, ahead = (0.02, 0.035) if x < 0 else (0.035, 0.02)
+            pads.append(block((x - behind, s * y - 0.016, 0.0), (x + ahead, s * y + 0.016, 0.035), 0.004))
     for k in range(count):
         share = (k + 1.0) / (count + 0.0)
         z = share * platform

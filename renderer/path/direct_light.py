@@ -49,12 +49,12 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 @inlined
 def sample_lights(
-    scene: LitScene, kinds: int, depth: int, limit: np.float32, waiting: int, column: int, row: int, scratch: Scratch, film: Film
+    scene: LitScene, kinds: int, depth: int, limit: np.float32, waiting: int, begin: tuple[int, int], scratch: Scratch, film: Film
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 
     ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring to its own
-    pixel.  (column, row): where the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
+    pixel.  ``begin``: column and row where the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
     """
     surfaces, lights, lanes, shadow_rays = scene.surfaces, scene.lights, scratch.lanes, scratch.shadow_rays
     direct, arriving = depth == 0 and film.direct.shape[0] > 0, depth == 0 and film.arriving.shape[0] > 0
@@ -67,7 +67,7 @@ def sample_lights(
         # What it adds to the pixel if nothing blocks it.
         wi_to_lights(lanes)
         if arriving:
-            add_blocked_light(scene.tree, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
+            add_blocked_light(scene.tree, lanes, scratch.lane_slot, shadow_rays.packet, begin[0], begin[1], film.arriving)
             scratch.traced[0] += count_chosen(lanes, ln.LIGHT_PDF)
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
         if len(lights.patches) > 0:

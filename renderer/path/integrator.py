@@ -93,7 +93,7 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     if len(lights.patches) > 0:
                         weigh_patches(lights.patches, scratch)
                     generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
-                    waiting = sample_lights(scene, kinds, depth, at_lights, waiting, column, row, scratch, film)
+                    waiting = sample_lights(scene, kinds, depth, at_lights, waiting, (column, row), scratch, film)
                     queued = spawn_rays(surfaces, lights, kinds, roulette, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued

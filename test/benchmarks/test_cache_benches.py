@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from box_room import box, quad, scene
 
-from benchmarks.doc_sections import write_section
 from benchmarks.flicker_bench import is_followed, is_matt, warped_difference
-from benchmarks.frame_times import everywhere, stage_times
+from benchmarks.frame_times import REST, STAGES, everywhere, stage_times
 from benchmarks.perception_bench import moved, pose_error, second_from_first
 from benchmarks.rate_curves_bench import subdivided
-from benchmarks.references import References
-from benchmarks.sampled_rooms import SampledRoom, camera_of
-from benchmarks.stages import REST, STAGES
+from benchmarks.sampled_rooms import References, SampledRoom, camera_of
+from benchmarks.table import write_section
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.camera.cameras import project, unproject
 from renderer.film.tone import Exposure

@@ -1,4 +1,4 @@
-"""Messages: what converting, publishing and recording five layers costs, when they arrive in another process, and whether all do."""
+"""Speed tables of messages: streams and bags of 640x480 frames, and the start of the suite to its first image."""
 
 from __future__ import annotations
 
@@ -11,24 +11,33 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 import rclpy
+from mcap.writer import CompressionType, Writer
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from benchmarks.bench_room import VIEW, furnished_room
+from benchmarks.renderer_tables import VIEW, furnished_room
 from benchmarks.stream_subscriber import STREAMED
 from benchmarks.table import Row, at_least, at_most
-from renderer import CameraConfig, RenderConfig, Renderer
+from renderer import LAYERS, CameraConfig, RenderConfig, Renderer
 from renderer.film.frame import Frame
 from scene_description import CameraPose
 from scene_description.labels import semantic_labels
 from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
+from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.process import init_ros
-from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.suite.qos import latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
 FRAMES, RECORDED_FRAMES = 300, 150
@@ -40,7 +49,7 @@ DISCOVERY_S = 1.0
 """A publisher may know a subscriber before the subscriber knows it; what it sends then is not waited for."""
 
 
-def measure() -> list[Row]:
+def measure_stream() -> list[Row]:
     """Publish to a subscriber, then to a recorder, each in another process; return what it cost, how long it took and what was lost."""
     os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
     surroundings = dict(os.environ)
@@ -168,3 +177,111 @@ def _processor_seconds(pid: int) -> float:
     """Return the processor time that a process has used so far."""
     fields = (Path("/proc") / str(pid) / "stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+BAG_FRAMES, ROUNDS = 40, 5
+TYPE = "sensor_msgs/msg/Image"
+Frames = list[tuple[int, dict[str, bytes]]]
+"""Stamp (ns) -> topic -> serialised message."""
+
+
+def measure_bag() -> list[Row]:
+    """Write frames of five layers both ways, in turns; medians of rounds are taken."""
+    frame = make_frame()
+    stamps = [1 + index * 33_333_333 for index in range(BAG_FRAMES)]
+    frames: Frames = [
+        (
+            stamp,
+            {
+                f"/{name}": bytes(serialize_message(image_to_msg(image, layer_encoding(LAYERS[name]), stamp, "eye")))
+                for name, image in items
+            },
+        )
+        for stamp in stamps
+        for items in [frame.layers.items()]
+    ]
+    size_mb = sum(map(len, frames[0][1].values())) / 1e6
+    ours, bare = [], []
+    for _ in range(ROUNDS):
+        ours.append(_timed(_record, frames))
+        bare.append(_timed(_write_bare, frames))
+    return [
+        Row(
+            f"recorder, 5 layers ({size_mb:.1f} MB a frame), zstd, synced", BAG_FRAMES / median(seconds for seconds, _ in ours), "frames/s"
+        ),
+        Row("  processor time of a frame", 1000.0 * median(spent for _, spent in ours) / BAG_FRAMES, "ms"),
+        Row("bare mcap writer, the same messages, zstd", BAG_FRAMES / median(seconds for seconds, _ in bare), "frames/s"),
+        Row("  processor time of a frame", 1000.0 * median(spent for _, spent in bare) / BAG_FRAMES, "ms"),
+        at_least("recorder over bare mcap writer", median(b / a for (a, _), (b, _) in zip(ours, bare, strict=True)), "", 0.8),
+    ]
+
+
+def _timed(write: Callable[[Path, Frames], None], frames: Frames) -> tuple[float, float]:
+    """Return elapsed and processor seconds until everything is on disk."""
+    with tempfile.TemporaryDirectory() as folder:
+        cpu, began = time.process_time(), time.perf_counter()
+        write(Path(folder) / "bag", frames)
+        return time.perf_counter() - began, time.process_time() - cpu
+
+
+def _record(path: Path, frames: Frames) -> None:
+    """Do what the recorder does with messages that arrive: sort, sum up, compress, index, sync every chunk."""
+    recording = Recording(BagWriter)
+    for topic in frames[0][1]:
+        recording.add_topic(topic, TYPE, [QoSProfile(depth=10)])
+    recording.expect(frames[0][1], {})
+    recording.begin(path)
+    for _, messages in frames:
+        for topic, data in messages.items():
+            recording.add(topic, data)
+    recording.close()
+
+
+def _write_bare(path: Path, frames: Frames) -> None:
+    """Write with the library's own writer, in chunks of the same size; sync once, at the end."""
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=DEFAULT_CHUNK_SIZE, compression=CompressionType.ZSTD)
+        writer.start("ros2", "bench")
+        schema = writer.register_schema(TYPE, "ros2msg", message_definition(TYPE).text.encode())
+        channels = {topic: writer.register_channel(topic, "cdr", schema) for topic in frames[0][1]}
+        for stamp, messages in frames:
+            for topic, data in messages.items():
+                writer.add_message(channels[topic], stamp, data, stamp)
+        writer.finish()
+        file.flush()
+        os.fsync(file.fileno())
+
+
+TIMEOUT_S = 120.0
+
+
+def measure_start() -> list[Row]:
+    """Run the suite with an empty cache of kernels and twice with that of this folder, and return how long each took to its first image."""
+    os.environ["ROS_DOMAIN_ID"] = str(1 + (os.getpid() + 50) % 100)
+    with tempfile.TemporaryDirectory() as empty:
+        cold = _seconds_to_first_image({"NUMBA_CACHE_DIR": empty})
+    _seconds_to_first_image({})
+    warm = _seconds_to_first_image({})
+    return [
+        at_most("first 640x480 image after run, warm kernel cache", warm, "s", 10.0),
+        at_most("later with no kernel compiled", cold - warm, "s", 30.0),
+    ]
+
+
+def _seconds_to_first_image(surroundings: dict[str, str]) -> float:
+    images: list[Image] = []
+    rclpy.init()
+    node = Node("start_bench", namespace="/synth")
+    node.create_subscription(Image, "camera/color/image_raw", images.append, stream_qos())
+    began = time.perf_counter()
+    words = [sys.executable, "-m", "scene_synth_ros", "run", "--frames", "100", "--log-level", "warn"]
+    process = subprocess.Popen(words, env=os.environ | surroundings)
+    try:
+        while not images and time.perf_counter() - began < TIMEOUT_S:
+            rclpy.spin_once(node, timeout_sec=0.1)
+        return time.perf_counter() - began
+    finally:
+        process.terminate()
+        process.wait()
+        node.destroy_node()
+        rclpy.shutdown()

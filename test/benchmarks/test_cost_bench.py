@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.cluster_simulation import Cluster, Dataset, shard_seconds, simulate
+from benchmarks.cost_bench import Cluster, Dataset, shard_seconds, simulate
 
 
 def dataset(**changes: float) -> Dataset:
