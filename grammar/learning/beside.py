@@ -68,7 +68,7 @@ def with_neighbours(
         targets[symbol].add(target)
         belongs[symbol] |= {target} - {CORNER}
     weights = grammar.weights
-    scale = Scale(*(1.0 / (grammar.schedule.beta * weight) for weight in (weights.group_distance, weights.group_orientation)))
+    scale = Scale.of(weights.group_distance, weights.group_orientation, grammar.schedule.beta)
     objects = dict(grammar.objects)
     counts: dict[str, int] = {}
     for symbol, wanted in targets.items():

@@ -12,6 +12,7 @@ from shapely.geometry.polygon import orient
 
 from grammar.geometry.walls import WALL_YAW, wall_rows
 from grammar.learning.observed import ObservedObject
+from grammar.spec.object_rules import SizeMode
 from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1
@@ -51,6 +52,16 @@ def without_steps(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
     far = int(np.argmax(np.square(np.array(polygon_m) - np.mean(polygon_m, 0)).sum(1)))
     points = orient(Polygon([*polygon_m[far:], *polygon_m[:far]]).simplify(_STEP_M)).exterior.coords[:-1]
     return tuple((float(x), float(y)) for x, y in points)
+
+
+def size_log_density(size_m: Sequence[float], modes: Sequence[SizeMode], wider: float = 1.0) -> float:
+    """Return the log-density of a size under components that are so many times wider and not truncated, but for a constant."""
+    logs = [
+        math.log(max(mode.probability, 1e-12))
+        + sum(-0.5 * ((s - m) / (wider * d)) ** 2 - math.log(wider * d) for s, m, d in zip(size_m, mode.mean_m, mode.sd_m, strict=True))
+        for mode in modes
+    ]
+    return float(np.logaddexp.reduce(logs))
 
 
 def wrapped(angle: float) -> float:

@@ -45,6 +45,11 @@ class Scale(NamedTuple):
     distance_m: float
     angle_rad: float
 
+    @classmethod
+    def of(cls, distance_weight: float, angle_weight: float, beta: float) -> Scale:
+        """Return that of a relation's weights; a weight of zero sets none, so its modes get no spread."""
+        return cls(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
+
     def spread(self, distance_m: float) -> float:
         """Return the spread of a mode with this mean deviation in distance."""
         return min(max(distance_m / self.distance_m, _LEAST_SPREAD), _MOST_SPREAD)

@@ -97,7 +97,7 @@ def learn_object(
     if rule.wall:
         rule = _learn_wall(rule, grammar.weights, beta, seen, elsewhere, shares.pooled, enough, counts)
     if rule.cores and rule.around:
-        scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
+        scale = Scale.of(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
         alike = LOW_TABLE in categories[rule.category].roles
         rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, alike, counts)
@@ -142,7 +142,7 @@ def _learn_wall(
     """
     turned = any(mode.orientation_rad is not None for mode in rule.wall)
     found, more = (_wall_poses(rule, items, turned, least) for items in (seen, elsewhere))
-    scale = _scale(weights.wall_distance, weights.wall_orientation, beta)
+    scale = Scale.of(weights.wall_distance, weights.wall_orientation, beta)
 
     def modes(poses: Sequence[WallPose]) -> tuple[WallMode, ...]:
         return wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in poses], turned, scale)
@@ -176,11 +176,6 @@ def _usable(rule: ObjectRule, seen: WallPose) -> float:
     """
     facing = quarter_of(seen.turn_rad) == 2 and seen.gap_m < _USED_FROM_M
     return wrapped(seen.turn_rad - math.pi) if facing and rule.reach_any == ("front",) else seen.turn_rad
-
-
-def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
-    """Return the mean deviations that the weights of a relation give; a weight of zero sets none, so its modes get no spread."""
-    return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
 
 def _learn_group(
@@ -306,7 +301,7 @@ def _learn_support(
     if len(poses) >= least and rule.same_place_as is None:
         counts["placements"] = len(poses)
         turned = any(mode.orientation_rad is not None for mode in rule.placements) or has_direction([pose.frame.turn_rad for pose in poses])
-        scale = _scale(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)
+        scale = Scale.of(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)
         rule = replace(rule, placements=place_modes(poses, turned, scale))
     return rule
 
@@ -351,7 +346,7 @@ def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoo
     changed: dict[str, Any] = {}
     for name, weight in weights.items():
         if name not in counts:
-            spread = _scale(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
+            spread = Scale.of(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
             changed[name] = tuple(
                 replace(mode, orientation_spread=min(mode.orientation_spread, spread)) if mode.orientation_spread <= 1.0 else mode
                 for mode in getattr(rule, name)
