@@ -42,10 +42,10 @@ class Corner(NamedTuple):
 class Draft:
     """One object while its addresses are drawn.
 
-    ``behind_m`` is how far its back stands off the line of its run.
+    ``behind_m`` is how far its back stands off the line of its row.
     ``units`` maps the symbols of the nodes above it to the nearest vertex of each.  ``core`` is what its address points to.
     ``mode`` is the number of the mode around the core that is its own.  ``carries`` is whether something may hang in line above it,
-    ``beside`` the units beside it in its run.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
+    ``beside`` the units beside it in its row.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
     nodes of the parse tree below its terminal.  ``loaded_m`` is how high it may be with what stands on it, 0 below a flat ceiling.
     """
 

@@ -84,7 +84,7 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
     """Give every unit row of a derivation a place to begin at, and its units their widths.
 
     Raises:
-        RejectedError: the room has no place for a run.
+        RejectedError: the room has no place for a row.
     """
     groups = _groups(grammar, drafts)
     if not groups:
@@ -118,7 +118,7 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
 
 
 def _still(chosen: _Candidate) -> _Candidate:
-    """Return a way to begin whose slot leaves no room to shift the run."""
+    """Return a way to begin whose slot leaves no room to shift the row."""
     line = chosen.slot.line(0)
     x, y = line.point(chosen.slot.direction * chosen.slide_m, 0.0)
     return chosen._replace(slot=chosen.slot._replace(x_a=x, y_a=y, slide=0.0), slide_m=0.0)

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from grammar.layout.assemble import around_target
-from grammar.learning.geometry import box_gap, is_supported_by, relative_pose, size_log_density
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.observed import ObservedObject, ObservedRoom, box_gap, is_supported_by, relative_pose, size_log_density
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
 from grammar.spec.rules import Grammar
 

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from grammar.geometry.walls import LENGTH, wall_rows
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import filled_outline, fitting_wall, half_extents, relative_pose
 from grammar.learning.mixtures import place_mixture
 from grammar.learning.modes import LEAST_PLACE_M, Scale
+from grammar.learning.observed import filled_outline, fitting_wall, half_extents, relative_pose
 from grammar.spec.categories import Categories, Role
 from grammar.spec.object_rules import CORNER, NONE, AroundMode, ObjectRule
 from grammar.spec.rules import Grammar

@@ -28,7 +28,7 @@ from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import MoveSettings, move_settings
 from grammar.layout.problem import Problem, State, copy_state
 from grammar.learning.assign import AssignedRoom
-from grammar.learning.geometry import wall_poses
+from grammar.learning.observed import wall_poses
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import ENERGY_TERMS, TERMS, Weights, weight_vector
 from grammar.spec.rules import MOVES, Grammar, MoveRule

@@ -17,8 +17,7 @@ import numpy as np
 
 from grammar.learning.assign import AssignedRoom, assign, is_of
 from grammar.learning.category_map import ALSO_SEEN
-from grammar.learning.geometry import box_gap, nearest_wall
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.observed import ObservedObject, ObservedRoom, box_gap, nearest_wall
 from grammar.learning.sizes import learn_size
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.categories import Categories, Role

@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from grammar.learning.category_map import CategoryMap, kind_of, nearest_category, symbol_of
-from grammar.learning.geometry import box_gap, wall_poses
 from grammar.learning.layout_fields import UnfitError, quoted, read_number, read_numbers
-from grammar.learning.observed import ObservedObject
+from grammar.learning.observed import ObservedObject, box_gap, wall_poses
 from scene_description.types import Point2
 
 Size = tuple[float, float, float]

@@ -15,8 +15,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from grammar.learning.geometry import RelativePose, half_extents, wrapped
 from grammar.learning.mixtures import gap_mixture, place_mixture
+from grammar.learning.observed import RelativePose, half_extents, wrapped
 from grammar.spec.object_rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025

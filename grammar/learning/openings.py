@@ -10,8 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
 from grammar.geometry.walls import wall_lengths, wall_rows
-from grammar.learning.geometry import filled_outline, without_steps
-from grammar.learning.observed import ObservedOpening, ObservedRoom
+from grammar.learning.observed import ObservedOpening, ObservedRoom, filled_outline, without_steps
 from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
 from grammar.spec.values import TruncatedNormal

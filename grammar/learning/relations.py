@@ -14,7 +14,6 @@ import numpy as np
 from grammar.geometry.solids import surface_top
 from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.modes import (
     ALIGNED_RAD,
     LEAST_ANGLE_RAD,
@@ -29,6 +28,7 @@ from grammar.learning.modes import (
     quarter_of,
     wall_modes,
 )
+from grammar.learning.observed import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.sizes import height_modes, is_norm, learn_size
 from grammar.spec.categories import Categories, Role
 from grammar.spec.energy_terms import Weights

@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
-from grammar.learning.geometry import filled_outline, size_log_density, without_steps
-from grammar.learning.observed import ObservedRoom
+from grammar.learning.observed import ObservedRoom, filled_outline, size_log_density, without_steps
 from grammar.spec.object_rules import HeightMode, ObjectRule, SizeMode
 from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.values import TruncatedNormal
