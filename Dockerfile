@@ -1,4 +1,4 @@
-# docker build -t scene_synth_ros . && docker run --rm --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros
+# docker build -t scene_synth_ros . && mkdir -p runs && docker run --rm --user "$(id -u)" --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros
 FROM ros:jazzy-ros-base
 RUN apt-get update && apt-get install -y --no-install-recommends python3-venv && rm -rf /var/lib/apt/lists/*
 WORKDIR /ws
@@ -8,8 +8,8 @@ RUN apt-get update && rosdep update && rosdep install --from-paths src --ignore-
     && .venv/bin/pip install --no-cache-dir -r src/scene_synth_ros/requirements.txt "pyoidn>=2.5" \
     && bash -c "source /opt/ros/jazzy/setup.bash && colcon build"
 ENV PATH=/ws/.venv/bin:$PATH NUMBA_CACHE_DIR=/tmp/kernels
-# ros:jazzy-ros-base has a user "ubuntu" with the number 1000; a folder of the host's must be writable for it, or give --user $(id -u)
-RUN mkdir -p /runs && chown ubuntu:ubuntu /runs
+# not root; by --user the container writes into a folder of the host as whoever owns that
+ENV HOME=/tmp ROS_LOG_DIR=/tmp/log
 USER ubuntu
 # ROS's own entry point sources /opt/ros/jazzy only
 ENTRYPOINT ["bash", "-c", "source /opt/ros/jazzy/setup.bash && source /ws/install/setup.bash && exec \"$@\"", "--"]

@@ -1,5 +1,6 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
 # make test   all tests, in two processes; WORKERS=N in N, WORKERS= in one     make lint   ruff and mypy
+# make coverage  all tests, and which lines they reach
 # make bench  speed tables       make setup  only the environment that running needs
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
 # make docs   the pages and pictures in docs that are made from the code
@@ -24,7 +25,7 @@ endif
 DEVELOPING := $(RUNNING),exr,test,bench
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: setup run test soak lint bench docs gallery clean
+.PHONY: setup run test coverage soak lint bench docs gallery clean
 
 setup: $(VENV)/.ready
 
@@ -58,6 +59,10 @@ run: setup
 test: develop interfaces
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS))
 
+# which lines the tests reach; compiled kernels count as not reached, so the figure is of the code around them
+coverage: develop interfaces
+	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) --cov=scene_description --cov=grammar --cov=renderer --cov=evaluation --cov=scene_synth_ros --cov-report=term:skip-covered
+
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
 soak: develop
 	$(BIN)/python -m pytest -m soak -s test/soak
@@ -71,6 +76,7 @@ bench: develop
 
 docs: develop
 	@$(BIN)/python docs/architecture_map.py
+	@$(BIN)/python docs/energy_terms.py
 	@$(BIN)/python docs/reference_pages.py
 	@$(BIN)/python -m scene_synth_ros layers --markdown > docs/layers.md
 

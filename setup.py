@@ -57,6 +57,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",
+            "pytest-cov>=5",
             "pytest-xdist>=3.6",
             "hypothesis>=6.100",
             "rosbags>=0.10",

@@ -15,8 +15,8 @@ from grammar.drawing.shapes import Drawing, Shape, dot, line, to_svg, words
 from grammar.layout.assemble import assemble
 from grammar.layout.columns import FIXED
 from grammar.layout.floor_raster import NO_FLOOR
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import move_settings
 from grammar.layout.schedule import run_stages
 from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories
@@ -93,9 +93,9 @@ def _rate(grammar: Grammar, categories: Categories, objects: int, walks: bool) -
         state = run_stages(rng, Chain(problem, settings), start, grammar.schedule, grammar.schedule.beta).state
         chain = Chain(problem, settings, room_floor(grammar, tree.room) if walks else NO_FLOOR)
         movable = np.flatnonzero(problem.mount != FIXED)
-        run_chain(rng, chain, state, Run(1, 1.0, 1.0, tolerance, False), movable)
+        run_chain(rng, chain, state, ChainRun(1, 1.0, 1.0, tolerance, False), movable)
         began = time.process_time()
-        run_chain(rng, chain, state, Run(PROPOSALS, 1.0, 1.0, tolerance, False), movable)
+        run_chain(rng, chain, state, ChainRun(PROPOSALS, 1.0, 1.0, tolerance, False), movable)
         seconds += time.process_time() - began
     return STRUCTURES * PROPOSALS / seconds
 

@@ -12,9 +12,10 @@ import numpy as np
 from shapely import Polygon, union_all
 from shapely.geometry.base import BaseGeometry
 
-from grammar.checks.furnished import Furnished, furnished, whole_box
-from grammar.checks.use_of_kitchens import runs_of
+from grammar.checks.furnished import Furnished, furnished
+from grammar.checks.use_of_fixtures import unit_rows_of
 from grammar.geometry.boxes import footprint_corners
+from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_rows
 from grammar.learning.category_map import CategoryMap
 from grammar.learning.layout_fields import UnfitError, read_number, read_openings, read_polygon
@@ -93,7 +94,7 @@ def measure_room(found: Furnished) -> RoomMeasures:
         windows=sum(opening.category == "window" for opening in found.room.openings),
         base_units=len(found.standing("unit")),
         wall_units=len(found.having("wall_unit")),
-        runs=len(runs_of(found)),
+        runs=len(unit_rows_of(found)),
         by_category=dict(Counter(item.category for item in found.objects)),
     )
 

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from grammar.appearance.appearance import core_of
+from grammar.appearance.appearance import MaterialPool, core_of, draw_index_by_odds
 from grammar.appearance.appearance_rules import Appearance, CategoryLook, PartRule, StyleRule
-from grammar.appearance.material_pool import MaterialPool, draw_index_by_odds
 from grammar.derivation.densities import draw_size
 from grammar.spec.categories import Categories, Category, Solid, SupportSurface
 from grammar.spec.grammar_file import read_yaml

@@ -13,7 +13,7 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.layout.assemble import assemble
 from grammar.layout.columns import ACCEPTED, FIXED, TRIED
 from grammar.layout.mcmc import Chain
-from grammar.layout.moves import move_settings
+from grammar.layout.problem import move_settings
 from grammar.layout.schedule import run_stages
 from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories

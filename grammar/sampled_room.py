@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.checks.faults import always_odd, find_faults
+from grammar.checks.faults import always_odd, find_faults, oddly_seated
 from grammar.checks.furnished import furnished
 from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
@@ -30,10 +30,8 @@ from grammar.layout.circulation import empty_floor
 from grammar.layout.columns import TRIED, YAW, X, Y, Z
 from grammar.layout.floor_raster import NO_FLOOR, Floor
 from grammar.layout.mcmc import Chain
-from grammar.layout.moves import move_settings
-from grammar.layout.problem import Problem, State
+from grammar.layout.problem import Problem, State, move_settings
 from grammar.layout.schedule import run_stages, run_together
-from grammar.layout.seating import oddly_seated
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
 from grammar.spec.request import RequestError, SceneRequest
@@ -61,13 +59,7 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
 def sample_room_with_cost(
     grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator
 ) -> tuple[SampledRoom, SamplingCost]:
-    """Sample a valid room and tell what it cost.
-
-    Args:
-        grammar: of the room type asked for.
-        categories: table of categories.
-        request: constraints.
-        rng: source of all randomness; the same state gives the same room.
+    """Sample a valid room and tell what it cost; the same state of ``rng`` gives the same room.
 
     Raises:
         RequestError: no room meets the request, or none was valid within the budget; the line names the constraint.

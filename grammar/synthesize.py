@@ -15,15 +15,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance.appearance import sample_appearance_from
+from grammar.appearance.appearance import MaterialPool, sample_appearance_from
 from grammar.appearance.appearance_rules import Appearance, load_appearance
-from grammar.appearance.apply_looks import apply_looks
 from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
-from grammar.appearance.downlights import sample_downlights
-from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_lighting
-from grammar.appearance.material_pool import MaterialPool
+from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting
+from grammar.appearance.looks import apply_looks
 from grammar.appearance.restrict import restricted
-from grammar.camera.camera_path import sample_camera_path
+from grammar.camera.camera_path import CameraSpace, sample_camera_path
+from grammar.camera.camera_path import CameraTimes as CameraTimes
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
 from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
@@ -34,10 +33,9 @@ from grammar.geometry.solids import object_solids
 from grammar.sampled_room import SampledRoom, sample_room_with_cost
 from grammar.small_things.fill import Source
 from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
-from grammar.small_things.strew import Furnished, strew
+from grammar.small_things.strew import FurnishedRoom, strew
 from grammar.spec.categories import Categories, Category, read_categories
-from grammar.spec.grammar_file import learned_types, read_grammar, room_types
-from grammar.spec.grammar_table import GrammarTable
+from grammar.spec.grammar_file import GrammarTable, learned_types, read_grammar, room_types
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
 from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
@@ -46,16 +44,6 @@ from scene_description.share import config_path
 
 PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
 """Streams of random numbers of a room, in the order of their spawn keys."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraTimes:
-    """When the camera takes its frames: frame k of the room is at ``start_ns + round((first_index + k) * 1e9 / rate_hz)``."""
-
-    frames: int
-    start_ns: int
-    rate_hz: float
-    first_index: int = 0
 
 
 class FloorMap(NamedTuple):
@@ -173,13 +161,7 @@ class SceneSynthesizer:
         return replace(request, room_type=self.grammar_of(request).looks_like)
 
     def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
-        """Sample a room.
-
-        Args:
-            request: the constraints.
-            seed: of the run.
-            index: of the room in the run.
-            times: of the camera's frames.
+        """Sample room number ``index`` of the run with a seed.
 
         Raises:
             RequestError: the constraints cannot be met.
@@ -209,8 +191,8 @@ class SceneSynthesizer:
         lights, spots, environment = self._light(rng, request, room, objects)
         boxes, _ = object_solids(self.categories, furnished.objects)
         objects = tuple(item for item in objects if item.id not in gone)
-        stamps = times.frames, times.start_ns, times.rate_hz, times.first_index
-        path = sample_camera_path(rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, *stamps, roof_boxes(room))
+        space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room))
+        path = sample_camera_path(rng["camera"], self.camera, space, times)
         scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",
@@ -244,7 +226,7 @@ class SceneSynthesizer:
         """Return a furnished room with small things, and the ids of those of its objects that the clutter asked for leaves out."""
         sizes = {rule.category: rule.high_m for rule in models.grammar.objects.values() if rule.category in models.chosen}
         source = Source(rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes)
-        before = Furnished(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
+        before = FurnishedRoom(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
         (_, objects, graph, report), gone = strew(source, tuple(self.lighting.lamps), before, rng)
         return replace(sampled, objects=objects, parse_graph=graph, validity=report), gone
 

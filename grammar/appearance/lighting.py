@@ -1,4 +1,4 @@
-"""The state of a room's lamps and the daylight outside.  Light is photometric."""
+"""The state of a room's lamps, spots let into its ceiling, and the daylight outside.  Light is photometric."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+from shapely import Point, Polygon
 
 from grammar.appearance.daylight import (
     NO_DAYLIGHT_REQUEST,
@@ -19,12 +20,21 @@ from grammar.appearance.daylight import (
     fitting_conditions,
     make_daylight,
 )
-from grammar.appearance.downlights import DownlightConfig
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
-from scene_description import Environment, FieldError, Light, Limits, SceneObject, from_mapping
+from scene_description import Environment, FieldError, Light, Limits, Luminaire, Room, SceneObject, from_mapping
+from scene_description.ceilings import ceiling_planes
 from scene_description.color_temperature import color_of_temperature, luminance_rgb
 
+SpotMetres = Annotated[float, Limits(ge=0.1, le=10.0, unit="m")]
+SpotFlux = Annotated[float, Limits(ge=1.0, le=1e5, unit="lm")]
+Angle = Annotated[float, Limits(ge=1.0, le=89.0, unit="deg")]
+
+MAX_SPOTS = 64
+RADIUS_M = 0.03
+_CLEAR_OF_LAMPS_M = 0.4
+_CLEAR_OF_SLOPES_M = 0.1
+"""So much higher are the planes of slopes over a spot."""
 Flux = Annotated[float, Limits(ge=1.0, le=1e6, unit="lm")]
 Kelvin = Annotated[float, Limits(ge=1700.0, le=20000.0, unit="K")]
 SkyLuminance = Annotated[float, Limits(ge=1e-6, le=1e5, unit="cd/m2")]
@@ -119,17 +129,7 @@ def sample_lighting(
     windows: bool = True,
     request: DaylightRequest = NO_DAYLIGHT_REQUEST,
 ) -> tuple[tuple[Light, ...], Environment]:
-    """Sample the state of all lamps of a room and the daylight outside.
-
-    At night, and in a room without windows, at least one lamp is on: the one with the greatest flux if chance left all of them off.
-    A room without lamps is never dark.
-
-    Args:
-        rng: the only source of randomness.
-        config: ranges and probabilities.
-        objects: the room's objects; those of a lamp category are lamps.
-        windows: whether daylight gets in at all.
-        request: what is fixed of the daylight.
+    """Sample which lamps are lit and what is outside, with the daylight as far as ``request`` fixes it; ``windows``: whether any gets in.
 
     Returns:
         One light for each lamp, lit or not, in the order of the objects; the environment.
@@ -205,3 +205,70 @@ def _check_order(path: str, ranges: Mapping[str, tuple[float, float]]) -> None:
     for name, (low, high) in ranges.items():
         if low > high:
             raise FieldError(f"{path}.{name}", "low <= high", f"[{low}, {high}]")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DownlightConfig:
+    """Spots of one room type: the probability that it has them, distances, and ranges of flux, colour temperature and cones.
+
+    ``beam_deg`` is the half angle within which the light is full; it ends at ``field_over_beam`` times that.
+    """
+
+    probability: Probability
+    spacing_m: tuple[SpotMetres, SpotMetres]
+    from_wall_m: SpotMetres
+    flux_lm: tuple[SpotFlux, SpotFlux]
+    color_temperature_k: tuple[Kelvin, Kelvin]
+    beam_deg: tuple[Angle, Angle]
+    field_over_beam: Annotated[float, Limits(ge=1.0, le=3.0)]
+    on_by_day: Probability
+    on_in_dark: Probability
+
+
+def sample_downlights(
+    rng: np.random.Generator, config: DownlightConfig | None, room: Room, objects: Sequence[SceneObject], *, dark: bool
+) -> tuple[Luminaire, ...]:
+    """Sample the spots in a ceiling, where it is flat; none where the room type has none or the draw leaves them out.
+
+    They lie on a grid along x and y over the room's outline, off its walls and off hanging lamps.
+    """
+    if config is None or rng.random() >= config.probability:
+        return ()
+    spacing, flux_lm = float(rng.uniform(*config.spacing_m)), float(np.exp(rng.uniform(*np.log(config.flux_lm))))
+    temperature_k, beam = float(rng.uniform(*config.color_temperature_k)), math.radians(float(rng.uniform(*config.beam_deg)))
+    on = bool(rng.random() < (config.on_in_dark if dark else config.on_by_day))
+    # keep the points of a grid that are off the walls and off hanging lamps
+    floor = Polygon(room.polygon_m)
+    hanging = [item.position_m[:2] for item in objects if item.support.kind == "ceiling"]
+    x_low, y_low, x_high, y_high = floor.bounds
+    planes = ceiling_planes(room).tolist()
+    places = []
+    for x in _grid(x_low, x_high, spacing, config.from_wall_m):
+        for y in _grid(y_low, y_high, spacing, config.from_wall_m):
+            off_lamps = all(math.dist((x, y), place) > _CLEAR_OF_LAMPS_M for place in hanging)
+            point = Point(x, y)
+            flat = all(a * x + b * y + c > room.height_m + _CLEAR_OF_SLOPES_M for a, b, c in planes)
+            if flat and off_lamps and floor.contains(point) and floor.exterior.distance(point) >= 0.9 * config.from_wall_m:
+                places.append((x, y))
+    return tuple(
+        Luminaire(
+            kind="spot",
+            position_m=(x, y, room.height_m - 0.2 * RADIUS_M),
+            flux_lm=flux_lm,
+            color_temperature_k=temperature_k,
+            color=color_of_temperature(temperature_k),
+            on=on,
+            beam_rad=beam,
+            field_rad=min(config.field_over_beam * beam, math.radians(89.0)),
+            radius_m=RADIUS_M,
+        )
+        for x, y in places[:MAX_SPOTS]
+    )
+
+
+def _grid(low: float, high: float, spacing: float, margin: float) -> list[float]:
+    """Return points along an axis, ``margin`` off the ends and about ``spacing`` apart."""
+    low, high = low + margin, high - margin
+    if high <= low:
+        return [0.5 * (low + high)]
+    return [float(point) for point in np.linspace(low, high, round((high - low) / spacing) + 1)]

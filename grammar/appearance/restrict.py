@@ -19,13 +19,8 @@ def restricted(
 ) -> Appearance:
     """Return the rules of appearance given a request, whose looks are checked first.
 
-    Styles that need excluded materials are not drawn.
-
-    Args:
-        appearance: of all categories.
-        request: its looks, its excluded materials and its palette.
-        needed: categories that the room may hold.
-        more_parts: category -> parts of models of the user's catalogue.
+    Styles that need excluded materials are not drawn.  ``needed``: categories that the room may hold; ``more_parts``: category -> parts of
+    models of the user's catalogue.
 
     Raises:
         RequestError: a category, part, style, material or family is unknown, or nothing is left to draw from.

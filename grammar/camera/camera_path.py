@@ -8,62 +8,61 @@ yaw and pitch are interpolated rather than quaternions, so that the horizon stay
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from grammar.camera.directions import sample_directions
 from grammar.camera.path_config import CameraPathConfig, Mount
-from grammar.camera.views import Views
+from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes
+from grammar.geometry.boxes import NO_BOXES
 from scene_description import CameraPose
 from scene_description.poses import look_at
-
-NO_ROOF = np.zeros((0, 8))
-"""The roof of a room whose ceiling is flat."""
 
 _TRIAL_STATIONS = 8
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraTimes:
+    """When the camera takes its frames: frame k of the room is at ``start_ns + round((first_index + k) * 1e9 / rate_hz)``."""
+
+    frames: int
+    start_ns: int
+    rate_hz: float
+    first_index: int = 0
+
+
+class CameraSpace(NamedTuple):
+    """Where the camera goes: (n, 2) outline of the floor, counter-clockwise, world, metres; the ceiling's height; (b, 8) solids.
+
+    roof: (r, 8) boxes that fill what a sloped ceiling cuts off, which the camera keeps clear of but does not look for.
+    """
+
+    polygon_m: ArrayLike
+    height_m: float
+    boxes: Boxes
+    roof: Boxes = NO_BOXES
+
+
 def sample_camera_path(
-    rng: np.random.Generator,
-    config: CameraPathConfig,
-    polygon_m: ArrayLike,
-    height_m: float,
-    boxes: Boxes,
-    frames: int,
-    start_ns: int,
-    rate_hz: float,
-    first_index: int,
-    roof: Boxes = NO_ROOF,
+    rng: np.random.Generator, config: CameraPathConfig, space: CameraSpace, times: CameraTimes
 ) -> tuple[CameraPose, ...]:
-    """Sample the poses of a camera, one a frame.
+    """Sample the poses of a camera's optical frame, one a frame.
 
     Where the room is too crowded for the distances of ``config`` they are lowered step by step; in the worst case the camera turns on the
-    spot that has most room.
-
-    Args:
-        rng: the only source of randomness.
-        config: limits of place, motion and view.
-        polygon_m: (n, 2) floor outline, counter-clockwise, world, metres.
-        height_m: height of the ceiling.
-        boxes: (b, 8) solids, rows as :mod:`grammar.geometry.boxes` defines them.
-        frames: number of poses, at least 1.
-        start_ns: time of frame 0 of the run.
-        rate_hz: frames a second of simulated time.
-        first_index: number of the first frame within the run; frame k has the stamp ``start_ns + round(k * 1e9 / rate_hz)``.
-        roof: (r, 8) boxes that fill what a sloped ceiling cuts off, which the camera keeps clear of but does not look for.
-
-    Returns:
-        ``frames`` poses of the optical frame; neighbours differ by at most the larger of ``max_step_m`` along the floor and by
-        ``max_turn_rad`` of rotation.
+    spot that has most room.  Neighbouring poses differ by at most the larger of ``max_step_m`` along the floor and by ``max_turn_rad`` of
+    rotation.
     """
     # draw who carries the camera, and walk
-    mount, lens_m = _sample_mount(rng, config, height_m)
-    solids = np.ascontiguousarray(np.concatenate([boxes, roof]), np.float64)
-    views = Views(config, np.ascontiguousarray(polygon_m, np.float64), height_m, solids, lens_m, len(boxes))
-    step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / rate_hz))
+    mount, lens_m = _sample_mount(rng, config, space.height_m)
+    solids = np.ascontiguousarray(np.concatenate([space.boxes, space.roof]), np.float64)
+    views = Views(config, np.ascontiguousarray(space.polygon_m, np.float64), space.height_m, solids, lens_m, len(space.boxes))
+    frames = times.frames
+    step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / times.rate_hz))
     length_m = step_m * (frames - 1)
     ground = choose_ground(views.polygon, views.boxes, lens_m, config.sway_m, config.body_radius_m, config.clearance_m, config.resolution_m)
     walk = _best_walk(rng, views, ground, length_m)
@@ -75,7 +74,7 @@ def sample_camera_path(
     poses = []
     for k in range(frames):
         position = (float(xy[k, 0]), float(xy[k, 1]), float(z[k]))
-        stamp_ns = start_ns + round((first_index + k) * 1_000_000_000 / rate_hz)
+        stamp_ns = times.start_ns + round((times.first_index + k) * 1_000_000_000 / times.rate_hz)
         poses.append(CameraPose(stamp_ns=stamp_ns, position_m=position, orientation=_orientation(float(yaw[k]), float(pitch[k]))))
     return tuple(poses)
 

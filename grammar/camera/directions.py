@@ -1,4 +1,7 @@
-"""Directions of view along a walk: yaw by dynamic programming over rings of views, pitch by what stands in view, both of limited rate."""
+"""Directions of view along a walk: yaw by dynamic programming over rings of views, pitch by what stands in view, both of limited rate.
+
+Angles between keys follow monotone cubics (PCHIP), written out here because importing scipy.interpolate takes as long as the rest of scipy.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,8 @@ import math
 
 import numpy as np
 
-from grammar.camera.monotone import interpolate_monotonically
 from grammar.camera.path_config import CameraPathConfig, Mount
-from grammar.camera.view_ring import RING_COLUMNS, best_columns, column_azimuth_rad
-from grammar.camera.views import Ring, Views
+from grammar.camera.view_ring import RING_COLUMNS, Ring, Views, best_columns, column_azimuth_rad
 from grammar.camera.walk import Walk, position_at
 from grammar.geometry.arrays import Floats
 
@@ -25,18 +26,7 @@ _PITCH_OFFSET_SD_RAD = 0.03
 
 
 def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, walk: Walk, along_m: Floats) -> tuple[Floats, Floats]:
-    """Sample where the camera looks.
-
-    Args:
-        rng: source of randomness.
-        views: what can be seen.
-        mount: bounds of the pitch.
-        walk: where the camera goes.
-        along_m: (n,) progress along the walk at each frame.
-
-    Returns:
-        yaw (unwrapped) and pitch of each frame, (n,) radians each.
-    """
+    """Return yaw (unwrapped) and pitch in radians, (n,) each, at progress ``along_m`` (n,) of a walk."""
     config = views.config
     # judge the views from key stations along the walk
     keys_m = np.linspace(0.0, float(along_m[-1]), max(math.ceil(float(along_m[-1]) / _KEY_SPACING_M), 1) + 1)
@@ -94,3 +84,47 @@ def _limit_rate(angles: Floats, most: float) -> Floats:
     for k in range(1, len(angles)):
         limited[k] = limited[k - 1] + min(max(angles[k] - limited[k - 1], -most), most)
     return limited
+
+
+def interpolate_monotonically(keys: Floats, values: Floats, at: Floats) -> Floats:
+    """Return a smooth curve through points, keys (k,) and values (k,), two and more, that rises and falls only where they do.
+
+    It is the cubic Hermite curve with the slopes of F. N. Fritsch and J. Butland, "A Method for Constructing Local Monotone Piecewise Cubic
+    Interpolants", SIAM J. Sci. Stat. Comput. 5 (1984), the same bits as scipy's ``PchipInterpolator``; ``at`` (n,) lies within the keys.
+    """
+    steps = np.diff(keys)
+    slopes = np.diff(values) / steps
+    tangents = _tangents(steps, slopes)
+    third = (tangents[:-1] + tangents[1:] - 2.0 * slopes) / steps
+    coefficients = (values[:-1], tangents[:-1], (slopes - tangents[:-1]) / steps - third, third / steps)
+    piece = np.clip(np.searchsorted(keys, at, side="right") - 1, 0, len(steps) - 1)
+    along = at - keys[piece]
+    result, power = np.zeros(len(at)), np.ones(len(at))
+    for coefficient in coefficients:
+        result = result + coefficient[piece] * power
+        power = power * along
+    return result
+
+
+def _tangents(steps: Floats, slopes: Floats) -> Floats:
+    """Return the curve's slope at each key: 0 where it turns, else the weighted harmonic mean of the slopes on both sides."""
+    if len(slopes) == 1:
+        return np.repeat(slopes, 2)
+    tangents = np.zeros(len(slopes) + 1)
+    goes_on = np.sign(slopes[1:]) * np.sign(slopes[:-1]) > 0.0
+    before, after, left, right = (each[goes_on] for each in (steps[:-1], steps[1:], slopes[:-1], slopes[1:]))
+    weight_left, weight_right = 2.0 * after + before, after + 2.0 * before
+    tangents[1:-1][goes_on] = 1.0 / ((weight_left / left + weight_right / right) / (weight_left + weight_right))
+    tangents[0] = _end_tangent(steps[0], steps[1], slopes[0], slopes[1])
+    tangents[-1] = _end_tangent(steps[-1], steps[-2], slopes[-1], slopes[-2])
+    return tangents
+
+
+def _end_tangent(step: float, next_step: float, slope: float, next_slope: float) -> float:
+    """Return the slope at an end: of the parabola through three points, as far as the curve stays monotone."""
+    tangent = ((2.0 * step + next_step) * slope - step * next_slope) / (step + next_step)
+    if np.sign(tangent) != np.sign(slope):
+        return 0.0
+    if np.sign(slope) != np.sign(next_slope) and abs(tangent) > 3.0 * abs(slope):
+        return 3.0 * slope
+    return tangent

@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
-from grammar.camera.view_ring import ViewWeights
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, from_mapping
@@ -18,6 +17,16 @@ Weight = Annotated[float, Limits(ge=0.0, le=100.0)]
 Pitch = Annotated[float, Limits(ge=-1.2, le=1.2, unit="rad")]
 Height = Annotated[float, Limits(ge=0.1, le=3.0, unit="m")]
 Trials = Annotated[int, Limits(ge=1, le=1000)]
+
+
+class ViewWeights(NamedTuple):
+    """How a view is judged: distances in metres that count as too near and as far, and the weights of its three terms."""
+
+    near_m: float
+    far_m: float
+    depth: float
+    objects: float
+    near: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,20 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammar.camera.path_config import CameraPathConfig, ViewWeights
 from grammar.geometry.arrays import Boxes, Floats, Ints
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
 from grammar.geometry.kernels import entry, kernel
 
 RING_COLUMNS = 72
-
-
-class ViewWeights(NamedTuple):
-    """How a view is judged: distances in metres that count as too near and as far, and the weights of its three terms."""
-
-    near_m: float
-    far_m: float
-    depth: float
-    objects: float
-    near: float
 
 
 def column_azimuth_rad() -> Floats:
@@ -157,12 +149,12 @@ def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
 @kernel
 def _box_distance(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
     """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside."""
-    px, py = position[0] - box[0], position[1] - box[1]
-    u, v = px * box[6] + py * box[7], py * box[6] - px * box[7]
-    du, dv = dx * box[6] + dy * box[7], dy * box[6] - dx * box[7]
-    w = position[2] - 0.5 * (box[2] + box[3])
+    px, py = position[0] - box[X], position[1] - box[Y]
+    u, v = px * box[COS_YAW] + py * box[SIN_YAW], py * box[COS_YAW] - px * box[SIN_YAW]
+    du, dv = dx * box[COS_YAW] + dy * box[SIN_YAW], dy * box[COS_YAW] - dx * box[SIN_YAW]
+    w = position[2] - 0.5 * (box[Z_LOW] + box[Z_HIGH])
     low, high = 0.0, np.inf
-    for start, step, half in ((u, du, box[4]), (v, dv, box[5]), (w, dz, 0.5 * (box[3] - box[2]))):
+    for start, step, half in ((u, du, box[HALF_DEPTH]), (v, dv, box[HALF_WIDTH]), (w, dz, 0.5 * (box[Z_HIGH] - box[Z_LOW]))):
         if abs(step) < 1e-12:
             if abs(start) > half:
                 return np.inf
@@ -170,3 +162,43 @@ def _box_distance(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
             a, b = (-half - start) / step, (half - start) / step
             low, high = max(low, min(a, b)), min(high, max(a, b))
     return low if 0.0 < low <= high else np.inf
+
+
+class Ring(NamedTuple):
+    """What the rays from a point meet, as :func:`grammar.camera.view_ring.cast_ring` returns it."""
+
+    distance_m: Floats
+    hit: Ints
+
+
+class Views(NamedTuple):
+    """What views are judged in: the settings, what rays meet ((n, 2) outline, ceiling height, (b, 8) solids), the height of the lens.
+
+    The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.
+    """
+
+    config: CameraPathConfig
+    polygon: Floats
+    height_m: float
+    boxes: Boxes
+    lens_m: float
+    things: int
+
+    @property
+    def columns_wide(self) -> int:
+        """Columns of a ring that the field of view spans."""
+        return max(round(self.config.field_of_view_rad / (2.0 * math.pi) * RING_COLUMNS), 1)
+
+    def ring(self, station_m: Floats) -> Ring:
+        """Cast a ring of rays from a point (2,) of the floor."""
+        position = np.array([station_m[0], station_m[1], self.lens_m])
+        distance_m, hit = cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad))
+        return Ring(distance_m, np.where(hit < self.things, hit, -1))
+
+    def values(self, ring: Ring) -> Floats:
+        """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
+        return np.asarray(view_values(ring.distance_m, ring.hit, len(self.boxes), self.columns_wide, self.config.view_weights))
+
+    def best(self, station_m: Floats) -> float:
+        """Return the value of the best view from a point."""
+        return float(self.values(self.ring(station_m)).max())

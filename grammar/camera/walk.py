@@ -16,7 +16,7 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 from grammar.geometry.arrays import Boxes, Floats, Ints
-from grammar.geometry.boxes import point_distance
+from grammar.geometry.boxes import Z_HIGH, Z_LOW, point_distance
 from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
 from grammar.geometry.kernels import entry
 
@@ -68,7 +68,7 @@ def choose_ground(
 
     The distances to keep shrink step by step until some ground is left; at worst it is the one cell with the greatest clearance.
     """
-    feet = boxes[boxes[:, 2] < lens_m + spath_m]
+    feet = boxes[boxes[:, Z_LOW] < lens_m + spath_m]
     band = _around_lens(boxes, lens_m, spath_m + clearance_m)
     reserve_m = _RESERVE_CELLS * resolution_m
     lens_raster = rasterize(polygon, band, resolution_m, math.inf)
@@ -124,7 +124,7 @@ def position_at(walk: Walk, along_m: Floats) -> Floats:
 
 
 def _around_lens(boxes: Boxes, lens_m: float, half_height_m: float) -> Boxes:
-    return boxes[(boxes[:, 2] < lens_m + half_height_m) & (boxes[:, 3] > lens_m - half_height_m)]
+    return boxes[(boxes[:, Z_LOW] < lens_m + half_height_m) & (boxes[:, Z_HIGH] > lens_m - half_height_m)]
 
 
 def _largest_component(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -6,17 +6,17 @@ roles of their categories (``config/categories.yaml``), so they judge sampled ro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from grammar.checks import use_of_bathrooms as bathrooms
 from grammar.checks import use_of_doors as doors
+from grammar.checks import use_of_fixtures as fixtures
 from grammar.checks import use_of_furniture as furniture
-from grammar.checks import use_of_kitchens as kitchens
-from grammar.checks import use_of_machines as machines
 from grammar.checks import use_of_seats as seats
-from grammar.checks import use_of_tables as tables
-from grammar.checks.furnished import Furnished, furnished
+from grammar.checks.furnished import Furnished, blocked, each, far, furnished, near, off_wall
+from grammar.derivation.parse_tree import Item
+from grammar.layout.assemble import around_target
 from grammar.spec.categories import Categories, Role
 from scene_description import SceneDescription
 
@@ -33,71 +33,94 @@ class Fault(NamedTuple):
     of_layout: bool = True
 
 
+def _fault(find: Callable[[Furnished], list[int]], says: str, of_layout: bool = True) -> Fault:
+    """Return the fault that has the name of its function."""
+    return Fault(find.__name__, says, find, of_layout)
+
+
 FAULTS = (
-    Fault("switch_behind_door", "a light switch is on the hinge side of a door that opens into the room", doors.switch_behind_door),
-    Fault("shown_behind_door", "a picture, mirror, clock or board is behind an open door", doors.shown_behind_door),
-    Fault("shown_hidden", "a picture, mirror, clock or board is hidden to a quarter by what stands before it", doors.shown_hidden),
-    Fault("rug_in_swing", "a rug or mat lies where a door swings", doors.rug_in_swing),
-    Fault("door_in_corner", "a door opens into the corner of a sofa", doors.door_in_corner),
-    Fault("before_window", "a thing covers 15 % of a window", doors.before_window),
-    Fault("hangs_at_window", "a picture, mirror, clock or shelf hangs above or below a window", doors.hangs_at_window),
-    Fault("curtain_off_window", "a curtain hangs where no window is", doors.curtain_off_window),
-    Fault("hooks_over_heater", "hooks for coats hang over a radiator", doors.hooks_over_heater),
-    Fault("screen_unseen", "no seat faces a television that faces it", seats.screen_unseen),
-    Fault("chair_at_no_table", "a chair or stool faces no table or desk", seats.chair_at_no_table),
-    Fault("second_screen", "a room has two televisions", seats.second_screen),
-    Fault("screen_hidden", "things cover 15 % of a television", seats.screen_hidden),
-    Fault("chair_behind_chair", "another chair stands between a chair and its table", seats.chair_behind_chair),
-    Fault("coffee_table_astray", "no sofa or armchair stands at a coffee table", seats.coffee_table_astray),
-    Fault("seat_faces_wall", "a sofa or armchair faces a wall or something high close by", seats.seat_faces_wall),
-    Fault("seat_alone", "a sofa or armchair of a living room looks at no coffee table, television or other such seat", seats.seat_alone),
-    Fault("seat_cramped", "a sofa or armchair has no room for feet before it", seats.seat_cramped),
-    Fault("screen_before_window", "a television stands before a window", seats.screen_before_window),
-    Fault("screen_aside", "a television is more than 40 degrees aside of the largest sofa or bed", seats.screen_aside),
-    Fault("place_shared", "chairs of one table are too close to each other", tables.place_shared),
-    Fault("chair_at_corner", "a chair is drawn up to a corner of its table", tables.chair_at_corner),
-    Fault("chair_wedged", "what stands behind a chair is nearer than 0.5 m to its table", tables.chair_wedged),
-    Fault("filler_at_table", "a plant, bin or lamp stands where people sit at a table", tables.filler_at_table),
-    Fault("table_at_sofa", "a table for meals stands at a sofa, an armchair or a low table", tables.table_at_sofa),
-    Fault("bedside_blocked", "something stands before a nightstand", furniture.bedside_blocked),
-    Fault("wardrobe_shut", "the doors of a wardrobe do not open", furniture.wardrobe_shut),
-    Fault("askew", "furniture at a wall is turned from it by 1.2 to 15 degrees", furniture.askew),
-    Fault("rug_askew", "a rug is turned from the walls by more than 1.5 degrees", furniture.rug_askew),
-    Fault("store_on_rug_edge", "a store stands on a rug with a part of its foot only", furniture.store_on_rug_edge),
-    Fault("stands_on_mat", "something stands on a mat for feet or exercise", furniture.stands_on_mat),
-    Fault("pot_on_rug_edge", "a plant or vase stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
-    Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),
-    Fault("pot_under_table", "a plant or vase stands below a table", furniture.pot_under_table),
-    Fault("fillers_huddled", "three or more plants, vases, bins, lamps or balls stand in one heap", machines.fillers_huddled),
+    _fault(doors.switch_behind_door, "a light switch is on the hinge side of a door that opens into the room"),
+    _fault(doors.shown_behind_door, "a picture, mirror, clock or board is behind an open door"),
+    _fault(doors.shown_hidden, "a picture, mirror, clock or board is hidden to a quarter by what stands before it"),
+    _fault(doors.rug_in_swing, "a rug or mat lies where a door swings"),
+    _fault(doors.door_in_corner, "a door opens into the corner of a sofa"),
+    _fault(doors.before_window, "a thing covers 15 % of a window"),
+    _fault(doors.hangs_at_window, "a picture, mirror, clock or shelf hangs above or below a window"),
+    _fault(doors.curtain_off_window, "a curtain hangs where no window is"),
     Fault(
-        "thing_before_front", "a plant, vase, bin, lamp, ball or machine stands before the front of a store", machines.thing_before_front
+        "hooks_over_heater", "hooks for coats hang over a radiator", each(near(-0.03, "heater", on_floor=False), "hooks", on_floor=False)
     ),
-    Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", machines.machine_hemmed),
-    Fault("mat_hemmed", "furniture is close to a mat for exercise, or another mat lies askew beside it", machines.mat_hemmed),
-    Fault("car_shut_in", "the doors of a car open at neither side, or things touch it or stand in its way out", machines.car_shut_in),
-    Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
-    Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),
-    Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),
-    Fault("bed_off_wall", "the head of a bed is not at a wall", furniture.bed_off_wall),
-    Fault("back_off_wall", "a toilet, washbasin, sideboard or the like has no wall behind its back", furniture.back_off_wall),
-    Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", furniture.bedside_astray),
-    Fault("basin_off_mirror", "no mirror hangs over a washbasin, though the room has one", furniture.basin_off_mirror),
-    Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
-    Fault("paper_out_of_reach", "toilet paper hangs further than 0.9 m from the toilet", bathrooms.paper_out_of_reach),
-    Fault("towel_out_of_reach", "a towel hangs further than 1.6 m from bath, shower and basin", bathrooms.towel_out_of_reach),
-    Fault("mat_astray", "a bath mat lies before no bath, shower or basin", bathrooms.mat_astray),
+    _fault(seats.screen_unseen, "no seat faces a television that faces it"),
+    _fault(seats.chair_at_no_table, "a chair or stool faces no table or desk"),
+    _fault(seats.second_screen, "a room has two televisions"),
+    _fault(seats.screen_hidden, "things cover 15 % of a television"),
+    _fault(seats.chair_behind_chair, "another chair stands between a chair and its table"),
+    _fault(seats.coffee_table_astray, "no sofa or armchair stands at a coffee table"),
+    _fault(seats.seat_faces_wall, "a sofa or armchair faces a wall or something high close by"),
+    _fault(seats.seat_alone, "a sofa or armchair of a living room looks at no coffee table, television or other such seat"),
+    _fault(seats.seat_cramped, "a sofa or armchair has no room for feet before it"),
+    _fault(seats.screen_before_window, "a television stands before a window"),
+    _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed"),
+    _fault(seats.place_shared, "chairs of one table are too close to each other"),
+    _fault(seats.chair_at_corner, "a chair is drawn up to a corner of its table"),
+    _fault(seats.chair_wedged, "what stands behind a chair is nearer than 0.5 m to its table"),
+    _fault(seats.filler_at_table, "a plant, bin or lamp stands where people sit at a table"),
     Fault(
-        "toilet_cramped", "there is too little room for knees before a toilet, or something stands at its side", bathrooms.toilet_cramped
+        "table_at_sofa", "a table for meals stands at a sofa, an armchair or a low table", each(near(0.15, "lounge", "low_table"), "dining")
     ),
-    Fault("fixture_blocked", "the front of a bath, shower or basin is blocked to more than half", bathrooms.fixture_blocked),
-    Fault("bathing_off_corner", "a bath or shower stands in no corner", bathrooms.bathing_off_corner),
-    Fault("cabinet_overhead", "a deep cabinet hangs over a toilet, bath, shower or basin", bathrooms.cabinet_overhead),
-    Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
-    Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),
-    Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.fridge_off_wall),
-    Fault("hood_off_hob", "a hood is not over a hob", kitchens.hood_off_hob),
-    Fault("kitchen_lacks", "a kitchen has no sink or no hob", kitchens.kitchen_lacks, of_layout=False),
-    Fault("no_vehicle_door", "a garage has no door for a vehicle", kitchens.no_vehicle_door, of_layout=False),
+    _fault(furniture.bedside_blocked, "something stands before a nightstand"),
+    Fault("wardrobe_shut", "the doors of a wardrobe do not open", each(blocked("front", 0.02, 0.45, 0.2), "wardrobe")),
+    _fault(furniture.askew, "furniture at a wall is turned from it by 1.2 to 15 degrees"),
+    _fault(furniture.rug_askew, "a rug is turned from the walls by more than 1.5 degrees"),
+    _fault(furniture.store_on_rug_edge, "a store stands on a rug with a part of its foot only"),
+    _fault(furniture.stands_on_mat, "something stands on a mat for feet or exercise"),
+    _fault(furniture.pot_on_rug_edge, "a plant or vase stands on a rug with a part of its foot only"),
+    _fault(furniture.stands_astray, "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture"),
+    Fault("pot_under_table", "a plant or vase stands below a table", each(near(-0.05, "table"), "pot")),
+    _fault(furniture.fillers_huddled, "three or more plants, vases, bins, lamps or balls stand in one heap"),
+    _fault(furniture.thing_before_front, "a plant, vase, bin, lamp, ball or machine stands before the front of a store"),
+    Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", each(furniture.hemmed, "machine")),
+    _fault(furniture.mat_hemmed, "furniture is close to a mat for exercise, or another mat lies askew beside it"),
+    Fault(
+        "car_shut_in",
+        "the doors of a car open at neither side, or things touch it or stand in its way out",
+        each(furniture.shut_in, "vehicle"),
+    ),
+    Fault(
+        "front_blocked", "the front of a store or appliance is blocked to more than half", each(blocked("front", 0.05, 0.35, 0.5), "store")
+    ),
+    _fault(furniture.shelf_off_wall, "a shelf has no wall behind its back"),
+    Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", each(off_wall("wardrobe"), "wardrobe")),
+    Fault("bed_off_wall", "the head of a bed is not at a wall", each(off_wall("bed"), "bed")),
+    Fault("back_off_wall", "a toilet, washbasin, sideboard or the like has no wall behind its back", each(off_wall("backed"), "backed")),
+    Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", each(far(0.3, "bed"), "bedside")),
+    _fault(furniture.basin_off_mirror, "no mirror hangs over a washbasin, though the room has one"),
+    _fault(furniture.no_bathing, "a bathroom has neither bath nor shower", of_layout=False),
+    _fault(fixtures.paper_out_of_reach, "toilet paper hangs further than 0.9 m from the toilet"),
+    Fault(
+        "towel_out_of_reach",
+        "a towel hangs further than 1.6 m from bath, shower and basin",
+        each(far(1.6, "bathing", "basin"), "towel", on_floor=False),
+    ),
+    _fault(fixtures.mat_astray, "a bath mat lies before no bath, shower or basin"),
+    Fault(
+        "toilet_cramped",
+        "there is too little room for knees before a toilet, or something stands at its side",
+        each(fixtures.cramped, "toilet"),
+    ),
+    Fault(
+        "fixture_blocked",
+        "the front of a bath, shower or basin is blocked to more than half",
+        each(blocked("front", 0.05, 0.35, 0.5), "bathing", "basin"),
+    ),
+    Fault("bathing_off_corner", "a bath or shower stands in no corner", each(fixtures.off_corner, "bathing")),
+    _fault(fixtures.cabinet_overhead, "a deep cabinet hangs over a toilet, bath, shower or basin"),
+    _fault(fixtures.gap_in_run, "a gap of 3 to 35 cm parts two kitchen units at a wall"),
+    _fault(fixtures.run_in_pieces, "kitchen units at one wall stand apart with no door between them, or one stands alone"),
+    Fault("fridge_off_wall", "a refrigerator has no wall behind its back", each(off_wall("fridge"), "fridge")),
+    _fault(fixtures.hood_off_hob, "a hood is not over a hob"),
+    _fault(fixtures.kitchen_lacks, "a kitchen has no sink or no hob", of_layout=False),
+    _fault(fixtures.no_vehicle_door, "a garage has no door for a vehicle", of_layout=False),
 )
 """All faults, in the order of the tables that print them."""
 
@@ -107,6 +130,11 @@ def find_faults(found: Furnished, *, of_layout: bool = False) -> dict[str, list[
     all_found = ((fault.name, fault.find(found)) for fault in FAULTS if fault.of_layout or not of_layout)
     return {name: ids for name, ids in all_found if ids}
 
+
+SEAT_M = 0.5
+"""Least distance between the middles of chairs that stand side by side."""
+LONE_CHAIR_M = 1.2
+"""A table for meals that is as wide has more than one chair."""
 
 _NEEDS: tuple[tuple[Role, Role], ...] = (
     ("screen", "seat"),
@@ -134,3 +162,37 @@ def faults_table() -> str:
     lines = ["| fault | what it says | another layout may do without it |", "|---|---|---|"]
     lines += [f"| `{fault.name}` | {fault.says} | {'yes' if fault.of_layout else 'no'} |" for fault in FAULTS]
     return "\n".join(lines) + "\n"
+
+
+def oddly_seated(categories: Categories, items: Sequence[Item]) -> bool:
+    """Return whether every layout of these objects is odd for the chairs at its tables: too many or, for a large table, one alone."""
+    return crowded(categories, items) or lone_chair(categories, items)
+
+
+def lone_chair(categories: Categories, items: Sequence[Item]) -> bool:
+    """Return whether a table for meals that is at least ``LONE_CHAIR_M`` wide has one chair only."""
+    chairs = Counter(item.core for item in items if "pulled_up" in categories[item.rule.category].roles)
+    tables = (item for item in items if "dining" in categories[item.rule.category].roles)
+    return any(chairs[table.id] == 1 and max(table.size_m[:2]) >= LONE_CHAIR_M for table in tables)
+
+
+def crowded(categories: Categories, items: Sequence[Item]) -> bool:
+    """Return whether chairs of one table have to stand closer than ``SEAT_M`` side by side if each takes one of its preferred places."""
+    by_id = {item.id: item for item in items}
+    taken: dict[int, list[tuple[str, float, float]]] = {}
+    for item in items:
+        table = by_id.get(item.core or 0)
+        if table is None or not item.rule.around or "pulled_up" not in categories[item.rule.category].roles:
+            continue
+        seats = taken.setdefault(table.id, [])
+        free = (
+            place
+            for mode in item.rule.around
+            for place in [(mode.side, *around_target(mode, item.size_m, table.size_m)[:2])]
+            if all(place[0] != seat[0] or abs(place[1] - seat[1]) + abs(place[2] - seat[2]) >= SEAT_M for seat in seats)
+        )
+        place = next(free, None)
+        if place is None:
+            return True
+        seats.append(place)
+    return False

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
-from grammar.geometry.solids import object_solids
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y, footprint_penetration
+from grammar.geometry.solids import object_solids, whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, outside_distance, wall_rows
 from grammar.geometry.zones import opening_frame, side_rectangle
-from grammar.spec.categories import Categories, Role
+from grammar.spec.categories import BACK_GAP_M, Categories, Role
+from grammar.spec.grammar_file import room_needs
+from grammar.spec.room_rules import RoomNeeds
 from scene_description import Opening, Room, SceneObject
 
 STRAIGHT_RAD = math.radians(15.0)
@@ -28,6 +30,7 @@ class Furnished:
     """A room with its objects, their solids (m, 8) and whose these are (m,), and the rows of its walls."""
 
     room_type: str
+    needs: RoomNeeds
     room: Room
     objects: tuple[SceneObject, ...]
     categories: Categories
@@ -38,6 +41,10 @@ class Furnished:
     def having(self, *roles: Role) -> list[SceneObject]:
         """Return the objects whose category has one of these roles."""
         return [item for item in self.objects if any(role in self.categories[item.category].roles for role in roles)]
+
+    def lacking(self, *roles: Role) -> list[int]:
+        """Return the room (0) if it needs objects of one of these roles and has none."""
+        return [0] if any(role in self.needs.roles and not self.having(role) for role in roles) else []
 
     def only(self, kept: Bools) -> Furnished:
         """Return the room with those of its solids only that ``kept`` (m,) says."""
@@ -62,6 +69,7 @@ def furnished(room_type: str, room: Room, objects: Sequence[SceneObject], catego
     boxes, owner = object_solids(categories, objects)
     return Furnished(
         room_type=room_type,
+        needs=room_needs(room_type),
         room=room,
         objects=tuple(objects),
         categories=categories,
@@ -89,12 +97,16 @@ def _hits(points: Floats, boxes: Boxes) -> Bools:
     return np.asarray((np.abs(dx * c + dy * s) < boxes[:, HALF_DEPTH]) & (np.abs(dy * c - dx * s) < boxes[:, HALF_WIDTH]))
 
 
-def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, depth_m: float) -> float:
-    """Return the share of a strip along a side of an object that others' solids or walls take, up to the object's own height."""
+def strip_points(item: SceneObject, side: str, gap_m: float, depth_m: float) -> Floats:
+    """Return a grid of points (n, 2) of a strip so far off a side of an object and so deep, in the world."""
     x, y, half_d, half_w = side_rectangle(side, depth_m, item.size_m)
     steps = (np.arange(_POINTS) + 0.5) / (0.5 * _POINTS) - 1.0
-    u, v = np.meshgrid(x + np.sign(x) * gap_m + half_d * steps, y + np.sign(y) * gap_m + half_w * steps)
-    points = world_points(item, u, v)
+    return world_points(item, *np.meshgrid(x + np.sign(x) * gap_m + half_d * steps, y + np.sign(y) * gap_m + half_w * steps))
+
+
+def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, depth_m: float) -> float:
+    """Return the share of a strip along a side of an object that others' solids or walls take, up to the object's own height."""
+    points = strip_points(item, side, gap_m, depth_m)
     low, high = item.position_m[2], item.position_m[2] + item.size_m[2]
     beside = (found.owner != item.id) & (found.boxes[:, Z_LOW] < high) & (found.boxes[:, Z_HIGH] > low)
     taken = in_boxes(points, found.boxes[beside])
@@ -191,8 +203,47 @@ def swept_points(room: Room) -> Iterator[Floats]:
         yield np.column_stack([(x + into * c - left * s).ravel(), (y + into * s + left * c).ravel()])
 
 
-def whole_box(item: SceneObject) -> Boxes:
-    """Return an object's own box, (8,), whatever its solids are."""
-    x, y, z = item.position_m
-    depth, width, height = item.size_m
-    return np.array([x, y, z, z + height, 0.5 * depth, 0.5 * width, math.cos(item.yaw_rad), math.sin(item.yaw_rad)])
+AtFault = Callable[[Furnished, SceneObject], bool]
+"""Whether an object of a room is at fault."""
+
+
+def each(at_fault: AtFault, *roles: Role, on_floor: bool = True) -> Callable[[Furnished], list[int]]:
+    """Return the function that finds the objects at fault among those with these roles, by default of those on the floor."""
+
+    def find(found: Furnished) -> list[int]:
+        return [item.id for item in (found.standing if on_floor else found.having)(*roles) if at_fault(found, item)]
+
+    return find
+
+
+def blocked(side: str, gap_m: float, depth_m: float, share: float) -> AtFault:
+    """Return whether more than a share of a strip along a side, so far off and so deep, is taken."""
+    return lambda found, item: taken_share(found, item, side, gap_m, depth_m) > share
+
+
+def near(within_m: float, *roles: Role, on_floor: bool = True) -> AtFault:
+    """Return whether something with these roles is nearer than a distance; a negative one: overlaps by more than that."""
+
+    def is_near(found: Furnished, item: SceneObject) -> bool:
+        others = (found.standing if on_floor else found.having)(*roles)
+        return any(footprint_penetration(whole_box(item), whole_box(other)) > -within_m for other in others)
+
+    return is_near
+
+
+def far(beyond_m: float, *roles: Role) -> AtFault:
+    """Return whether something with these roles stands on the floor, and all of it is further off than a distance."""
+
+    def is_far(found: Furnished, item: SceneObject) -> bool:
+        others = found.standing(*roles)
+        return bool(others) and max(footprint_penetration(whole_box(item), whole_box(other)) for other in others) < -beyond_m
+
+    return is_far
+
+
+def off_wall(role: Role) -> AtFault:
+    """Return whether there is no wall behind a back.
+
+    The chain's term ``off_wall`` holds to the same gap; it measures the further end of the back, here it is the middle.
+    """
+    return lambda found, item: back_gap(found, item) > BACK_GAP_M[role]

@@ -75,15 +75,7 @@ class Metric(NamedTuple):
 
 
 def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescription, cost: SamplingCost, seconds: float) -> RoomMetrics:
-    """Return the metrics of a finished room.
-
-    Args:
-        grammar: that it was sampled from.
-        categories: the table of categories.
-        scene: the room with its validity report.
-        cost: of its sampling.
-        seconds: processor time of the whole synthesis.
-    """
+    """Return the metrics of a finished room with its validity report; ``seconds``: processor time of the whole synthesis."""
     symbol = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal" and node.object is not None}
     rules = [grammar.objects.get(symbol.get(item.id, "")) for item in scene.objects]
     mean_iou, share = _pair_iou(scene.objects)

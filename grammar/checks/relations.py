@@ -49,17 +49,9 @@ class _Deviation(NamedTuple):
 def satisfied_relations(
     grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject], graph: ParseGraph
 ) -> RelationCounts:
-    """Count the relations of a room's objects.
+    """Return for each of ``KINDS`` how many relations are satisfied and declared; one whose weight is zero is not declared.
 
-    Args:
-        grammar: that the room was sampled from.
-        categories: the table of categories.
-        room: with its openings and corners.
-        objects: all objects of the room.
-        graph: tells each object's symbol and core, and the weights of the energy.
-
-    Returns:
-        for each of ``KINDS`` how many are satisfied and declared; a relation whose weight is zero is not declared.
+    ``graph`` tells each object's symbol and core, and the weights of the energy.
     """
     symbols = {node.object: node.symbol for node in graph.nodes if node.kind == "terminal" and node.object is not None}
     rules = {key: grammar.objects[symbol] for key, symbol in symbols.items() if symbol in grammar.objects}

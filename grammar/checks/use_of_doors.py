@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, whole_box, world_points
-from grammar.geometry.boxes import footprint_penetration
+from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, world_points
+from grammar.geometry.solids import whole_box
 from grammar.geometry.zones import opening_frame
 
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
 AT_WINDOW_SHARE = 0.15
-OVER_M = 0.03
 
 
 def switch_behind_door(found: Furnished) -> list[int]:
@@ -93,12 +92,6 @@ def curtain_off_window(found: Furnished) -> list[int]:
         if max(lengths, default=0.0) < 0.5 * item.size_m[1]:
             bad.append(item.id)
     return bad
-
-
-def hooks_over_heater(found: Furnished) -> list[int]:
-    """Return hooks for coats that hang over a radiator."""
-    heaters = [whole_box(item) for item in found.having("heater")]
-    return [item.id for item in found.having("hooks") if any(footprint_penetration(whole_box(item), box) > OVER_M for box in heaters)]
 
 
 def rug_in_swing(found: Furnished) -> list[int]:

@@ -1,4 +1,4 @@
-"""Faults of use about furniture: blocked fronts, backs that stand free of walls, what stands on mats or free on the floor."""
+"""Faults of use about furniture, machines and cars: blocked fronts and sides, backs off walls, small things astray or in the way."""
 
 from __future__ import annotations
 
@@ -6,25 +6,29 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, taken_share, wall_distance, whole_box, world_points
-from grammar.geometry.boxes import Z_LOW, footprint_corners, footprint_penetration
+from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, strip_points, taken_share, wall_distance, world_points
+from grammar.geometry.arrays import Boxes
+from grammar.geometry.boxes import HALF_DEPTH, Z_HIGH, Z_LOW, X, Y, footprint_corners, footprint_penetration
+from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import WALL_YAW
+from grammar.geometry.zones import opening_frame
 from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
 VIEW_RAD = math.radians(60.0)
-FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
-BEDSIDE_M, BEDSIDE_FRONT_M = 0.3, 0.25
+FRONT_SHARE = 0.5
+BEDSIDE_FRONT_M = 0.25
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
-UNDER_M = 0.05
-DOORS_M, DOORS_SHARE = 0.45, 0.2
 AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(1.5), 0.08
-
-
-def front_blocked(found: Furnished) -> list[int]:
-    """Return stores and appliances whose front is blocked to more than ``FRONT_SHARE``."""
-    return [item.id for item in found.standing("store") if taken_share(found, item, "front", FRONT_GAP_M, FRONT_DEPTH_M) > FRONT_SHARE]
+MOUNT_SHARE, MOUNT_GAP_M, MOUNT_DEPTH_M = 0.4, 0.02, 0.4
+HEMMED_SHARE, HEMMED_GAP_M, HEMMED_DEPTH_M = 0.3, 0.01, 0.12
+DOOR_SHARE, DOOR_GAP_M, DOOR_DEPTH_M = 0.3, 0.02, 0.4
+TOUCHED_M, OVER_CURB_M, HUNG_M = 0.12, 0.12, 1.0
+MAT_ASKEW_RAD, MAT_ASKEW_GAP_M = math.radians(6.0), 0.6
+HUDDLE_M, HUDDLE = 0.3, 3
+BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
+_STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
 
 
 def shelf_off_wall(found: Furnished) -> list[int]:
@@ -41,33 +45,6 @@ def _back_to_back(item: SceneObject, others: list[SceneObject]) -> bool:
         and bool(in_boxes(behind, whole_box(other)[None])[0])
         for other in others
     )
-
-
-def wardrobe_off_wall(found: Furnished) -> list[int]:
-    """Return wardrobes with no wall behind their backs."""
-    return [item.id for item in found.standing("wardrobe") if back_gap(found, item) > BACK_GAP_M["wardrobe"]]
-
-
-def bed_off_wall(found: Furnished) -> list[int]:
-    """Return beds whose head is not at a wall."""
-    return [item.id for item in found.standing("bed") if back_gap(found, item) > BACK_GAP_M["bed"]]
-
-
-def back_off_wall(found: Furnished) -> list[int]:
-    """Return what else belongs with its back to a wall and has none behind it."""
-    return [item.id for item in found.standing("backed") if back_gap(found, item) > BACK_GAP_M["backed"]]
-
-
-def fridge_off_wall(found: Furnished) -> list[int]:
-    """Return refrigerators with no wall behind their backs."""
-    return [item.id for item in found.standing("fridge") if back_gap(found, item) > BACK_GAP_M["fridge"]]
-
-
-def bedside_astray(found: Furnished) -> list[int]:
-    """Return nightstands further than ``BEDSIDE_M`` from any bed of a room that has one."""
-    beds = [whole_box(item) for item in found.standing("bed")]
-    stands = found.standing("bedside")
-    return [item.id for item in stands if beds and max(footprint_penetration(whole_box(item), bed) for bed in beds) < -BEDSIDE_M]
 
 
 def basin_off_mirror(found: Furnished) -> list[int]:
@@ -88,8 +65,8 @@ def _before(mirror: SceneObject, basin: SceneObject) -> bool:
 
 
 def no_bathing(found: Furnished) -> list[int]:
-    """Return the room (0) if it is a bathroom without bath and shower."""
-    return [0] if found.room_type == "bathroom" and not found.having("bathing") else []
+    """Return the room (0) if it needs a bath or shower and has none."""
+    return found.lacking("bathing")
 
 
 def stands_on_mat(found: Furnished) -> list[int]:
@@ -132,18 +109,6 @@ def stands_astray(found: Furnished) -> list[int]:
     return bad
 
 
-def pot_under_table(found: Furnished) -> list[int]:
-    """Return plants and vases that stand below a table."""
-    tables = [whole_box(item) for item in found.standing("table")]
-    pots = found.standing("pot")
-    return [item.id for item in pots if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]
-
-
-def wardrobe_shut(found: Furnished) -> list[int]:
-    """Return wardrobes whose doors do not open: what stands before them takes more than ``DOORS_SHARE`` of ``DOORS_M``."""
-    return [item.id for item in found.standing("wardrobe") if taken_share(found, item, "front", 0.02, DOORS_M) > DOORS_SHARE]
-
-
 def askew(found: Furnished) -> list[int]:
     """Return beds and stores with their backs to a wall and turned from it by more than ``ASKEW_RAD``."""
     bad = []
@@ -180,3 +145,86 @@ def bedside_blocked(found: Furnished) -> list[int]:
     """Return nightstands with other things than a bed in more than ``FRONT_SHARE`` of ``BEDSIDE_FRONT_M`` before them."""
     free = found.only(~np.isin(found.owner, [bed.id for bed in found.standing("bed")]))
     return [item.id for item in found.standing("bedside") if taken_share(free, item, "front", 0.02, BEDSIDE_FRONT_M) > FRONT_SHARE]
+
+
+def hemmed(found: Furnished, item: SceneObject) -> bool:
+    """Return whether nobody gets on or off a machine: its front is blocked, or both its sides are."""
+    front, left, right = (taken_share(found, item, side, MOUNT_GAP_M, MOUNT_DEPTH_M) for side in ("front", "left", "right"))
+    return front > MOUNT_SHARE or min(left, right) > MOUNT_SHARE
+
+
+def mat_hemmed(found: Furnished) -> list[int]:
+    """Return mats for exercise near which, by ``HEMMED_DEPTH_M``, machines or furniture stand, or another mat lies askew."""
+    mats = found.standing("floor_work")
+    if not mats:
+        return []
+    standing = found.boxes[(found.boxes[:, Z_HIGH] > OVER_CURB_M) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    taken = [mat.id for mat in mats if any(_taken(standing, mat, side) > HEMMED_SHARE for side in ("front", "back", "left", "right"))]
+    return sorted({*taken, *(mat.id for mat in mats if any(_askew(mat, other) for other in mats))})
+
+
+def _askew(mat: SceneObject, other: SceneObject) -> bool:
+    """Return whether two mats are near each other and not parallel."""
+    apart = -footprint_penetration(whole_box(mat), whole_box(other))
+    return abs(math.sin(mat.yaw_rad - other.yaw_rad)) > MAT_ASKEW_RAD and apart < MAT_ASKEW_GAP_M
+
+
+def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
+    """Return the share of the strip along a side of a mat that boxes (n, 8) take; walls do not count."""
+    return float(in_boxes(strip_points(mat, side, HEMMED_GAP_M, HEMMED_DEPTH_M), standing).mean())
+
+
+def shut_in(found: Furnished, item: SceneObject) -> bool:
+    """Return whether the doors of a vehicle open at neither side, things are nearer than ``TOUCHED_M``, or stand in its way out."""
+    return _doors_blocked(found, item) or _way_out_blocked(found, item)
+
+
+def _doors_blocked(found: Furnished, item: SceneObject) -> bool:
+    others = found.boxes[(found.owner != item.id) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    touched = any(footprint_penetration(whole_box(item), other) > -TOUCHED_M for other in others)
+    return touched or all(taken_share(found, item, side, DOOR_GAP_M, DOOR_DEPTH_M) > DOOR_SHARE for side in ("left", "right"))
+
+
+def _way_out_blocked(found: Furnished, item: SceneObject) -> bool:
+    """Return whether something stands on the strip between a vehicle and the door for it, as wide as the vehicle."""
+    standing = found.boxes[(found.owner != item.id) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    for opening in found.room.openings:
+        if opening.category == "garage_door":
+            x, y, _ = opening_frame(found.room, opening)
+            dx, dy = x - item.position_m[0], y - item.position_m[1]
+            ahead = dx * math.cos(item.yaw_rad) + dy * math.sin(item.yaw_rad)
+            u, v = np.meshgrid(np.linspace(0.0, 1.0, 24) * ahead, 0.45 * item.size_m[1] * _STEPS)
+            return bool(in_boxes(world_points(item, u, v), standing).any())
+    return False
+
+
+def fillers_huddled(found: Furnished) -> list[int]:
+    """Return plants, vases, bins, lamps and balls of which ``HUDDLE`` or more stand on the floor ``HUDDLE_M`` or less from the next."""
+    items = found.standing("filler")
+    boxes, group = [whole_box(item) for item in items], list(range(len(items)))
+    for i in range(len(items)):
+        for j in range(i):
+            if footprint_penetration(boxes[i], boxes[j]) > -HUDDLE_M:
+                old, new = group[i], group[j]
+                group = [new if one == old else one for one in group]
+    return [item.id for item, one in zip(items, group, strict=True) if group.count(one) >= HUDDLE]
+
+
+def thing_before_front(found: Furnished) -> list[int]:
+    """Return plants, vases, bins, lamps, balls and machines that stand before the front of a store or appliance."""
+    u, v = np.meshgrid(0.5 * _STEPS, 0.5 * _STEPS)
+    stores = [_strip_before(item) for item in found.standing("store")]
+    bad = []
+    for item in found.standing("filler", "machine") if stores else []:
+        points = world_points(item, u * item.size_m[0], v * item.size_m[1])
+        if in_boxes(points, np.array(stores)).mean() > BEFORE_SHARE:
+            bad.append(item.id)
+    return bad
+
+
+def _strip_before(item: SceneObject) -> Boxes:
+    """Return the box (8,) of the floor before the front of a store."""
+    box = whole_box(item)
+    box[[X, Y]] = world_points(item, np.array([0.5 * (item.size_m[0] + BEFORE_DEPTH_M)]), np.zeros(1))[0]
+    box[HALF_DEPTH] = 0.5 * BEFORE_DEPTH_M
+    return box

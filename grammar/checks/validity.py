@@ -14,27 +14,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from grammar.checks.furnished import Furnished, furnished, in_boxes, outside, strip_points
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
 from grammar.geometry.boxes import (
-    COS_YAW,
     HALF_DEPTH,
     HALF_WIDTH,
-    SIN_YAW,
+    NO_BOXES,
     Z_HIGH,
     Z_LOW,
-    X,
-    Y,
+    box_rows,
     deepest_penetrations,
     footprint_corners,
     segment_inside_length,
 )
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.slopes import above_slopes, low_ceiling, slope_rows
-from grammar.geometry.solids import object_sheets, object_solids, rest_top, surface_top
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
+from grammar.geometry.solids import object_sheets, rest_top, surface_top, whole_box
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -43,34 +43,23 @@ from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
 from scene_description.ceilings import ceiling_over_opening_m
 
-_STRIP_POINTS = 12
-
 
 def check_room(
     grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], attempts: int
 ) -> ValidityReport:
-    """Check a furnished room.
-
-    Args:
-        grammar: thresholds and the zones of openings.
-        categories: solids and support surfaces of the objects' categories.
-        room: shell and openings.
-        objects: what stands in it.
-        rules: object id -> its rule (access and view).
-        attempts: how many layouts were tried, for the report.
-    """
+    """Check a furnished room; ``rules``: object id -> its rule; ``attempts``: how many layouts were tried, for the report."""
     limits = grammar.validity
-    boxes, owner = object_solids(categories, objects)
+    found = furnished(grammar.room_type, room, objects, categories)
     low = low_ceiling(room, limits.robot_height_m)
-    taken, taken_by = np.concatenate([boxes, low]), np.concatenate([owner, np.zeros(len(low), np.int64)])
+    under = replace(found, boxes=np.concatenate([found.boxes, low]), owner=np.concatenate([found.owner, np.zeros(len(low), np.int64)]))
     checks = (
-        _check_collision(limits, boxes, owner),
-        _check_bounds(limits, room, objects, boxes, owner),
-        *_check_support(limits, categories, room, objects),
-        *_check_openings(grammar, categories, room, objects, boxes, owner),
-        _check_wall_space(grammar, room, objects, rules, boxes, owner),
-        *_check_floor(limits, room, objects, rules, taken),
-        _check_sides(limits, room, objects, rules, taken, taken_by),
+        _at_most("collision", limits.penetration_m, _depths(found.boxes, found.owner, found.boxes, found.owner)),
+        _check_bounds(limits, found),
+        *_check_support(limits, found),
+        *_check_openings(grammar, found),
+        _check_wall_space(grammar, found, rules),
+        *_check_floor(limits, under, rules),
+        _check_sides(limits, under, rules),
     )
     return ValidityReport(valid=all(check.passed for check in checks), attempts=attempts, checks=checks)
 
@@ -89,26 +78,17 @@ def _worst_by_owner(depth: Floats, owner: Ints) -> dict[int, float]:
     return worst
 
 
-def _check_collision(limits: Thresholds, boxes: Boxes, owner: Ints) -> ValidityCheck:
-    return _at_most("collision", limits.penetration_m, _worst_by_owner(deepest_penetrations(boxes, owner, boxes, owner), owner))
+def _depths(boxes: Boxes, owner: Ints, others: Boxes, other_owner: Ints | None = None) -> dict[int, float]:
+    """Return by owner how deep its boxes penetrate those of others, by default of nobody."""
+    of = np.zeros(len(others), np.int64) if other_owner is None else other_owner
+    return _worst_by_owner(deepest_penetrations(boxes, owner, others, of), owner)
 
 
-def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints) -> ValidityCheck:
-    whole = [
-        (
-            *item.position_m,
-            item.position_m[2] + item.size_m[2],
-            0.5 * item.size_m[0],
-            0.5 * item.size_m[1],
-            math.cos(item.yaw_rad),
-            math.sin(item.yaw_rad),
-        )
-        for item in objects
-    ]
-    rows = np.concatenate([boxes, np.array(whole, np.float64).reshape(-1, 8)])
-    owners = np.concatenate([owner, np.array([item.id for item in objects], np.int64)])
-    wall = wall_rows(room.polygon_m)
-    depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
+def _check_bounds(limits: Thresholds, found: Furnished) -> ValidityCheck:
+    room, boxes, owner = found.room, found.boxes, found.owner
+    rows = np.concatenate([boxes, box_rows(whole_box(item) for item in found.objects)])
+    owners = np.concatenate([owner, np.array([item.id for item in found.objects], np.int64)])
+    depth = np.array([_outside(found.wall, room.height_m, row, limits.outside_m) for row in rows])
     worst = _worst_by_owner(depth, owners)
     if room.slopes is not None:
         slope = slope_rows(room)
@@ -132,17 +112,15 @@ def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> 
     return float(worst)
 
 
-def _check_support(
-    limits: Thresholds, categories: Categories, room: Room, objects: Sequence[SceneObject]
-) -> tuple[ValidityCheck, ValidityCheck]:
-    by_id = {item.id: item for item in objects}
+def _check_support(limits: Thresholds, found: Furnished) -> tuple[ValidityCheck, ValidityCheck]:
+    by_id = {item.id: item for item in found.objects}
     gaps, overhangs = {}, {}
-    for item in objects:
+    for item in found.objects:
         if item.support.kind == "object":
             below = by_id.get(item.support.id or 0)
-            gaps[item.id], overhangs[item.id] = _gap_to_surface(categories, item, below) if below else (item.position_m[2], 0.0)
+            gaps[item.id], overhangs[item.id] = _gap_to_surface(found.categories, item, below) if below else (item.position_m[2], 0.0)
         else:
-            gaps[item.id] = _gap_to_room(room, item)
+            gaps[item.id] = _gap_to_room(found.room, item)
     return _at_most("floating", limits.gap_m, gaps), _at_most("overhang", limits.outside_m, overhangs)
 
 
@@ -179,10 +157,6 @@ def _gap_to_room(room: Room, item: SceneObject) -> float:
     return abs(across) + 0.5 * item.size_m[1] * abs(turn)
 
 
-def _zone_check(name: str, limit: float, zones: Boxes, boxes: Boxes, owner: Ints, zone_owner: Ints) -> ValidityCheck:
-    return _at_most(name, limit, _worst_by_owner(deepest_penetrations(boxes, owner, zones, zone_owner), owner))
-
-
 def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxes:
     rows = []
     for opening in room.openings:
@@ -190,43 +164,33 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
             x, y, yaw = opening_frame(room, opening)
             zones = [z for z in opening_zones(opening, grammar.openings[opening.category]) if (z.kind == FACE) == faces]
             rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
-    return np.concatenate(rows) if rows else np.zeros((0, 8))
+    return np.concatenate(rows) if rows else NO_BOXES
 
 
-def _check_openings(
-    grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
-) -> tuple[ValidityCheck, ValidityCheck]:
-    standing = _supported_by(objects, owner, "floor")
-    limit = grammar.validity.penetration_m
-    doors = np.concatenate([_opening_boxes(grammar, room, kind, False) for kind in ("door", "garage_door")])
-    windows = _opening_boxes(grammar, room, "window", False)
-    sheets, of = object_sheets(categories, objects)
-    low, low_owner = np.concatenate([boxes, sheets]), np.concatenate([owner, of])
+def _check_openings(grammar: Grammar, found: Furnished) -> tuple[ValidityCheck, ValidityCheck]:
+    limit, standing = grammar.validity.penetration_m, _supported_by(found, "floor")
+    doors = np.concatenate([_opening_boxes(grammar, found.room, kind, False) for kind in ("door", "garage_door")])
+    windows = _opening_boxes(grammar, found.room, "window", False)
+    sheets, of = object_sheets(found.categories, found.objects)
+    low, low_owner = np.concatenate([found.boxes, sheets]), np.concatenate([found.owner, of])
     return (
-        _zone_check("door_clear", limit, doors, low, low_owner, np.zeros(len(doors), np.int64)),
-        _zone_check("window_clear", limit, windows, boxes[standing], owner[standing], np.zeros(len(windows), np.int64)),
+        _at_most("door_clear", limit, _depths(low, low_owner, doors)),
+        _at_most("window_clear", limit, _depths(found.boxes[standing], found.owner[standing], windows)),
     )
 
 
-def _check_wall_space(
-    grammar: Grammar, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
-) -> ValidityCheck:
-    standing, hanging = _supported_by(objects, owner, "floor"), _supported_by(objects, owner, "wall")
-    views = [np.zeros((0, 8))]
-    for item in objects:
-        if item.support.kind == "wall":
-            rule = rules[item.id]
-            views.append(placed_zones(object_zones(rule, item.size_m), *item.position_m, item.yaw_rad))
-    faces, before = _opening_boxes(grammar, room, "any", True), np.concatenate(views)
-    covered = deepest_penetrations(boxes[hanging], owner[hanging], faces, np.zeros(len(faces), np.int64))
-    hidden = deepest_penetrations(boxes[standing], owner[standing], before, np.zeros(len(before), np.int64))
-    depth, owners = np.concatenate([covered, hidden]), np.concatenate([owner[hanging], owner[standing]])
-    return _at_most("wall_clear", grammar.validity.penetration_m, _worst_by_owner(depth, owners))
+def _check_wall_space(grammar: Grammar, found: Furnished, rules: Mapping[int, ObjectRule]) -> ValidityCheck:
+    standing, hanging = _supported_by(found, "floor"), _supported_by(found, "wall")
+    hung = [item for item in found.objects if item.support.kind == "wall"]
+    before = [placed_zones(object_zones(rules[item.id], item.size_m), *item.position_m, item.yaw_rad) for item in hung]
+    covered = _depths(found.boxes[hanging], found.owner[hanging], _opening_boxes(grammar, found.room, "any", True))
+    hidden = _depths(found.boxes[standing], found.owner[standing], np.concatenate([NO_BOXES, *before]))
+    return _at_most("wall_clear", grammar.validity.penetration_m, {**covered, **hidden})
 
 
-def _supported_by(objects: Sequence[SceneObject], owner: Ints, kind: str) -> Bools:
+def _supported_by(found: Furnished, kind: str) -> Bools:
     """Return (n,) whether the owner of each box has this kind of support."""
-    return np.isin(owner, [item.id for item in objects if item.support.kind == kind])
+    return np.isin(found.owner, [item.id for item in found.objects if item.support.kind == kind])
 
 
 def door_start_m(room: Room, radius_m: float) -> tuple[float, float]:
@@ -242,17 +206,15 @@ def door_start_m(room: Room, radius_m: float) -> tuple[float, float]:
     return x + radius_m * math.cos(yaw), y + radius_m * math.sin(yaw)
 
 
-def _check_floor(
-    limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes
-) -> tuple[ValidityCheck, ValidityCheck]:
-    free = rasterize(room.polygon_m, boxes, limits.grid_resolution_m, limits.robot_height_m)
-    start = door_start_m(room, limits.robot_radius_m)
+def _check_floor(limits: Thresholds, found: Furnished, rules: Mapping[int, ObjectRule]) -> tuple[ValidityCheck, ValidityCheck]:
+    free = rasterize(found.room.polygon_m, found.boxes, limits.grid_resolution_m, limits.robot_height_m)
+    start = door_start_m(found.room, limits.robot_radius_m)
     share = walkable_share(free, limits.robot_radius_m, start)
     reached = np.argwhere(reachable(free, limits.robot_radius_m, start))
     points = np.array(free.origin_m) + (reached[:, ::-1] + 0.5) * free.resolution_m
     missed = {
         item.id: float(not any(_touches(item, side, limits.reach_depth_m, points) for side in rules[item.id].reach_any))
-        for item in objects
+        for item in found.objects
         if rules[item.id].reach_any
     }
     unreached = tuple(sorted(key for key, value in missed.items() if value))
@@ -269,31 +231,22 @@ def _touches(item: SceneObject, side: str, depth_m: float, points: Floats) -> bo
     return bool(np.any((np.abs(dx * c + dy * s - x) <= half_d) & (np.abs(dy * c - dx * s - y) <= half_w)))
 
 
-def _check_sides(
-    limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
-) -> ValidityCheck:
-    low = boxes[:, Z_LOW] < limits.robot_height_m
-    wall, share = wall_rows(room.polygon_m), {}
-    for item in objects:
+def _check_sides(limits: Thresholds, found: Furnished, rules: Mapping[int, ObjectRule]) -> ValidityCheck:
+    low = found.boxes[:, Z_LOW] < limits.robot_height_m
+    share = {}
+    for item in found.objects:
         if rules[item.id].reach_any:
-            others = boxes[low & (owner != item.id)]
-            share[item.id] = max(_free_share(limits, wall, item, side, others) for side in rules[item.id].reach_any)
+            others = found.boxes[low & (found.owner != item.id)]
+            share[item.id] = max(_free_share(limits, found, item, side, others) for side in rules[item.id].reach_any)
     blocked = tuple(sorted(key for key, value in share.items() if value < limits.side_share))
     return ValidityCheck(
         name="side_clear", value=min(share.values(), default=1.0), limit=limits.side_share, passed=not blocked, objects=blocked
     )
 
 
-def _free_share(limits: Thresholds, wall: Floats, item: SceneObject, side: str, others: Boxes) -> float:
+def _free_share(limits: Thresholds, found: Furnished, item: SceneObject, side: str, others: Boxes) -> float:
     """Return the share of a strip along a side of an object that lies inside the room and in none of ``others``."""
-    x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, item.size_m)
-    steps = (np.arange(_STRIP_POINTS) + 0.5) / (0.5 * _STRIP_POINTS) - 1.0
-    u, v = np.meshgrid(x + np.sign(x) * limits.side_gap_m + half_d * steps, y + np.sign(y) * limits.side_gap_m + half_w * steps)
-    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
-    px, py = (item.position_m[0] + u * c - v * s).ravel(), (item.position_m[1] + u * s + v * c).ravel()
-    dx, dy, cos, sin = px[:, None] - others[:, X], py[:, None] - others[:, Y], others[:, COS_YAW], others[:, SIN_YAW]
-    taken = (np.abs(dx * cos + dy * sin) < others[:, HALF_DEPTH]) & (np.abs(dy * cos - dx * sin) < others[:, HALF_WIDTH])
-    free = [
-        not hit and outside_distance(wall, a, b) == 0.0 for hit, a, b in zip(taken.any(1).tolist(), px.tolist(), py.tolist(), strict=True)
-    ]
+    points = strip_points(item, side, limits.side_gap_m, limits.side_depth_m)
+    free = ~in_boxes(points, others)
+    free[free] = ~outside(found, points[free])
     return float(np.mean(free))

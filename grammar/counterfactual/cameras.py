@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from grammar.camera.camera_path import sample_camera_path
+from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
 from grammar.counterfactual.change import ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.gate import camera_checked, categories_of
 from grammar.counterfactual.values import number, whole
@@ -139,6 +139,10 @@ def take_another_path(work: Work) -> Outcome:
     rate_hz = (len(path) - 1) * _SECOND_NS / span if span else 10.0
     boxes, _ = object_solids(categories_of(rules, scene), scene.objects)
     rng, room = random_numbers(scene, work.change, seed), scene.room
-    sampled = sample_camera_path(rng, rules.camera, room.polygon_m, room.height_m, boxes, len(path), 0, rate_hz, 0, roof_boxes(room))
+    space, times = (
+        CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room)),
+        CameraTimes(frames=len(path), start_ns=0, rate_hz=rate_hz),
+    )
+    sampled = sample_camera_path(rng, rules.camera, space, times)
     poses = tuple(replace(new, stamp_ns=old.stamp_ns) for new, old in zip(sampled, path, strict=True))
     return Outcome(replace(scene, camera_path=poses))

@@ -11,7 +11,7 @@ from grammar.counterfactual.rearrangement import taken_out
 from grammar.counterfactual.surfaces import dressed
 from grammar.counterfactual.values import number
 from grammar.small_things.fill import Filling, Source
-from grammar.small_things.thinning import small_things
+from grammar.small_things.strew import small_things
 from grammar.spec.request import SceneRequest
 from scene_description import SceneDescription, SceneObject
 from scene_description.types import MAX_OBJECTS

@@ -11,9 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.appearance.appearance import sample_appearance
+from grammar.appearance.appearance import MaterialPool, sample_appearance
 from grammar.appearance.lighting import sample_lighting
-from grammar.appearance.material_pool import MaterialPool
 from grammar.appearance.restrict import restricted
 from grammar.counterfactual.change import Change, ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.targets import ALL, OBJECTS, all_things, chosen_things

@@ -16,10 +16,9 @@ from typing import NamedTuple
 
 from grammar.derivation.fixed import read_fixed
 from grammar.derivation.overrides import overridden
-from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.room_rules import OPENINGS, OpeningRule
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Grammar, Node
 
 _COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
 _MANY = 10_000

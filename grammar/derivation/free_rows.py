@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.clear_floor import is_clear
 from grammar.geometry.run_slots import Line, Slot, slot_at
+from grammar.geometry.wall_spans import is_clear
 from grammar.geometry.walls import NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW
 
 _STEP_M = 0.05

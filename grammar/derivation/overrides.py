@@ -16,11 +16,10 @@ from scipy.special import ndtr
 
 from grammar.derivation.densities import truncated_normal_log_density
 from grammar.derivation.slopes import with_ceiling
-from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.room_rules import SHAPES, RoomRule
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 from grammar.spec.values import TruncatedNormal
 from scene_description import FieldError
 from scene_description.strict import field_types, read_value

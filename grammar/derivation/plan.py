@@ -15,11 +15,10 @@ from grammar.derivation.outlines import check_outline
 from grammar.derivation.overrides import overridden
 from grammar.derivation.structure import ConditionalStructures, conditional_structures
 from grammar.geometry.arrays import Floats
-from grammar.spec.and_or_graph import Branch
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.room_rules import SHAPES, RoomShapes
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar
 from scene_description.polygons import signed_area_m2
 from scene_description.strict import shorten
 from scene_description.types import Point2

@@ -47,7 +47,7 @@ def reach_m(draft: Draft) -> float:
 def order_cost(units: Sequence[tuple[str, RowUnit]], windows_met: Sequence[frozenset[str]], has_window: bool) -> float:
     """Return what the order of a unit row costs in nat: wishes that are not met; what the room or the row lacks costs nothing.
 
-    The compiled twin is :func:`grammar.layout.runs.add_run_order`.
+    The compiled twin is :func:`grammar.layout.unit_rows.add_row_order`.
     """
     cost, last = 0.0, len(units) - 1
     likes_end = [END in (unit.near or ()) for _, unit in units]

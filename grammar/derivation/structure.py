@@ -11,9 +11,8 @@ import numpy as np
 from grammar.derivation.constraints import CountBound
 from grammar.derivation.densities import draw_index
 from grammar.geometry.arrays import Floats, Ints
-from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.request import RequestError
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 
 Kind = Literal["and", "or", "set", "terminal"]
 

@@ -8,8 +8,10 @@ underside and top, half its depth (along the box's own x) and half its width (al
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.kernels import entry
@@ -17,7 +19,18 @@ from grammar.geometry.kernels import entry
 X, Y, Z_LOW, Z_HIGH, HALF_DEPTH, HALF_WIDTH, COS_YAW, SIN_YAW = range(8)
 """Columns of boxes; boxes in an object's own frame have the first six."""
 
+LOCAL_BOX_WIDTH, BOX_WIDTH = COS_YAW, SIN_YAW + 1
+"""How many columns there are in an object's own frame, and in the world."""
+
 _CORNER_DEPTH, _CORNER_WIDTH = np.array([1.0, -1.0, -1.0, 1.0]), np.array([1.0, 1.0, -1.0, -1.0])
+
+
+def box_rows(rows: Iterable[ArrayLike]) -> Boxes:
+    """Return boxes (8,) as the rows of an (n, 8) array, which may be empty."""
+    return np.array(list(rows), np.float64).reshape(-1, BOX_WIDTH)
+
+
+NO_BOXES = box_rows([])
 
 
 def footprint_corners(box: Boxes) -> Boxes:
@@ -45,7 +58,7 @@ def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
 
 def footprint_penetration(a: Boxes, b: Boxes) -> float:
     """Return :func:`row_penetration` of two boxes that are given as rows (8,)."""
-    return float(row_penetration(a.reshape(1, 8), 0, b.reshape(1, 8), 0))
+    return float(row_penetration(a[None], 0, b[None], 0))
 
 
 @entry

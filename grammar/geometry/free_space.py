@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from grammar.geometry.arrays import Bools, Boxes, Floats
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
+from grammar.geometry.boxes import BOX_WIDTH, COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
 from grammar.geometry.kernels import entry
 from grammar.spec.rules import GrammarError
 
@@ -66,8 +66,9 @@ def rasterize(polygon_m: ArrayLike, boxes: Boxes, resolution_m: float, clearance
     origin = (float(low[0] * resolution_m), float(low[1] * resolution_m))
     solid = np.ascontiguousarray(boxes[boxes[:, Z_LOW] < clearance_height_m], np.float64)
     inside, occupied, clearance = np.zeros((height, width), bool), np.zeros((height, width), bool), np.zeros((height, width))
-    _rasterize(polygon, solid, origin[0], origin[1], resolution_m, np.zeros((1, 8)), inside, occupied, clearance)
-    return FreeSpace(origin, resolution_m, inside, occupied, clearance)
+    free = FreeSpace(origin, resolution_m, inside, occupied, clearance)
+    _rasterize(polygon, solid, np.zeros((1, BOX_WIDTH)), free)
+    return free
 
 
 def cell_of(free: FreeSpace, point_m: tuple[float, float]) -> tuple[int, int]:
@@ -126,13 +127,14 @@ def _nearest_cell(free: FreeSpace, wanted: Bools, point_m: tuple[float, float]) 
 
 
 @entry
-def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):  # type: ignore[no-untyped-def]
-    """Fill the (h, w) arrays; ``cell`` (1, 8) is work space for a cell as a box."""
+def _rasterize(polygon, boxes, cell, free):  # type: ignore[no-untyped-def]
+    """Fill the arrays of a raster; ``cell`` (1, 8) is work space for a cell as a box."""
+    side, inside, occupied = free.resolution_m, free.inside, free.occupied
     cell[0, HALF_DEPTH], cell[0, HALF_WIDTH], cell[0, COS_YAW] = 0.5 * side, 0.5 * side, 1.0
     for row in range(inside.shape[0]):
-        cell[0, Y] = y0 + (row + 0.5) * side
+        cell[0, Y] = free.origin_m[1] + (row + 0.5) * side
         for column in range(inside.shape[1]):
-            cell[0, X] = x0 + (column + 0.5) * side
+            cell[0, X] = free.origin_m[0] + (column + 0.5) * side
             is_inside, nearest = distance_to_outline(polygon, cell[0, X], cell[0, Y])
             for b in range(len(boxes)):
                 distance = point_distance(boxes[b], cell[0, X], cell[0, Y])
@@ -140,7 +142,7 @@ def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):
                 if distance <= 0.75 * side and not occupied[row, column]:
                     occupied[row, column] = row_penetration(cell, np.int64(0), boxes, b) >= 0.0
             inside[row, column] = is_inside
-            clearance[row, column] = nearest if is_inside else 0.0
+            free.clearance_m[row, column] = nearest if is_inside else 0.0
 
 
 @entry

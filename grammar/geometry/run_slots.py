@@ -17,7 +17,8 @@ from grammar.geometry.wall_spans import Span
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, REFLEX, START_X, START_Y, WALL_YAW
 from grammar.spec.run_rules import RowUnit, UnitRowRule
 
-MOST_LEGS = 3
+MOST_LEGS, LEG_COLUMNS = 3, 3
+"""Of a slot: legs at most, and numbers for each, x, y and yaw of its line."""
 _SQUARE = 0.02
 """Greatest cosine of the angle between two walls round which a run goes."""
 
@@ -80,13 +81,13 @@ class Slot(NamedTuple):
 
     def line(self, leg: int) -> Line:
         """Return the line of a leg."""
-        return Line(*self[1 + 3 * leg : 4 + 3 * leg])
+        return Line(*self[1 + LEG_COLUMNS * leg :][:LEG_COLUMNS])
 
 
 def slot_at(direction: float, lines: Sequence[Line], slide: float) -> Slot:
     """Return the slot whose legs have these lines."""
     numbers = [number for line in lines for number in line]
-    return Slot._make((direction, *numbers, *[0.0] * (3 * MOST_LEGS - len(numbers)), slide))
+    return Slot._make((direction, *numbers, *[0.0] * (LEG_COLUMNS * MOST_LEGS - len(numbers)), slide))
 
 
 def frames(wall: Floats, spans: Sequence[Sequence[Span]], legs: int, corners_m: tuple[float, float], gap_m: float) -> list[Frame]:
@@ -219,7 +220,7 @@ def unit_poses(
 ) -> list[tuple[float, float, float]]:
     """Return x, y and yaw (world) of each unit of a run; ``legs`` has what the units of each leg take across and along their line.
 
-    The compiled twin is :func:`grammar.layout.runs.arrange`.
+    The compiled twin is :func:`grammar.layout.unit_rows.arrange`.
     """
     poses: list[tuple[float, float, float]] = []
     for k, leg in enumerate(legs):

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, X, Y
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, NO_BOXES, SIN_YAW, Z_HIGH, X, Y, box_rows
 from grammar.geometry.kernels import entry
 from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, wall_rows
 from scene_description import Room
@@ -49,7 +49,7 @@ def low_ceiling(room: Room, below_m: float) -> Boxes:
 
 def roof_boxes(room: Room) -> Boxes:
     """Return upright boxes that fill what the slopes cut off below the flat ceiling, and at most a step of 0.1 m of height more."""
-    rows = [np.zeros((0, 8))]
+    rows = [NO_BOXES]
     if room.slopes is not None:
         for slope in room.slopes:
             levels = np.append(np.arange(slope.eaves_height_m, room.height_m, _STEP_M), room.height_m)
@@ -77,4 +77,4 @@ def _strips(room: Room, below_m: float, above_m: float) -> Boxes:
             c, s = math.cos(row[WALL_YAW]), math.sin(row[WALL_YAW])
             low = slope.eaves_height_m + near * rise
             rows.append((x, y, low, room.height_m, 0.5 * (far - near), 0.5 * float(along.max() - along.min()), c, s))
-    return np.array(rows, np.float64).reshape(-1, 8)
+    return box_rows(rows)

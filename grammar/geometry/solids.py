@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from grammar.geometry.arrays import Boxes, Ints
-from grammar.geometry.boxes import place_boxes
+from grammar.geometry.boxes import BOX_WIDTH, LOCAL_BOX_WIDTH, NO_BOXES, place_boxes
 from grammar.spec.categories import Categories, Category, Rest, Solid, SupportSurface
 from scene_description import SceneObject
 
@@ -33,7 +34,7 @@ def local_solids(category: Category, size_m: Size) -> Boxes:
         if np.all(high > low):
             centre, half = 0.5 * (low + high) - 0.5 * size, 0.5 * (high - low)
             rows.append((centre[0], centre[1], low[2], high[2], half[0], half[1]))
-    return np.array(rows, np.float64).reshape(-1, 6)
+    return np.array(rows, np.float64).reshape(-1, LOCAL_BOX_WIDTH)
 
 
 def layout_solids(category: Category, size_m: Size) -> Boxes:
@@ -67,16 +68,7 @@ def rest_top(rest: Rest, size_m: Size) -> tuple[float, float, float, float, floa
 
 
 def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tuple[Boxes, Ints]:
-    """Return the boxes of all objects and whose they are.
-
-    Args:
-        categories: the table of categories; it must hold the category of every object.
-        objects: placed objects.
-
-    Returns:
-        boxes: (n, 8) float64, rows as :mod:`grammar.geometry.boxes` defines them.
-        owner_id: (n,) int64, the id of the object that each box belongs to.
-    """
+    """Return the (n, 8) boxes of all objects, whose categories the table must hold, and whose they are, (n,) ids."""
     return _placed([(item, local_solids(categories[item.category], item.size_m)) for item in objects])
 
 
@@ -90,10 +82,17 @@ def _placed(parts: Sequence[tuple[SceneObject, Boxes]]) -> tuple[Boxes, Ints]:
     """Return the boxes of objects in the world, and whose they are."""
     boxes, owners = [], []
     for item, local in parts:
-        placed = np.empty((len(local), 8))
+        placed = np.empty((len(local), BOX_WIDTH))
         place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
         boxes.append(placed)
         owners.append(np.full(len(local), item.id, np.int64))
     if not boxes:
-        return np.zeros((0, 8)), np.zeros(0, np.int64)
+        return NO_BOXES, np.zeros(0, np.int64)
     return np.concatenate(boxes), np.concatenate(owners)
+
+
+def whole_box(item: SceneObject) -> Boxes:
+    """Return an object's own box, (8,), whatever its solids are."""
+    x, y, z = item.position_m
+    depth, width, height = item.size_m
+    return np.array([x, y, z, z + height, 0.5 * depth, 0.5 * width, math.cos(item.yaw_rad), math.sin(item.yaw_rad)])

@@ -1,4 +1,4 @@
-"""Free stretches of walls: where a row of furniture of some depth can stand with its back to a wall."""
+"""Free floor: stretches of walls along which a row of furniture of some depth can stand, and clear rectangles of the floor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 from numpy.typing import ArrayLike
 
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import footprint_corners
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, X, Y, footprint_corners, footprint_penetration
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, wall_rows
 
 _TOUCH_M = 1e-6
@@ -26,13 +26,7 @@ class Span(NamedTuple):
 
 
 def free_spans(polygon_m: ArrayLike, obstacles: Boxes, depth_m: float) -> list[list[Span]]:
-    """Return for each wall the stretches along which nothing comes nearer than ``depth_m`` to it.
-
-    Args:
-        polygon_m: (w, 2) floor outline, counter-clockwise.
-        obstacles: (n, 8) world boxes that keep their floor free, whatever their heights.
-        depth_m: of the strip along the walls.
-    """
+    """Return for each wall of an outline (w, 2) the stretches along which no obstacle (n, 8) comes nearer than ``depth_m`` to it."""
     rows = wall_rows(polygon_m)
     corners = outlines(obstacles)
     return [spans_of(rows, w, corners, depth_m) for w in range(len(rows))]
@@ -80,3 +74,40 @@ def _in_strip(points: Sequence[Point], depth_m: float) -> list[tuple[float, floa
             along.append(s)
         along.extend(s + (u - s) * (edge - t) / (v - t) for edge in (low, high) if min(t, v) < edge < max(t, v))
     return [(float(min(along)), float(max(along)))] if along else []
+
+
+_COVERED_M = 1e-4
+
+
+def is_clear(wall: Floats, obstacles: Boxes, box: Boxes) -> bool:
+    """Return whether the rectangle of a box (8,) lies on the floor within walls (w, 9), clear of obstacles (n, 8); touches do not count."""
+    if any(footprint_penetration(box, other) > _COVERED_M for other in obstacles):
+        return False
+    return _on_floor(wall, float(box[X]), float(box[Y])) and not any(_crosses(row, box) for row in wall)
+
+
+def _on_floor(wall: Floats, x: float, y: float) -> bool:
+    """Return whether a point lies inside the outline: a ray towards +x crosses an odd number of walls."""
+    inside = False
+    for row in wall:
+        low, rise = float(row[START_Y]), float(row[ALONG_Y] * row[LENGTH])
+        if (low > y) != (low + rise > y):
+            inside ^= row[START_X] + row[ALONG_X] * row[LENGTH] * (y - low) / rise > x
+    return bool(inside)
+
+
+def _crosses(row: Floats, box: Boxes) -> bool:
+    """Return whether a wall comes into a rectangle by more than a touch; the wall is clipped by the rectangle's sides one by one."""
+    c, s = box[COS_YAW], box[SIN_YAW]
+    dx, dy = row[START_X] - box[X], row[START_Y] - box[Y]
+    start = dx * c + dy * s, dy * c - dx * s
+    step = row[ALONG_X] * c + row[ALONG_Y] * s, row[ALONG_Y] * c - row[ALONG_X] * s
+    first, last = 0.0, float(row[LENGTH])
+    for at, rate, half in zip(start, step, (box[HALF_DEPTH] - _COVERED_M, box[HALF_WIDTH] - _COVERED_M), strict=True):
+        if abs(rate) < 1e-12:
+            if abs(at) >= half:
+                return False
+            continue
+        ends = sorted(((-half - at) / rate, (half - at) / rate))
+        first, last = max(first, ends[0]), min(last, ends[1])
+    return first < last

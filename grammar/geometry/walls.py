@@ -60,21 +60,25 @@ def outside_distance(wall: Floats, x: float, y: float) -> float:
 
 
 @entry
-def _crossing_length(x, y, c, s, half_d, half_w, ax, ay, bx, by):  # type: ignore[no-untyped-def]
-    """Return the length within a rectangle of the segment from a to b that ends outside of it at both ends, else 0."""
+def _crossing_length(frame, half, start, end):  # type: ignore[no-untyped-def]
+    """Return the length within a rectangle of a segment that ends outside of it at both ends, else 0.
+
+    ``frame``: x, y of the rectangle's middle, cosine and sine of its yaw; ``half``: half depth and width.
+    """
+    (x, y, c, s), (half_d, half_w), (ax, ay), (bx, by) = frame, half, start, end
     au, av = (ax - x) * c + (ay - y) * s, (ay - y) * c - (ax - x) * s
     bu, bv = (bx - x) * c + (by - y) * s, (by - y) * c - (bx - x) * s
     if (abs(au) < half_d and abs(av) < half_w) or (abs(bu) < half_d and abs(bv) < half_w):
         return 0.0
     low, high = 0.0, 1.0
     for axis in range(2):
-        start, end, half = (au, bu, half_d) if axis == 0 else (av, bv, half_w)
-        step = end - start
+        begin, finish, reach = (au, bu, half_d) if axis == 0 else (av, bv, half_w)
+        step = finish - begin
         if abs(step) < 1e-12:
-            if abs(start) >= half:
+            if abs(begin) >= reach:
                 return 0.0
         else:
-            first, second = (-half - start) / step, (half - start) / step
+            first, second = (-reach - begin) / step, (reach - begin) / step
             low, high = max(low, min(first, second)), min(high, max(first, second))
     return max(high - low, 0.0) * math.sqrt((bu - au) ** 2 + (bv - av) ** 2)
 
@@ -97,5 +101,5 @@ def rectangle_outside(wall: Floats, x: float, y: float, c: float, s: float, half
         for w in range(len(wall)):
             ax, ay, length = wall[w, START_X], wall[w, START_Y], wall[w, LENGTH]
             bx, by = ax + wall[w, ALONG_X] * length, ay + wall[w, ALONG_Y] * length
-            worst = max(worst, _crossing_length(x, y, c, s, inner_d, inner_w, ax, ay, bx, by))
+            worst = max(worst, _crossing_length((x, y, c, s), (inner_d, inner_w), (ax, ay), (bx, by)))
     return worst

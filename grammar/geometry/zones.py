@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry.arrays import Boxes
+from grammar.geometry.boxes import box_rows
 from grammar.geometry.solids import SHEET_M
 from grammar.spec.object_rules import Access, ObjectRule
 from grammar.spec.room_rules import OpeningRule
@@ -138,4 +139,4 @@ def placed_zones(zones: list[Zone], x_m: float, y_m: float, z_m: float, yaw_rad:
     rows = [
         (x_m + z.x * c - z.y * s, y_m + z.x * s + z.y * c, z_m + z.z_low, z_m + z.z_high, z.half_depth, z.half_width, c, s) for z in zones
     ]
-    return np.array(rows, np.float64).reshape(-1, 8)
+    return box_rows(rows)

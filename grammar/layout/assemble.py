@@ -16,9 +16,9 @@ from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_zones, side_rectangle
 from grammar.layout import columns as col
-from grammar.layout.assemble_runs import Wish, begin_runs, run_table, slot_table, wishes, write_links
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
+from grammar.layout.unit_rows import Wish, begin_rows, row_table, slot_table, wishes, write_links
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import weight_vector
 from grammar.spec.object_rules import AroundMode, Mode
@@ -71,7 +71,7 @@ class SurfaceRow(NamedTuple):
 def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: float | None = None) -> tuple[Problem, State]:
     """Return the layout problem of a parse tree and a state in which all is placed that stays put or begins at a place of its own.
 
-    These are openings, corners, fixed objects, and the runs with what hangs in line above them.
+    These are openings, corners, fixed objects, and the rows of units with what hangs in line above them.
 
     ``beta``: inverse temperature at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and
     addresses.
@@ -91,12 +91,12 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     problem = Problem(
         object=_object_table(categories, tree, sizes, parts),
         link=_link_table(categories, grammar.validity, tree, surfaces, parts),
-        box=_table([row for p in parts for rows in p.boxes for row in rows], len(BoxRow._fields)),
-        mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
-        surface=_table(surfaces, len(SurfaceRow._fields)),
+        box=_table([row for p in parts for rows in p.boxes for row in rows], col.BOX_WIDTH),
+        mode=_table([row for p in parts for rows in p.modes for row in rows], col.MODE_WIDTH),
+        surface=_table(surfaces, col.SURFACE_WIDTH),
         wall=wall_rows(tree.room.polygon_m),
         slope=slope_rows(tree.room),
-        run=run_table(tree),
+        row=row_table(tree),
         slot=slot_table(tree),
         weight=weight_vector(grammar.weights),
         x_low=x_low,
@@ -196,7 +196,7 @@ def _sizes(tree: ParseTree) -> dict[int, Size]:
 
 def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
     """Return ``Problem.object``."""
-    table, first = np.zeros((len(parts), 9)), len(tree.room.openings)
+    table, first = np.zeros((len(parts), col.OBJECT_WIDTH)), len(tree.room.openings)
     table[:, [col.BACK_GAP, col.SIDE_GAP]] = np.inf
     for i, part in enumerate(parts):
         half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
@@ -217,7 +217,7 @@ def _link_table(
     categories: Categories, limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]
 ) -> Ints:
     """Return ``Problem.link``."""
-    table, first = np.zeros((len(parts), 25), np.int64), len(tree.room.openings)
+    table, first = np.zeros((len(parts), col.LINK_WIDTH), np.int64), len(tree.room.openings)
     table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED], table[:, col.WATCHED] = col.FIXED, -1, 1, -1
     seat = _watching_seat(categories, tree.items)
     for i, item in enumerate(tree.items, first):
@@ -273,7 +273,7 @@ def _radius(rows: Sequence[BoxRow]) -> float:
 
 
 def _with_fixed(problem: Problem, tree: ParseTree) -> State:
-    """Return a state in which openings, corners, the objects that stay put, and runs have their places."""
+    """Return a state in which openings, corners, the objects that stay put, and rows of units have their places."""
     state = zero_state(problem)
     for i, opening in enumerate(tree.room.openings):
         wall, along = problem.wall[opening.wall], opening.offset_m + 0.5 * opening.width_m
@@ -290,7 +290,7 @@ def _with_fixed(problem: Problem, tree: ParseTree) -> State:
     for i in np.flatnonzero(problem.pinned).tolist():
         state.active[i] = 1
         place_object(problem, state, i)
-    begin_runs(problem, tree, state)
+    begin_rows(problem, tree, state)
     return state
 
 

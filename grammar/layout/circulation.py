@@ -14,6 +14,7 @@ import numpy as np
 
 from grammar.geometry import boxes
 from grammar.geometry.arrays import Boxes, Ints
+from grammar.geometry.boxes import NO_BOXES
 from grammar.geometry.free_space import rasterize, standable
 from grammar.geometry.kernels import entry, kernel
 from grammar.layout import columns as col
@@ -24,21 +25,17 @@ from grammar.layout.floor_raster import (
     ROWS,
     SIDE,
     STRIDE,
+    TALLIES,
     Floor,
     move_box,
     settle,
     start_over,
     update,
 )
+from grammar.layout.losses import loss
 from grammar.layout.problem import Problem, State
-from grammar.spec.energy_terms import TERMS
 from grammar.spec.rules import Thresholds
 from scene_description.types import Point2
-
-CIRCULATION, REACH = TERMS.index("circulation"), TERMS.index("reach")
-
-NO_BOXES = np.zeros((0, 8))
-"""No boxes."""
 
 _TOUCH_M = 1e-9
 _MOST_CHANGES = 256
@@ -73,13 +70,9 @@ def traffic_of(problem: Problem, floor: Floor) -> Traffic:
 
 
 def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], limits: Thresholds, low: Boxes = NO_BOXES) -> Floor:
-    """Return the raster of an unfurnished room.
+    """Return the raster of an unfurnished room, counter-clockwise outline, that the robot enters at ``start_m``.
 
-    Args:
-        polygon_m: floor outline, counter-clockwise, world.
-        start_m: where the robot enters.
-        limits: its radius and height, the resolution and the share of the floor that it shall reach.
-        low: (k, 8) boxes over the floor where the ceiling is lower than the robot.
+    ``low``: (k, 8) boxes over the floor where the ceiling is lower than the robot.
     """
     free = rasterize(polygon_m, low, limits.grid_resolution_m, limits.robot_height_m)
     covered = np.pad(~standable(free, limits.robot_radius_m), 1, constant_values=True).astype(np.int16)
@@ -89,7 +82,7 @@ def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], lim
     squared = ((y * y)[:, None] + x * x).ravel()
     within = limits.robot_radius_m + math.sqrt(2.0) * free.resolution_m
     nearest = np.argsort(squared, kind="stable")
-    tally = np.zeros(9, np.int64)
+    tally = np.zeros(TALLIES, np.int64)
     tally[STRIDE], tally[ROWS], tally[FREE] = stride, rows - 2, np.count_nonzero(covered == 0)
     return Floor(
         covered=covered.ravel(),
@@ -172,6 +165,7 @@ def _reached_cell(box, floor, mark):  # type: ignore[no-untyped-def]
     return -1
 
 
+@loss("room", "circulation", "reach")
 @kernel
 def measure(problem, state, floor, mark, traffic):  # type: ignore[no-untyped-def]
     """Return the losses circulation and reach of what stands on the raster, whose marks are up to date."""

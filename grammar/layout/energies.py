@@ -3,18 +3,8 @@
 ``E = sum of weight * loss`` over the terms of :data:`grammar.spec.energy_terms.ENERGY_TERMS`, the Gibbs prior's exponent (Jiang et al.,
 IJCV 2018, section 2.2):
 
-- wall: ``|distance - mean|`` and ``|yaw - mean|``, each over the mode's spread, to the wall that an object fits best, of all walls and all
-  of its modes
-- occlusion: ``max(0, 1 - d / d_acc)`` of the access space before an object, d_acc deep, that another object or a wall leaves only d deep;
-  what belongs to the object does not count, as chairs at a desk
-- support: the sum over a support surface's four edges of ``|distance - mean|``, ``|yaw - mean|``, and -log of the address's probability
-- group: the same as for walls, in the frame of the core object
-- screen_aside: how far a screen and the seat that it is watched from look past each other
-- overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang, off_wall (backs of shelves, wardrobes, beds and the
-  like, a side of baths and showers): metres, zero in a valid room
-- run_order: the wishes of a run's units that their order does not meet
-- relation_odds: for the mode taken in each wall, support and group relation, what it is less dense than the object's densest mode there
-- circulation, reach: see :mod:`grammar.layout.circulation`, which adds them where they have a weight
+Kernels add the losses; the rows of :data:`grammar.layout.losses.LOSSES` say which, and the kernels that call all of a scope are made from
+them.  Circulation and reach are read off the floor (:mod:`grammar.layout.circulation`), by the chain, where they have a weight.
 
 A relation with modes of probability p_k, spreads s_k and d dimensions is the mixture of the densities ``p_k s_k^-d exp(-beta w l / s_k)``,
 each place given to the mode that is densest there.  The odds are part of the prior, so their cost is divided by the inverse temperature
@@ -27,68 +17,51 @@ one of them; cliques among objects that move rigidly together keep their losses 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from typing import Any
+
 import numpy as np
 
+import grammar.layout.circulation
+import grammar.layout.unit_rows  # noqa: F401  kernels of these are rows of LOSSES
 from grammar.geometry.arrays import Floats
 from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import surface_owner
-from grammar.layout.losses import (
-    add_above_slopes,
-    add_group,
-    add_occlusion_by_walls,
-    add_off_wall,
-    add_out_of_room,
-    add_overlap,
-    add_room_centre,
-    add_support,
-    add_view,
-    add_wall,
-    add_zones,
-)
+from grammar.layout.losses import LOSSES
 from grammar.layout.problem import Problem, State
-from grammar.layout.runs import add_run_order, is_head
+from grammar.spec.energy_terms import ENERGY_TERMS, TERMS, Weights
+
+_OBJECT_CALLS = {
+    "object": "{add}(problem, state, i, out)",
+    "partner": """partner = {partner}(problem, state, i)
+    if partner >= 0 and state.hold[partner, col.ACTIVE] and moved[partner] != moved[i]:
+        {add}(problem, state, i, out)""",
+}
+"""What object ``i`` costs on its own or with walls, and with partners that do not move along with it."""
+
+_OTHER_CALLS = {
+    "partner": """if {partner}(problem, state, j) == i:
+        {add}(problem, state, j, out)"""
+}
+"""What object ``j`` costs with its partner ``i``."""
+
+_PAIR_CALLS = {"pair": "{add}(problem, state, i, j, squared, out)"}
 
 
-@kernel
-def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
-    """Add what object ``i`` costs on its own or with walls, and with the support and the core that do not move along with it."""
-    link, mount, core = problem.link, problem.link[i, col.MOUNT], problem.link[i, col.CORE]
-    if mount == col.FIXED:
-        return
-    if mount != col.OBJECT:
-        add_out_of_room(problem, state, i, out)
-    if len(problem.slope):
-        add_above_slopes(problem, state, i, out)
-    add_occlusion_by_walls(problem, state, i, out)
-    if link[i, col.AROUND_MODES] > link[i, col.WALL_MODES]:
-        add_wall(problem, state, i, out)
-    if min(problem.object[i, col.BACK_GAP], problem.object[i, col.SIDE_GAP]) < np.inf:
-        add_off_wall(problem, state, i, out)
-    if core >= 0 and state.hold[core, col.ACTIVE] and moved[core] != moved[i]:
-        add_group(problem, state, i, out)
-    if mount == col.OBJECT and moved[surface_owner(problem, state.hold[i, col.SURFACE])] != moved[i]:
-        add_support(problem, state, i, out)
-    watcher = link[i, col.WATCHED]
-    if watcher >= 0 and state.hold[watcher, col.ACTIVE] and moved[watcher] != moved[i]:
-        add_view(problem, state, i, out)
-    if problem.object[i, col.CENTRED] > 0.0:
-        add_room_centre(problem, state, i, out)
-    if is_head(problem, i):
-        add_run_order(problem, state, link[i, col.RUN], out)
+def _calling(head: str, calls: Mapping[str, str]) -> Any:
+    """Return a function that calls the kernels of all rows whose scope is in ``calls``, in their order; numba sees plain calls."""
+    rows = [row for row in LOSSES if row.scope in calls]
+    kernels = {each.__name__: each for row in rows for each in (row.kernel, row.partner) if each is not None}
+    lines = [calls[row.scope].format(add=row.kernel.__name__, partner=getattr(row.partner, "__name__", "")) for row in rows]
+    names: dict[str, Any] = {"__name__": __name__, "col": col, **kernels}
+    exec(compile("\n    ".join([f"def {head}:", *lines]), __file__, "exec"), names)
+    return names[head[: head.index("(")]]
 
 
-@inlined
-def _add_pair(problem, state, i, j, squared, out):  # type: ignore[no-untyped-def]
-    """Add overlap, occlusion and blocked depth of two objects; ``squared``: distance of their origins."""
-    link, item = problem.link, problem.object
-    if squared < (item[i, col.INNER_RADIUS] + item[j, col.INNER_RADIUS]) ** 2:
-        add_overlap(problem, state, i, j, out)
-    for turn in range(2):
-        owner, other = (i, j) if turn == 0 else (j, i)
-        reach = item[owner, col.OUTER_RADIUS] + item[other, col.INNER_RADIUS]
-        if link[owner, col.STRIPS] > link[owner, col.ZONES] and squared < reach * reach:
-            add_zones(problem, state, owner, other, out)
+_add_object = kernel(_calling("_add_object(problem, state, i, moved, out)", _OBJECT_CALLS))
+_add_other = inlined(_calling("_add_other(problem, state, i, j, out)", _OTHER_CALLS))
+_add_pair = inlined(_calling("_add_pair(problem, state, i, j, squared, out)", _PAIR_CALLS))
 
 
 @kernel
@@ -114,7 +87,8 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
     for m in range(count):
         # Add what the member costs with walls, its support and its core.
         i = members[m]
-        _add_unary(problem, state, i, moved, out)
+        if link[i, col.MOUNT] != col.FIXED:
+            _add_object(problem, state, i, moved, out)
         total = weighted(problem, out)
         if total > limit:
             return total
@@ -122,10 +96,8 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
         for j in range(len(link)):
             if not state.hold[j, col.ACTIVE] or moved[j] == moved[i] or (moved[j] > 0 and j < i):
                 continue
-            if link[j, col.CORE] == i and moved[j] == 0:
-                add_group(problem, state, j, out)
-            if link[j, col.WATCHED] == i and moved[j] == 0:
-                add_view(problem, state, j, out)
+            if moved[j] == 0:
+                _add_other(problem, state, i, j, out)
             # Circles about the origins tell which objects cannot meet.
             dx, dy = where[i, col.X] - where[j, col.X], where[i, col.Y] - where[j, col.Y]
             squared = dx * dx + dy * dy
@@ -145,3 +117,18 @@ def full_energy(problem: Problem, state: State) -> Floats:
     moved[members] = members + 1
     local_energy(problem, state, members, len(members), moved, np.inf, out)
     return out
+
+
+def terms_table() -> str:
+    """Return two Markdown tables: all terms with the kernels that add to them, and these kernels with what they read."""
+    defaults = {field.name: "" if field.default is MISSING else f"{field.default:g}" for field in fields(Weights)}
+    lines = ["| term | kind | unit | default weight | loss | formula | kernels | weight learned from |", f"|{'---|' * 8}"]
+    for name, term in ENERGY_TERMS.items():
+        kernels = ", ".join(f"`{row.kernel.__name__}`" for row in LOSSES if name in row.terms)
+        learned = f"{term.learned_from} cliques" if term.learned_from else f"not learned: {term.not_learned}"
+        formula = term.formula.replace("|", "\\|")
+        lines.append(f"| `{name}` | {term.kind} | {term.unit} | {defaults[name]} | {term.measures} | {formula} | {kernels} | {learned} |")
+    lines += ["", "| kernel | scope | columns that it reads itself |", f"|{'---|' * 3}"]
+    for row in sorted(LOSSES, key=lambda row: min(map(TERMS.index, row.terms))):
+        lines.append(f"| `{row.kernel.__name__}` | {row.scope} | {', '.join(f'`{name}`' for name in row.columns)} |")
+    return "\n".join(lines) + "\n"

@@ -20,8 +20,8 @@ from grammar.geometry import boxes
 from grammar.geometry.arrays import Ints
 from grammar.geometry.kernels import kernel
 
-STRIDE, ROWS, FREE, DONE, SIDE, CHANGES, LOGGED, FLOODED, DONE_BEFORE = range(9)
-"""Places in ``Floor.tally``."""
+STRIDE, ROWS, FREE, DONE, SIDE, CHANGES, LOGGED, FLOODED, DONE_BEFORE, TALLIES = range(10)
+"""Places in ``Floor.tally``, and how many there are."""
 
 CLOSED, OPEN, REACHED_CELL = range(3)
 """Values of ``Floor.mark``."""
@@ -35,9 +35,9 @@ class Floor(NamedTuple):
     covered: (c,) solids and walls too near to each cell; mark: (2, c) what the robot can do in each cell, in the layout at hand (row
     ``SIDE`` of ``tally``) and as work space; stack: (2 c,) work space; entry: (k,) cells in which the flood may begin, nearest to the door
     first; change: (m,) cells that opened or closed since the last :func:`update`; log: (m, 2) cells that it marked, and as what they were
-    marked before; tally: (9,) cells in a row of the raster with its border, rows without it, number of standable and of reached cells,
-    and the state of the update.  origin_x_m, origin_y_m: outer corner of the first cell within the border; resolution_m: side of a cell;
-    radius_m, height_m: of the robot; share: of the standable floor that it shall reach.
+    marked before; tally: (TALLIES,) cells in a row of the raster with its border, rows without it, number of standable and of reached
+    cells, and the state of the update. origin_x_m, origin_y_m: outer corner of the first cell within the border; resolution_m: side of a
+    cell; radius_m, height_m: of the robot; share: of the standable floor that it shall reach.
     """
 
     covered: NDArray[np.int16]
@@ -62,7 +62,7 @@ NO_FLOOR = Floor(
     entry=np.zeros(0, np.int32),
     change=np.zeros(0, np.int32),
     log=np.zeros((0, 2), np.int32),
-    tally=np.zeros(9, np.int64),
+    tally=np.zeros(TALLIES, np.int64),
     origin_x_m=0.0,
     origin_y_m=0.0,
     resolution_m=0.0,

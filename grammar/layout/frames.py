@@ -1,4 +1,4 @@
-"""Frames of the layout: angles, walls, support surfaces and the boxes of an object, as kernels that energies and proposals share."""
+"""Frames of the layout, angles, walls, support surfaces and boxes of objects, and poses in these: kernels of energies and proposals."""
 
 from __future__ import annotations
 
@@ -18,6 +18,13 @@ _METRES_A_TURN = 10.0
 def wrap(angle: float) -> float:
     """Return an angle in [-pi, pi)."""
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+
+
+@entry
+def aslant(dx: float, dy: float, yaw: float, other_yaw: float) -> float:
+    """Return the larger of the angles between the line from one object to another, (dx, dy), and the directions that the two look in."""
+    line = math.atan2(dy, dx)
+    return float(max(abs(wrap(yaw - line)), abs(wrap(other_yaw - line - math.pi))))
 
 
 @entry
@@ -86,3 +93,53 @@ def placement_target(problem, i, m, k):  # type: ignore[no-untyped-def]
         c, s = abs(math.cos(mode[m, col.MODE_YAW])), abs(math.sin(mode[m, col.MODE_YAW]))
     x = mode[m, col.DEPTH_FRACTION] * max(surface[k, col.SURFACE_HALF_DEPTH] - half_d * c - half_w * s, 0.0)
     return x, mode[m, col.WIDTH_FRACTION] * max(surface[k, col.SURFACE_HALF_WIDTH] - half_d * s - half_w * c, 0.0)
+
+
+@kernel
+def pick(rng, count):  # type: ignore[no-untyped-def]
+    """Return a uniform index below ``count``."""
+    return min(int(rng.random() * count), count - 1)
+
+
+@inlined
+def start_from(state, proposal, place, i):  # type: ignore[no-untyped-def]
+    """Begin a proposal for object ``i`` with the pose that it has."""
+    proposal.tag[place, col.LEADER], proposal.tag[place, col.NEW_SURFACE] = i, state.hold[i, col.SURFACE]
+    proposal.tag[place, col.NEW_WALL] = state.hold[i, col.ON_WALL]
+    copy_pose(state, i, proposal, place)
+
+
+@inlined
+def copy_pose(state, i, proposal, place):  # type: ignore[no-untyped-def]
+    """Propose the pose that object ``i`` has."""
+    proposal.pose[place, col.X], proposal.pose[place, col.Y] = state.where[i, col.X], state.where[i, col.Y]
+    proposal.pose[place, col.YAW] = state.where[i, col.YAW]
+
+
+@kernel
+def hang(problem, proposal, place, i, w, along):  # type: ignore[no-untyped-def]
+    """Put object ``i`` with its back to wall ``w``, its middle ``along`` metres from the wall's start."""
+    x, y = point_at_wall(problem.wall, w, along, problem.object[i, col.HALF_DEPTH])
+    proposal.tag[place, col.NEW_WALL] = w
+    proposal.pose[place, col.X], proposal.pose[place, col.Y] = x, y
+    proposal.pose[place, col.YAW] = problem.wall[w, walls.WALL_YAW]
+
+
+@kernel
+def put_on_surface(problem, state, proposal, k, u, v, turn):  # type: ignore[no-untyped-def]
+    """Put the leading object on support surface ``k`` at u, v in its frame, turned by ``turn`` against its owner."""
+    where, owner = state.where, surface_owner(problem, k)
+    yaw = where[owner, col.YAW]
+    c, s = math.cos(yaw), math.sin(yaw)
+    u, v = u + problem.surface[k, col.SURFACE_X], v + problem.surface[k, col.SURFACE_Y]
+    proposal.tag[0, col.NEW_SURFACE] = k
+    proposal.pose[0, col.X] = where[owner, col.X] + u * c - v * s
+    proposal.pose[0, col.Y] = where[owner, col.Y] + u * s + v * c
+    proposal.pose[0, col.YAW] = wrap(yaw + turn)
+
+
+@kernel
+def uniform_on_surface(rng, problem, k):  # type: ignore[no-untyped-def]
+    """Draw a uniform place on support surface ``k``, in its frame."""
+    u = problem.surface[k, col.SURFACE_HALF_DEPTH] * (2.0 * rng.random() - 1.0)
+    return u, problem.surface[k, col.SURFACE_HALF_WIDTH] * (2.0 * rng.random() - 1.0)

@@ -19,8 +19,6 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.kernels import inlined, kernel, making_arrays
 from grammar.layout import columns as col
 from grammar.layout.circulation import (
-    CIRCULATION,
-    REACH,
     Traffic,
     changes_floor,
     commit_or_revert,
@@ -31,11 +29,11 @@ from grammar.layout.circulation import (
 )
 from grammar.layout.energies import full_energy, local_energy, weighted
 from grammar.layout.floor_raster import NO_FLOOR, SIDE, Floor
+from grammar.layout.frames import pick
 from grammar.layout.moves import propose
-from grammar.layout.problem import Problem, State, copy_state
-from grammar.layout.proposal import MoveSettings, Proposal, empty_proposal, pick
+from grammar.layout.problem import MoveSettings, Problem, Proposal, State, copy_state, empty_proposal
 from grammar.layout.rigid_moves import Moved, apply_move, copy_layout, followers_in_room, gather, nothing_moved, release, revert_move
-from grammar.spec.energy_terms import FLOOR_TERMS, HARD_TERMS, TERMS
+from grammar.spec.energy_terms import FLOOR_TERMS, HARD_TERMS, TERM, TERMS
 from grammar.spec.rules import MOVES
 
 _ZERO_IF_FEASIBLE = np.array([TERMS.index(name) for name in (*FLOOR_TERMS, *HARD_TERMS)])
@@ -53,7 +51,7 @@ class Chain(NamedTuple):
     floor: Floor = NO_FLOOR
 
 
-class Run(NamedTuple):
+class ChainRun(NamedTuple):
     """How long a chain runs, at which inverse temperature, and which layout it keeps.
 
     beta grows geometrically from ``beta_first`` to ``beta_last``.  A layout is feasible when no loss of a hard term exceeds ``tolerance``,
@@ -92,7 +90,10 @@ class ChainInfo(NamedTuple):
 
 
 class _Work(NamedTuple):
-    """Work space of a run: (t,) losses of the layout, and of the moved cliques before and after; the proposal; who moves; the raster."""
+    """Work space of a run: (t,) losses of the layout, and of the moved cliques before and after; the proposal; who moves; the raster.
+
+    kept, counts, trace: what :class:`ChainInfo` says of them.
+    """
 
     energy: Floats
     before: Floats
@@ -100,6 +101,9 @@ class _Work(NamedTuple):
     proposal: Proposal
     moved: Moved
     traffic: Traffic
+    kept: State
+    counts: Ints
+    trace: Trace
 
 
 class _Step(NamedTuple):
@@ -110,10 +114,19 @@ class _Step(NamedTuple):
     moved: np.int64
 
 
-def _work(chain: Chain) -> _Work:
+def _work(chain: Chain, state: State, samples: int) -> _Work:
     problem, terms = chain.problem, len(TERMS)
-    traffic = traffic_of(problem, chain.floor)
-    return _Work(np.zeros(terms), np.zeros(terms), np.zeros(terms), empty_proposal(), nothing_moved(problem), traffic)
+    return _Work(
+        energy=full_energy(problem, state),
+        before=np.zeros(terms),
+        after=np.zeros(terms),
+        proposal=empty_proposal(),
+        moved=nothing_moved(problem),
+        traffic=traffic_of(problem, chain.floor),
+        kept=copy_state(state),
+        counts=empty_counts(),
+        trace=empty_trace(samples),
+    )
 
 
 def empty_trace(samples: int) -> Trace:
@@ -126,34 +139,28 @@ def empty_counts() -> Ints:
     return np.zeros((len(MOVES), 2), np.int64)
 
 
-def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: Run, movable: Ints, samples: int = 0) -> ChainInfo:
-    """Run the chain and keep a feasible layout.
+def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: ChainRun, movable: Ints, samples: int = 0) -> ChainInfo:
+    """Run the chain, which writes the state in place, and keep a feasible layout.
 
-    Args:
-        rng: advanced.
-        chain: what is sampled.
-        state: written in place.
-        run: how long, at which inverse temperature, and what to keep.
-        movable: (k,) int64 indices of the objects that lead moves.
-        samples: length of the trace.
+    ``movable``: (k,) int64 indices of the objects that lead moves; ``samples``: length of the trace.
     """
-    work, kept, counts, trace = _work(chain), copy_state(state), empty_counts(), empty_trace(samples)
-    work.energy[:] = full_energy(chain.problem, state)
-    found = _run(rng, chain, state, run, movable, work, kept, counts, trace)
-    return ChainInfo(kept if found else None, work.energy, counts, trace)
+    work = _work(chain, state, samples)
+    has_kept = _run(rng, chain, state, run, movable, work)
+    return ChainInfo(work.kept if has_kept else None, work.energy, work.counts, work.trace)
 
 
 @making_arrays
-def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: ignore[no-untyped-def]
-    """Make all proposals of a run; return whether ``kept`` holds a feasible layout."""
+def _run(rng, chain, state, run, movable, work):  # type: ignore[no-untyped-def]
+    """Make all proposals of a run; return whether ``kept`` of the work space holds a feasible layout."""
+    kept, counts, trace = work.kept, work.counts, work.trace
     problem, floor, energy, moved, proposals = chain.problem, chain.floor, work.energy, work.moved, run.proposals
     has_floor = len(floor.covered) > 0
     if has_floor:
         rasterize_objects(problem, state, floor, work.traffic, np.int64(1))
-        energy[CIRCULATION], energy[REACH] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
-    feasible, found, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
+        energy[TERM.circulation], energy[TERM.reach] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
+    feasible, has_kept, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
     if feasible and run.keep_best:
-        found, least = True, weighted(problem, energy)
+        has_kept, least = True, weighted(problem, energy)
         copy_layout(state, kept, np.int64(0), moved)
     ratio = (run.beta_last / run.beta_first) ** (1.0 / max(proposals - 1, 1))
     beta = run.beta_first / ratio
@@ -169,21 +176,21 @@ def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: i
             was_feasible, feasible = feasible, _feasible(energy, run.tolerance)
             if run.keep_best:
                 if feasible and weighted(problem, energy) < least:
-                    found, least = True, weighted(problem, energy)
+                    has_kept, least = True, weighted(problem, energy)
                     copy_layout(state, kept, np.int64(0), moved)
             elif was_feasible and not feasible:
-                found = True
+                has_kept = True
                 copy_layout(state, kept, step.moved, moved)
         # Trace it.
         if sample < len(trace.energy) and (sample + 1) * proposals <= (n + 1) * len(trace.energy):
             _trace(energy, counts, sample, trace)
             sample += 1
     if feasible and not run.keep_best:
-        found = True
+        has_kept = True
         copy_layout(state, kept, np.int64(0), moved)
     if has_floor:
         rasterize_objects(problem, state, floor, work.traffic, np.int64(0))
-    return found
+    return has_kept
 
 
 @inlined
@@ -206,7 +213,7 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     if count <= 0:
         return _Step(move, False, np.int64(0))
     # Bound the energy after the move that would still be accepted.
-    walking = weight[CIRCULATION] * energy[CIRCULATION] + weight[REACH] * energy[REACH]
+    walking = weight[TERM.circulation] * energy[TERM.circulation] + weight[TERM.reach] * energy[TERM.reach]
     limit = local_energy(problem, state, moved.members, count, moved.mark, np.inf, work.before)
     limit += (log_q_ratio - threshold) / beta + walking
     # Move, and measure the cliques that change, up to that bound.
@@ -215,12 +222,12 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     if followers_in_room(problem, state, count, moved):
         total = local_energy(problem, state, moved.members, count, moved.mark, limit, work.after)
     # Measure the floor only if all else is accepted.
-    circulation, missed = energy[CIRCULATION], energy[REACH]
+    circulation, missed = energy[TERM.circulation], energy[TERM.reach]
     if total < limit and len(floor.covered) > 0:
         changes = changes_floor(problem, moved.members, count)
         if changes:
             circulation, missed = try_move(problem, state, moved.before.placed, moved.members, count, floor, work.traffic)
-        total += weight[CIRCULATION] * circulation + weight[REACH] * missed
+        total += weight[TERM.circulation] * circulation + weight[TERM.reach] * missed
         if changes:
             commit_or_revert(problem, state, moved.before.placed, moved.members, count, floor, work.traffic, total < limit)
     # Accept or reject.
@@ -228,7 +235,7 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     if accepted:
         for term in range(len(energy)):
             energy[term] += work.after[term] - work.before[term]
-        energy[CIRCULATION], energy[REACH] = circulation, missed
+        energy[TERM.circulation], energy[TERM.reach] = circulation, missed
     else:
         revert_move(problem, state, count, moved)
     release(count, moved)

@@ -4,8 +4,8 @@
 - swap: two objects exchange position and orientation; symmetric
 - repoint: an object goes to a uniform place on another support surface that can carry it, keeping its yaw there; the ratio is that of the
   areas
-- a run (:mod:`grammar.layout.runs`) is shifted by translate and slide, has two units exchanged by rotate and swap, and goes to another slot
-  by repoint and relocate; all symmetric
+- a row of units (:mod:`grammar.layout.unit_rows`) is shifted by translate and slide, has two units exchanged by rotate and swap, and goes
+  to another slot by repoint and relocate; all symmetric
 - relocate: an object is drawn afresh from a mixture of a uniform pose, poses at walls (snap to wall) and poses around its core or on a
   support surface, whose density is computed for the old pose and the new one
 
@@ -23,13 +23,22 @@ import numpy as np
 from grammar.geometry import walls
 from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, in_surface_frame, surface_owner, wall_of_core, wrap
-from grammar.layout.proposal import MoveSettings, copy_pose, hang, move_settings, pick, put_on_surface, start_from, uniform_on_surface
+from grammar.layout.frames import (
+    along_wall,
+    copy_pose,
+    hang,
+    in_surface_frame,
+    pick,
+    put_on_surface,
+    start_from,
+    surface_owner,
+    uniform_on_surface,
+    wall_of_core,
+    wrap,
+)
 from grammar.layout.relocate import relocate, relocation_density
-from grammar.layout.runs import is_head, propose_run
+from grammar.layout.unit_rows import is_head, propose_row
 from grammar.spec.rules import MOVES
-
-__all__ = ["MoveSettings", "move_settings", "propose"]
 
 TRANSLATE = MOVES.index("translate")
 ROTATE = MOVES.index("rotate")
@@ -68,7 +77,7 @@ def propose(rng, problem, state, settings, move, i, movable, proposal):  # type:
     """
     if is_head(problem, i):
         kind = 0 if move == TRANSLATE or move == SLIDE else 1 if move == ROTATE or move == SWAP else 2
-        return propose_run(rng, problem, state, settings, i, np.int64(kind), proposal), 0.0
+        return propose_row(rng, problem, state, settings, i, np.int64(kind), proposal), 0.0
     start_from(state, proposal, np.int64(0), i)
     mount, count, log_q_ratio = problem.link[i, col.MOUNT], 1, 0.0
     if mount == col.FIXED:
@@ -131,7 +140,7 @@ def _swap(rng, problem, state, i, movable, proposal):  # type: ignore[no-untyped
     """Let an object and a random other one that is mounted as it is exchange their poses; return how many lead the move."""
     j = movable[pick(rng, len(movable))]
     where, mount = state.where, problem.link[i, col.MOUNT]
-    if i == j or problem.link[j, col.RUN] >= 0 or mount != problem.link[j, col.MOUNT] or (mount != col.FLOOR and mount != col.WALL):
+    if i == j or problem.link[j, col.ROW] >= 0 or mount != problem.link[j, col.MOUNT] or (mount != col.FLOOR and mount != col.WALL):
         return 0
     start_from(state, proposal, np.int64(1), j)
     for place in range(2):

@@ -1,4 +1,4 @@
-"""A layout problem and its state as a few tables that compiled code can take: what the chain moves, and what it moves it in.
+"""A layout problem, its state and its proposals as a few tables that compiled code can take.
 
 Objects are numbered from 0 over openings and placed objects alike, object id minus 1; openings are fixed.  World frame, metres, radians.
 Few tables with named columns (:mod:`grammar.layout.columns`) rather than one array for each quantity: every array that a kernel takes costs
@@ -7,39 +7,24 @@ compile time in its callers.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
+from grammar.geometry.boxes import BOX_WIDTH
 from grammar.layout import columns as col
+from grammar.spec.energy_terms import Cliques
+from grammar.spec.rules import MOVES, MoveRule
 
 
 class Problem(NamedTuple):
     """Everything about a room that its chain leaves alone; n objects, whose rows of ``box`` and ``mode`` follow each other.
 
-    object: (n, 9) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
-    of the underside of what does not stand on an object, 1 where it is drawn to the centroid of the floor, greatest gap between its back
-    and a wall and between one of its sides and a wall (infinite where it may stand anywhere), how far its back stands off the line of its
-    run.
-    link: (n, 25) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
-    from a robot; first row in ``box`` of its solids, of its zones and of the strips by which it is reached, and the end of these; first row
-    in ``mode`` of its wall modes, of its modes around the core, of its placements, of the targets of its support address and of its wishes
-    in a run, and the end of these; 1 where it stays put.  Of units: run or -1, number of a leg, 1 where it turns, kind, 1 where it likes
-    the end, 1 where it carries something in line or stands as high; then 1 where it hangs in line, and moves only with its unit; 1 where
-    it juts out; 1 where it stands end-on.  Legs belong to places: the k-th unit of a run, by index, has that of place k.  Of screens: index
-    of the seat that they are watched from; of all else -1.
-    box: (m, 8) in the object's frame the first six columns of a box, then the kind and the depth of a zone.
-    mode: (k, 7) wall modes: gap, 0, yaw against the wall; around the core: x, y, yaw in the core's frame; placements: depth fraction, width
-    fraction, yaw against the surface (NaN: any).  Then of all these: -log of the density at the mode's middle over that of the object's
-    densest mode, divided by the inverse temperature; probability; factors of the distance and of the angle, 1 over the mode's spreads.
-    Targets of a support address: index of a support surface, -log of its probability divided by the inverse temperature, 0.  Wishes: kind
-    of unit or a code, 1 for near and -1 for apart, cost (nat) divided by the inverse temperature.
-    surface: (s, 6) support surfaces: x, y, z of the middle, half depth, half width in the owner's frame, index of the owner.
-    wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
-    slope: (c, 4) rows of :func:`grammar.geometry.slopes.slope_rows`, planes of the ceiling.
-    run: (r, 4) runs: index of the head, the unit that stands for all of them in moves; number of units; first row in ``slot`` and the end.
-    slot: (q, 13) places of runs, see :class:`grammar.geometry.run_slots.Slot`, the gap between units and walls, and that between units.
+    object, link, box, mode, surface, row, slot: rows of the columns that :mod:`grammar.layout.columns` gives places and explains.
+    wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`; slope: (c, 4) rows of :func:`grammar.geometry.slopes.slope_rows`.
     weight: (t,) lambda of the energy terms.
     x_low, y_low, x_high, y_high: bounding box of the floor; x_centre, y_centre: its centroid.
     """
@@ -51,7 +36,7 @@ class Problem(NamedTuple):
     surface: Floats
     wall: Floats
     slope: Floats
-    run: Ints
+    row: Ints
     slot: Floats
     weight: Floats
     x_low: float
@@ -93,9 +78,8 @@ class Problem(NamedTuple):
 class State(NamedTuple):
     """Where everything is; the chain writes these arrays in place.
 
-    where: (n, 4) x, y, yaw, height of the underside; hold: (n, 5) the support surface that an object stands on, else -1; the wall that it
-    hangs on, else -1; 1 once it takes part; the place of a unit in its run and the slot of that run, else -1; placed: (m, 8) the problem's
-    boxes in the world.  How far a run is shifted along its slot follows from the pose of the unit in place 0.
+    where: (n, WHERE_WIDTH) poses; hold: (n, HOLD_WIDTH) what each object stands and hangs on, and whether it takes part; placed: (m, 8) the
+    problem's boxes in the world.  How far a run is shifted along its slot follows from the pose of the unit in place 0.
     """
 
     where: Floats
@@ -131,11 +115,95 @@ class State(NamedTuple):
 def zero_state(problem: Problem) -> State:
     """Return a state in which nothing takes part yet; x, y, yaw and boxes are zero, and nothing stands on an object or hangs on a wall."""
     n = len(problem.object)
-    where, hold = np.zeros((n, 4)), np.full((n, 5), -1, np.int64)
+    where, hold = np.zeros((n, col.WHERE_WIDTH)), np.full((n, col.HOLD_WIDTH), -1, np.int64)
     where[:, col.Z], hold[:, col.ACTIVE] = problem.object[:, col.BOTTOM], 0
-    return State(where, hold, np.zeros((len(problem.box), 8)))
+    return State(where, hold, np.zeros((len(problem.box), BOX_WIDTH)))
 
 
 def copy_state(state: State) -> State:
     """Return a state with arrays of its own."""
     return State(state.where.copy(), state.hold.copy(), state.placed.copy())
+
+
+class MoveSettings(NamedTuple):
+    """:class:`grammar.spec.rules.MoveRule` for compiled code.
+
+    cumulative: running sum of the moves' probabilities, in the order of ``MOVES``; translate_sd_m, rotate_sd_rad: (k,) standard deviations,
+    each filled up by repetition to a common length; the rest as the rule has it.
+    """
+
+    cumulative: Floats
+    translate_sd_m: Floats
+    rotate_sd_rad: Floats
+    carry: float
+    quarter_turn: float
+    relocate_uniform: float
+    relocate_wall: float
+    relocate_around: float
+    relocate_beside: float
+    wall_gap_sd_m: float
+    wall_orientation_sd_rad: float
+    around_sd_m: float
+    around_orientation_sd_rad: float
+    place_sd_m: float
+
+
+class Proposal(NamedTuple):
+    """Work space for one proposal: the objects that lead it (one, or two that swap) and where they go.
+
+    pose: (2, POSE_WIDTH) new x, y, yaw; tag: (2, TAG_WIDTH) whose, and where they stand or hang.
+    """
+
+    pose: Floats
+    tag: Ints
+
+
+def move_settings(rule: MoveRule) -> MoveSettings:
+    """Return the settings of the compiled moves."""
+    size = math.lcm(len(rule.translate_sd_m), len(rule.rotate_sd_rad))
+    return MoveSettings(
+        np.cumsum([getattr(rule, name) for name in MOVES]),
+        np.resize(rule.translate_sd_m, size),
+        np.resize(rule.rotate_sd_rad, size),
+        *(float(getattr(rule, name)) for name in MoveSettings._fields[3:]),
+    )
+
+
+def empty_proposal() -> Proposal:
+    """Return work space for proposals."""
+    return Proposal(np.zeros((2, col.POSE_WIDTH)), np.zeros((2, col.TAG_WIDTH), np.int64))
+
+
+def _walls(problem: Problem) -> int:
+    """Return the number of objects with modes at walls."""
+    return int((problem.link[:, col.AROUND_MODES] > problem.link[:, col.WALL_MODES]).sum())
+
+
+def _groups(problem: Problem) -> int:
+    """Return the number of objects with a core object."""
+    return int((problem.core >= 0).sum())
+
+
+def _supports(problem: Problem) -> int:
+    """Return the number of objects that may stand on an object."""
+    return int((problem.link[:, col.MODE_END] > problem.link[:, col.TARGETS]).sum())
+
+
+def _zones(problem: Problem) -> int:
+    """Return the number of zones to be kept free."""
+    return int((problem.link[:, col.STRIPS] - problem.link[:, col.ZONES]).sum())
+
+
+def _centres(problem: Problem) -> int:
+    """Return the number of objects that are drawn to the centroid of the floor."""
+    return int((problem.object[:, col.CENTRED] > 0.0).sum())
+
+
+COUNTERS: Mapping[Cliques, Callable[[Problem], int]] = {
+    "wall": _walls,
+    "group": _groups,
+    "support": _supports,
+    "zone": _zones,
+    "centre": _centres,
+}
+"""Kind of clique -> its number in a problem."""

@@ -16,8 +16,19 @@ import numpy as np
 from grammar.geometry import walls
 from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, in_surface_frame, placement_target, point_at_wall, surface_owner, wall_of_core, wrap
-from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surface
+from grammar.layout.frames import (
+    along_wall,
+    hang,
+    in_surface_frame,
+    pick,
+    placement_target,
+    point_at_wall,
+    put_on_surface,
+    surface_owner,
+    uniform_on_surface,
+    wall_of_core,
+    wrap,
+)
 
 _TWO_PI = 2.0 * math.pi
 _LEAST_LENGTH_M = 1e-9
@@ -249,7 +260,7 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
         beside = _beside_share(problem, settings, i)
         if beside > 0.0:
             density += around * beside * _beside_core_density(problem, state, settings, i, x, y, yaw)
-        density = _add_core_density(problem, state, settings, i, x, y, yaw, around * (1.0 - beside), density)
+        density = _add_core_density(problem, state, settings, i, proposal, around * (1.0 - beside), density)
     return density
 
 
@@ -269,11 +280,11 @@ def _hanging_density(problem, state, settings, i, proposal, uniform, around):  #
 
 
 @inlined
-def _add_core_density(problem, state, settings, i, x, y, yaw, around, density):  # type: ignore[no-untyped-def]
+def _add_core_density(problem, state, settings, i, proposal, around, density):  # type: ignore[no-untyped-def]
     """Return ``density`` and that of the modes around the core, whose share is ``around``."""
     mode, where, core = problem.mode, state.where, problem.link[i, col.CORE]
-    dx, dy, core_yaw = x - where[core, col.X], y - where[core, col.Y], where[core, col.YAW]
-    c, s = math.cos(core_yaw), math.sin(core_yaw)
+    dx, dy, core_yaw = proposal.pose[0, col.X] - where[core, col.X], proposal.pose[0, col.Y] - where[core, col.Y], where[core, col.YAW]
+    yaw, c, s = proposal.pose[0, col.YAW], math.cos(core_yaw), math.sin(core_yaw)
     for k in range(problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS]):
         u, v = dx * c + dy * s - mode[k, col.MODE_X], dy * c - dx * s - mode[k, col.MODE_Y]
         sd = settings.around_sd_m / mode[k, col.NEAR]

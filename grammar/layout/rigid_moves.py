@@ -1,6 +1,6 @@
 """What moves along with the leaders of a proposal, and how all of it moves and comes back.
 
-A moved unit takes its whole run along.  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped
+A moved unit takes its whole row along.  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped
 around it too.  What hangs above a core that stands follows it from wall to wall.  A rigid motion keeps volume, so it adds nothing to the
 Hastings ratio.
 """
@@ -14,16 +14,15 @@ import numpy as np
 
 from grammar.geometry import walls
 from grammar.geometry.arrays import Ints
+from grammar.geometry.boxes import BOX_WIDTH
 from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, place_object, point_at_wall, surface_owner, wall_of_core, wrap
 from grammar.layout.problem import Problem, State, zero_state
-from grammar.layout.runs import is_head, move_run
+from grammar.layout.unit_rows import is_head, move_row
 
 _HUNG = 3
-"""What moves with leader k is marked k + 1; units of a moved run, and what follows its core from wall to wall, this plus its own index."""
-
-_POSE_COLUMNS, _HOLD_COLUMNS, _BOX_COLUMNS = 4, 5, 8
+"""What moves with leader k is marked k + 1; units of a moved row, and what follows its core from wall to wall, this plus its own index."""
 
 
 class Moved(NamedTuple):
@@ -66,7 +65,7 @@ def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-u
     count += 1
     if is_head(problem, i):
         for j in range(len(link)):
-            if link[j, col.RUN] == link[i, col.RUN] and j != i:
+            if link[j, col.ROW] == link[i, col.ROW] and j != i:
                 members[count], moved.leader[count], mark[j] = j, leader, _HUNG + j
                 count += 1
     # Go through the members in the order in which they came in; each appends its own followers.
@@ -93,13 +92,13 @@ def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-u
 @inlined
 def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
     """Copy what a state holds for object ``i``, but whether it takes part."""
-    for k in range(_POSE_COLUMNS):
+    for k in range(col.WHERE_WIDTH):
         target.where[i, k] = source.where[i, k]
-    for k in range(_HOLD_COLUMNS):
+    for k in range(col.HOLD_WIDTH):
         if k != col.ACTIVE:
             target.hold[i, k] = source.hold[i, k]
     for b in range(problem.link[i, col.SOLIDS], problem.link[i, col.BOX_END]):
-        for k in range(_BOX_COLUMNS):
+        for k in range(BOX_WIDTH):
             target.placed[b, k] = source.placed[b, k]
 
 
@@ -146,12 +145,12 @@ def apply_move(problem, state, proposal, count, moved):  # type: ignore[no-untyp
     for m in range(count):
         _copy_object(problem, state, moved.before, moved.members[m])
     if is_head(problem, proposal.tag[0, col.LEADER]):
-        move_run(problem, state, proposal)
+        move_row(problem, state, proposal)
     for m in range(count):
         i, place, mark = moved.members[m], moved.leader[m], moved.mark[moved.members[m]]
         leader = proposal.tag[place, col.LEADER]
-        if problem.link[i, col.RUN] >= 0:
-            pass  # a run moves as a whole
+        if problem.link[i, col.ROW] >= 0:
+            pass  # a row moves as a whole
         elif leader == i:
             _lead(problem, state, i, proposal, place)
         elif mark == _HUNG + i:
@@ -172,15 +171,15 @@ def revert_move(problem, state, count, moved):  # type: ignore[no-untyped-def]
 def copy_layout(state, kept, count, moved):  # type: ignore[no-untyped-def]
     """Copy to ``kept`` a layout, without its boxes, as it was before the move of ``count`` objects (0: as it is)."""
     for i in range(len(state.where)):
-        for k in range(_POSE_COLUMNS):
+        for k in range(col.WHERE_WIDTH):
             kept.where[i, k] = state.where[i, k]
-        for k in range(_HOLD_COLUMNS):
+        for k in range(col.HOLD_WIDTH):
             kept.hold[i, k] = state.hold[i, k]
     for m in range(count):
         i = moved.members[m]
-        for k in range(_POSE_COLUMNS):
+        for k in range(col.WHERE_WIDTH):
             kept.where[i, k] = moved.before.where[i, k]
-        for k in range(_HOLD_COLUMNS):
+        for k in range(col.HOLD_WIDTH):
             if k != col.ACTIVE:
                 kept.hold[i, k] = moved.before.hold[i, k]
 

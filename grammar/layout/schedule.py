@@ -12,14 +12,14 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.layout import columns as col
-from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses
+from grammar.layout.circulation import circulation_losses
 from grammar.layout.energies import full_energy
-from grammar.layout.enter import enter
-from grammar.layout.entrants import Stage, best_entrant
+from grammar.layout.entrants import Stage, best_entrant, enter
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.frames import place_object
-from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, run_chain
+from grammar.layout.mcmc import Chain, ChainRun, Trace, empty_counts, empty_trace, run_chain
 from grammar.layout.problem import Problem, State, copy_state
+from grammar.spec.energy_terms import TERM
 from grammar.spec.rules import Convergence, Schedule
 
 _LARGE_M2 = 0.25
@@ -51,7 +51,7 @@ def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: S
     if state is None or not all(enter(rng, problem, state, chain.moves, i, schedule.starts) for i in supported.entering):
         return ChainResult(None, full_energy(problem, start), copy_state(start), counts, empty_trace(0), False)
     if len(supported.movable):
-        run = Run(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
+        run = ChainRun(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
         counts += run_chain(rng, without_floor, state, run, supported.movable).counts
     result = run_together(rng, chain, state, schedule, beta, schedule.together, min(schedule.anneal_from_beta, beta))
     return result._replace(counts=counts + result.counts)
@@ -60,16 +60,10 @@ def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: S
 def run_together(
     rng: np.random.Generator, chain: Chain, state: State, schedule: Schedule, beta: float, sweeps: int, beta_first: float
 ) -> ChainResult:
-    """Let all objects move together.
+    """Let all objects move together, which writes the state in place.
 
-    Args:
-        rng: advanced.
-        chain: what is sampled.
-        state: written in place.
-        schedule: what counts as feasible, what to keep, and when the energies stand still.
-        beta: inverse temperature at the end.
-        sweeps: proposals for each object that moves, if the energies do not stand still before.
-        beta_first: inverse temperature at the beginning, from which it grows geometrically; a chain that is annealed does not end early.
+    ``sweeps``: proposals for each object that moves, if the energies do not stand still before.  ``beta_first``: inverse temperature at the
+    beginning, from which it grows geometrically to ``beta``; a chain that is annealed does not end early.
     """
     movable, test = leaders(chain.problem), schedule.convergence
     best, least, converged = None, np.inf, False
@@ -79,7 +73,7 @@ def run_together(
         done = len(trace.energy)
         part = min(test.lag, sweeps - done) if test.window else sweeps
         betas = [beta_first * (beta / beta_first) ** (swept / sweeps) for swept in (done, done + part)]
-        run = Run(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
+        run = ChainRun(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
         info = run_chain(rng, chain, state, run, movable, part)
         # Keep its layout if it is better, or as good where the last one counts.
         energy = info.energy
@@ -101,17 +95,12 @@ def layout_energy(chain: Chain, state: State) -> Floats:
         place_object(chain.problem, state, i)
     energy: Floats = full_energy(chain.problem, state)
     if chain.floor is not NO_FLOOR:
-        energy[CIRCULATION], energy[REACH] = circulation_losses(chain.problem, state, chain.floor)
+        energy[TERM.circulation], energy[TERM.reach] = circulation_losses(chain.problem, state, chain.floor)
     return energy
 
 
 def has_converged(energies: Floats, test: Convergence) -> bool:
-    """Return whether the histogram of the last energies is the one of ``lag`` samples before.
-
-    Args:
-        energies: (r,) one for each sweep.
-        test: window, lag, greatest total variation distance, bins (over the range that both windows cover).
-    """
+    """Return whether the histogram of the last energies, (r,) one for each sweep, is the one of ``lag`` samples before."""
     if not test.window or len(energies) < test.window + test.lag:
         return False
     now, before = energies[-test.window :], energies[-test.window - test.lag : -test.lag]
@@ -121,15 +110,15 @@ def has_converged(energies: Floats, test: Convergence) -> bool:
 
 
 def _moves_alone(problem: Problem) -> Bools:
-    """Return which objects are no units of a run and do not hang in line above one, (n,)."""
-    alone: Bools = (problem.link[:, col.RUN] < 0) & (problem.link[:, col.IN_LINE] == 0)
+    """Return which objects are no units of a row and do not hang in line above one, (n,)."""
+    alone: Bools = (problem.link[:, col.ROW] < 0) & (problem.link[:, col.IN_LINE] == 0)
     return alone
 
 
 def leaders(problem: Problem) -> Ints:
-    """Return the objects that lead moves: all that do not stay put and move alone, and the head of each run."""
+    """Return the objects that lead moves: all that do not stay put and move alone, and the head of each row of units."""
     found = ~problem.pinned & _moves_alone(problem)
-    found[problem.run[:, col.RUN_HEAD]] = True
+    found[problem.row[:, col.ROW_HEAD]] = True
     return np.flatnonzero(found)
 
 
@@ -141,7 +130,7 @@ def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
     """
     n = len(problem.link)
     mount = np.where(problem.pinned | ~_moves_alone(problem), col.FIXED, problem.mount)
-    heads, grouped = problem.run[:, col.RUN_HEAD], problem.core >= 0
+    heads, grouped = problem.row[:, col.ROW_HEAD], problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)
     follows = (mount == col.WALL) & grouped & (problem.mount[problem.core] == col.FLOOR)
     hangs = np.flatnonzero(((mount == col.WALL) & ~follows) | (mount == col.CEILING))

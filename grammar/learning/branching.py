@@ -22,8 +22,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.kernels import entry
-from grammar.spec.and_or_graph import Branch, Node
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 
 Bag = tuple[int, ...]
 Table = dict[Bag, tuple[float, Floats]]

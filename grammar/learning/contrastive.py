@@ -21,12 +21,10 @@ from grammar.geometry.boxes import row_penetration
 from grammar.geometry.walls import wall_lengths
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.cliques import COUNTERS
 from grammar.layout.energies import full_energy
 from grammar.layout.frames import place_object
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import MoveSettings, move_settings
-from grammar.layout.problem import Problem, State, copy_state
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import COUNTERS, MoveSettings, Problem, State, copy_state, move_settings
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.observed import wall_poses
 from grammar.spec.categories import Categories
@@ -256,7 +254,7 @@ def _short_chain(
     """Return the losses of a layout after a few steps from the observed one."""
     chain, moving = Chain(problem._replace(weight=weights), settings), copy_state(state)
     movable, beta = np.arange(len(problem.mount)), grammar.schedule.beta
-    run = Run(options.sweeps * len(movable), beta, beta, grammar.schedule.hard_tolerance, False)
+    run = ChainRun(options.sweeps * len(movable), beta, beta, grammar.schedule.hard_tolerance, False)
     run_chain(rng, chain, moving, run, movable)
     return np.asarray(full_energy(chain.problem, moving))
 

@@ -19,10 +19,9 @@ from grammar.learning.assign import AssignedRoom, assign, is_of
 from grammar.learning.category_map import ALSO_SEEN
 from grammar.learning.observed import ObservedObject, ObservedRoom, box_gap, nearest_wall
 from grammar.learning.sizes import learn_size
-from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.categories import Categories, Role
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, PlaceMode, SizeMode, WallMode
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 from grammar.spec.values import TruncatedNormal
 
 PULLED_UP: Role = "pulled_up"

@@ -26,10 +26,9 @@ from grammar.derivation.shell import ROOM_SIZE
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
 from grammar.sampled_room import sample_room
-from grammar.spec.and_or_graph import Node
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Grammar, Node
 from scene_description import ParseNode
 
 ROOM_SIZES = "room.sizes"

@@ -10,9 +10,8 @@ import numpy as np
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.observed import fitting_wall
 from grammar.learning.sizes import Size, is_norm
-from grammar.spec.and_or_graph import Node
 from grammar.spec.object_rules import ObjectRule
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Grammar, Node
 from grammar.spec.run_rules import RowUnit
 
 _LEAST, _MOST, _AT_WALL_M = 5, 24, 0.1

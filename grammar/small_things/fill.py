@@ -1,4 +1,7 @@
-"""Filling supports and floor with small things, one after the other in the order in which growing clutter brings them."""
+"""Filling supports and floor with small things, one after the other in the order in which growing clutter brings them.
+
+The things of a support are the events of a Poisson process whose time is the clutter, so every clutter contains what smaller ones have.
+"""
 
 from __future__ import annotations
 
@@ -12,21 +15,61 @@ import numpy as np
 
 from grammar.derivation.constraints import numbers_asked
 from grammar.derivation.densities import draw_index
-from grammar.geometry.arrays import Boxes, Floats, Ints
-from grammar.geometry.boxes import Z_HIGH, X, Y
-from grammar.geometry.solids import object_solids
+from grammar.geometry.boxes import Z_HIGH, X, Y, box_rows
+from grammar.geometry.solids import object_solids, whole_box
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
-from grammar.small_things.arrivals import arrival_levels, disorder, early_rate, mean_arrivals
-from grammar.small_things.by_walls import by_wall, use_strips
-from grammar.small_things.place import draw_thing_size, on_floor, on_top
-from grammar.small_things.rules import SmallThings, Thing
-from grammar.small_things.surfaces import Top, kept_free, tops_of, whole_box
-from grammar.spec.categories import Categories, Category, Role
+from grammar.small_things.place import Newcomer, Obstacles, Top, by_wall, draw_thing_size, kept_free, on_floor, on_top, tops_of, use_strips
+from grammar.small_things.rules import SmallThings
+from grammar.spec.categories import Categories, Role
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, Room, SceneObject, Support
 from scene_description.polygons import signed_area_m2
+
+BARE_SHARE = 0.25
+"""Least share of a support's count that comes up to clutter 1, however much the grammar stands there itself."""
+
+_TIDY, _MESSY = 1.0, 3.0
+
+
+def early_rate(count: float, there: float) -> float:
+    """Return the mean number of things that come up to clutter 1 where ``count`` belong and the grammar stands ``there`` already."""
+    return max(count - there, BARE_SHARE * count)
+
+
+def arrival_levels(rng: np.random.Generator, early: float, late: float, until: float) -> Iterator[float]:
+    """Yield the levels of clutter at which things come, in rising order.
+
+    Args:
+        rng: source of randomness; the levels up to ``until`` do not depend on ``until``.
+        early: mean number of things that come up to clutter 1.
+        late: mean number that come for each unit above that.
+        until: the last level.
+    """
+    level = 0.0
+    while True:
+        need, first = float(rng.standard_exponential()), early * max(_TIDY - level, 0.0)
+        if need < first:
+            level += need / early
+        elif late > 0.0:
+            level = max(level, _TIDY) + (need - first) / late
+        else:
+            return
+        if level > until:
+            return
+        yield level
+
+
+def mean_arrivals(early: float, late: float, until: float) -> float:
+    """Return the mean number of things that come up to the level ``until``; the arguments are those of :func:`arrival_levels`."""
+    return early * min(until, _TIDY) + late * max(until - _TIDY, 0.0)
+
+
+def disorder(level: float) -> float:
+    """Return how far from its tidy place a thing lies that comes at a level of clutter: 0 up to clutter 1, 1 from clutter 3."""
+    return min(max((level - _TIDY) / (_MESSY - _TIDY), 0.0), 1.0)
+
 
 FLOOR = 0
 """Stands for the floor where supports go by their ids, which count from 1."""
@@ -70,19 +113,15 @@ class _Surface:
 
     item: SceneObject
     tops: list[Top]
-    boxes: Boxes
-    owners: Ints
+    obstacles: Obstacles
     odds: Mapping[str, float]
 
 
 class Filling:
     """Supports and floor of a room while small things come.
 
-    Args:
-        source: what these are drawn from.
-        room: shell and openings.
-        objects: what stands in it at clutter 1, before small things are taken away or added.
-        root: seed of all that is drawn; every thing has a stream of its own.
+    ``objects``: what stands in it at clutter 1, before small things are taken away or added; ``root``: seed of all that is drawn; every
+    thing has a stream of its own.
     """
 
     def __init__(self, source: Source, room: Room, objects: Sequence[SceneObject], root: int) -> None:
@@ -90,7 +129,7 @@ class Filling:
         self._boxes, self._owners = object_solids(source.categories, objects)
         self._surfaces: dict[int, _Surface] = {}
         self._means: dict[int, float] = {}
-        self._floor_boxes, self._floor_owners = self._floor_obstacles()
+        self._floor = self._floor_obstacles()
         self._used = use_strips(source.categories, objects)
         self._wall = wall_rows(room.polygon_m)
         self._doors = [opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"]
@@ -106,9 +145,7 @@ class Filling:
     def things(self, there: Sequence[SceneObject], since: float = 0.0) -> Iterator[Placed]:
         """Yield the small things that come up to the clutter asked for, in that order, with ids after all others.
 
-        Args:
-            there: the objects of the room that count for what a request allows at most.
-            since: level after which things come; those before are left out.
+        ``there``: the objects that count for what a request allows at most; ``since``: level after which things come.
         """
         request = self._source.request
         most: dict[str, int] = {}
@@ -166,8 +203,7 @@ class Filling:
         return _Surface(
             item,
             tops,
-            np.concatenate([boxes[near], np.array(free, np.float64).reshape(-1, 8)]),
-            np.concatenate([self._owners[near], np.zeros(len(free), np.int64)]),
+            Obstacles(boxes[near], self._owners[near]).with_more(box_rows(free)),
             odds,
         )
 
@@ -198,21 +234,20 @@ class Filling:
             model=ModelReference(generator=name, seed=int(rng.integers(_MAX_SEED))),
             parts=(),
         )
+        new = Newcomer(thing, category, item)
         if surface is None and mess == 0.0:
-            return self._tidy_place(rng, thing, category, item)
+            return self._tidy_place(rng, new)
         if surface is None:
-            return on_floor(rng, thing, category, item, self._anchors, mess, self._inside, self._floor_boxes, self._floor_owners)
-        return on_top(rng, thing, category, item, surface.item, surface.tops, mess, surface.boxes, surface.owners)
+            return on_floor(rng, new, self._anchors, mess, self._inside, self._floor)
+        return on_top(rng, new, surface.item, surface.tops, mess, surface.obstacles)
 
-    def _tidy_place(self, rng: np.random.Generator, thing: Thing, category: Category, item: SceneObject) -> SceneObject | None:
+    def _tidy_place(self, rng: np.random.Generator, new: Newcomer) -> SceneObject | None:
         """Return a thing on the floor where a tidy person puts it, None where no place is free."""
         beside = self._source.rules.tidy_floor(self._source.grammar.looks_like).beside
-        boxes = np.concatenate([self._floor_boxes, self._used])
-        owners = np.concatenate([self._floor_owners, np.zeros(len(self._used), np.int64)])
+        obstacles = self._floor.with_more(self._used)
         if beside == "furniture":
-            return on_floor(rng, thing, category, item, self._anchors, 0.0, self._inside, boxes, owners)
-        doors = self._doors if beside == "door" else ()
-        return by_wall(rng, thing, category, item, self._wall, doors, self._inside, boxes, owners)
+            return on_floor(rng, new, self._anchors, 0.0, self._inside, obstacles)
+        return by_wall(rng, new, self._wall, self._doors if beside == "door" else (), self._inside, obstacles)
 
     def _floor_odds(self, mess: float) -> Mapping[str, float]:
         """Return the odds of what comes to the floor."""
@@ -223,27 +258,20 @@ class Filling:
         """Put a thing in the way of those that come after it."""
         boxes, owners = object_solids(self._source.categories, [item])
         if support == FLOOR:
-            self._floor_boxes = np.concatenate([self._floor_boxes, boxes])
-            self._floor_owners = np.concatenate([self._floor_owners, owners])
+            self._floor = self._floor.with_more(boxes, owners)
         else:
-            surface = self._surfaces[support]
-            surface.boxes, surface.owners = np.concatenate([surface.boxes, boxes]), np.concatenate([surface.owners, owners])
+            self._surfaces[support].obstacles = self._surfaces[support].obstacles.with_more(boxes, owners)
 
     def _inside(self, item: SceneObject) -> bool:
         x, y, _ = item.position_m
         c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
         return bool(rectangle_outside(self._wall, x, y, c, s, 0.5 * item.size_m[0] + _WALL_M, 0.5 * item.size_m[1] + _WALL_M) <= 0.0)
 
-    def _floor_obstacles(self) -> tuple[Boxes, Ints]:
+    def _floor_obstacles(self) -> Obstacles:
         """Return what things on the floor keep off: solids, rugs, and where doors swing."""
-        rows: list[Floats] = [self._boxes]
-        owners = [self._owners]
-        rugs = [whole_box(item) for item in self._objects if self._source.categories[item.category].underlay]
+        found = Obstacles(self._boxes, self._owners)
         for opening in self._room.openings:
             x, y, yaw = opening_frame(self._room, opening)
             zones = [zone for zone in opening_zones(opening, self._source.grammar.openings[opening.category]) if zone.kind == SWING]
-            rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
-            owners.append(np.zeros(len(zones), np.int64))
-        rows.append(np.array(rugs, np.float64).reshape(-1, 8))
-        owners.append(np.zeros(len(rugs), np.int64))
-        return np.concatenate(rows), np.concatenate(owners)
+            found = found.with_more(placed_zones(zones, x, y, opening.sill_m, yaw))
+        return found.with_more(box_rows(whole_box(item) for item in self._objects if self._source.categories[item.category].underlay))

@@ -2,24 +2,44 @@
 
 A support is filled by a conditional sampler of its own, given the furniture and the things that came before.  No thing moves anything else,
 so no chain is needed, and the cost grows with the number of things alone.
+
+What stands on the floor of a tidy room stands along the walls: of a few free poses there the one nearest to a corner or to a neighbour is
+taken, so boxes end up in rows and corners, and shoes beside the shoe rack.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from grammar.geometry.arrays import Boxes, Ints
-from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, deepest_penetrations, place_boxes
-from grammar.geometry.solids import local_solids
+from grammar.geometry.arrays import Boxes, Floats, Ints
+from grammar.geometry.boxes import (
+    BOX_WIDTH,
+    HALF_DEPTH,
+    HALF_WIDTH,
+    Z_LOW,
+    box_rows,
+    deepest_penetrations,
+    footprint_penetration,
+    place_boxes,
+)
+from grammar.geometry.solids import local_solids, rest_top, surface_top, whole_box
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
 from grammar.small_things.rules import Depth, Thing
-from grammar.small_things.surfaces import Top
-from grammar.spec.categories import Category
+from grammar.spec.categories import Categories, Category, Role
 from scene_description import SceneObject
 from scene_description import Support as Supported
+from scene_description.types import Point2
+
+_READ_M = 0.05
+"""Surface that stays free at each side of a screen or keyboard, in front of it."""
+
+_FLAT_M, _FREE_HEIGHT_M = 0.03, 0.6
+"""What is lower than the first may lie there still: papers, a remote control."""
 
 TRIALS = 14
 """Poses that are drawn for a thing before it is given up."""
@@ -39,6 +59,73 @@ _DEPTHS: Mapping[Depth, Callable[[np.random.Generator], float]] = {
     "front": lambda rng: 1.0 - float(rng.beta(1.0, 2.5)),
     "any": lambda rng: float(rng.uniform(-1.0, 1.0)),
 }
+
+WALL_TRIALS = 40
+"""Poses along the walls that are drawn for a thing."""
+
+DOOR_REACH_M = 1.2
+"""How far from the sides of a door things lie that belong by the door."""
+
+_GAP_M, _GAP_SD_M = 0.015, 0.01
+_KNEE_HIGH_M = 0.3
+_USE_M, _USE_HEIGHT_M = 0.55, 1.8
+_FRONT_USED: tuple[Role, ...] = (
+    "store", "shelf", "wardrobe", "fridge", "backed", "seat", "table", "basin", "bathing", "toilet", "sink", "hob",
+)  # fmt: skip
+
+
+class Top(NamedTuple):
+    """A rectangle that carries things, in its owner's frame, metres: height, middle, half depth, half width."""
+
+    z: float
+    x: float
+    y: float
+    half_depth: float
+    half_width: float
+
+    @property
+    def area_m2(self) -> float:
+        """Area of the rectangle."""
+        return 4.0 * self.half_depth * self.half_width
+
+
+def tops_of(category: Category, item: SceneObject, *, seat: bool) -> list[Top]:
+    """Return the support surfaces of an object, of a seat its rests."""
+    if seat:
+        return [Top(*rest_top(rest, item.size_m)) for rest in category.rests]
+    found = []
+    for surface in category.surfaces:
+        z, half_depth, half_width = surface_top(surface, item.size_m)
+        found.append(Top(z, 0.0, 0.0, half_depth, half_width))
+    return found
+
+
+def world_box(owner: SceneObject, x: float, y: float, z: float, size_m: tuple[float, float, float], turn: float) -> Boxes:
+    """Return the (8,) box of a thing whose middle is at (x, y) in the owner's frame, and whose underside is z above the owner's."""
+    c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
+    yaw = owner.yaw_rad + turn
+    bottom = owner.position_m[2] + z
+    return np.array(
+        [
+            owner.position_m[0] + x * c - y * s,
+            owner.position_m[1] + x * s + y * c,
+            bottom,
+            bottom + size_m[2],
+            0.5 * size_m[0],
+            0.5 * size_m[1],
+            math.cos(yaw),
+            math.sin(yaw),
+        ]
+    )
+
+
+def kept_free(owner: SceneObject, top: Top, item: SceneObject) -> Boxes:
+    """Return the (8,) box of what stays free of things before an object that people look at or type on, up to the surface's front edge."""
+    dx, dy = item.position_m[0] - owner.position_m[0], item.position_m[1] - owner.position_m[1]
+    c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
+    x, y = dx * c + dy * s, dy * c - dx * s
+    depth = max(top.x + top.half_depth - x, 0.01)
+    return world_box(owner, x + 0.5 * depth, y, top.z + _FLAT_M, (depth, item.size_m[1] + 2.0 * _READ_M, _FREE_HEIGHT_M), 0.0)
 
 
 def draw_thing_size(rng: np.random.Generator, thing: Thing) -> tuple[float, float, float]:
@@ -75,40 +162,41 @@ def draw_on_top(
     return top.x + u * free_depth, top.y + v * free_width, turn
 
 
-def clear_of(category: Category, item: SceneObject, boxes: Boxes, owner: Ints) -> bool:
-    """Return whether a thing keeps its air from the boxes (n, 8) of others."""
+class Newcomer(NamedTuple):
+    """A thing that looks for a place: its rule, the category of its solids, and itself, with its size and without a place."""
+
+    thing: Thing
+    category: Category
+    item: SceneObject
+
+
+class Obstacles(NamedTuple):
+    """What is in the way: (n, 8) boxes and whose they are, (n,); 0: space that is kept free."""
+
+    boxes: Boxes
+    owners: Ints
+
+    def with_more(self, boxes: Boxes, owners: Ints | None = None) -> Obstacles:
+        """Return these and more, by default space that is kept free."""
+        of = np.zeros(len(boxes), np.int64) if owners is None else owners
+        return Obstacles(np.concatenate([self.boxes, boxes]), np.concatenate([self.owners, of]))
+
+
+def clear_of(category: Category, item: SceneObject, obstacles: Obstacles) -> bool:
+    """Return whether a thing keeps its air from what is in the way."""
     local = local_solids(category, item.size_m)
-    placed = np.empty((len(local), 8))
+    placed = np.empty((len(local), BOX_WIDTH))
     place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
     placed[:, [HALF_DEPTH, HALF_WIDTH]] += GAP_M
     mine = np.full(len(placed), item.id, np.int64)
-    return not len(boxes) or bool(deepest_penetrations(placed, mine, boxes, owner).max() <= _TOUCH_M)
+    return not len(obstacles.boxes) or bool(deepest_penetrations(placed, mine, *obstacles).max() <= _TOUCH_M)
 
 
 def on_top(
-    rng: np.random.Generator,
-    thing: Thing,
-    category: Category,
-    item: SceneObject,
-    owner: SceneObject,
-    tops: Sequence[Top],
-    disorder: float,
-    boxes: Boxes,
-    owners: Ints,
+    rng: np.random.Generator, new: Newcomer, owner: SceneObject, tops: Sequence[Top], disorder: float, obstacles: Obstacles
 ) -> SceneObject | None:
-    """Return a thing on one of the surfaces of its owner, None where no drawn pose is free.
-
-    Args:
-        rng: source of randomness.
-        thing: its rule.
-        category: its solids.
-        item: the thing, with its size and without a place.
-        owner: what it stands on.
-        tops: surfaces of the owner.
-        disorder: 0 tidy to 1 messy.
-        boxes: (n, 8) solids that are in the way.
-        owners: (n,) whose these are.
-    """
+    """Return a thing on one of the surfaces of its owner, None where no drawn pose is free; ``disorder``: 0 tidy to 1 messy."""
+    thing, category, item = new
     c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
     for _ in range(TRIALS):
         top = tops[int(rng.integers(len(tops)))]
@@ -122,26 +210,24 @@ def on_top(
             yaw_rad=math.remainder(owner.yaw_rad + turn, 2.0 * math.pi),
             support=Supported(kind="object", id=owner.id),
         )
-        if clear_of(category, placed, boxes, owners):
+        if clear_of(category, placed, obstacles):
             return placed
     return None
 
 
 def on_floor(
     rng: np.random.Generator,
-    thing: Thing,
-    category: Category,
-    item: SceneObject,
+    new: Newcomer,
     anchors: Sequence[SceneObject],
     disorder: float,
     inside: Callable[[SceneObject], bool],
-    boxes: Boxes,
-    owners: Ints,
+    obstacles: Obstacles,
 ) -> SceneObject | None:
     """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free.
 
-    ``inside`` says whether the footprint of a placed thing is inside the room.  The other arguments are those of :func:`on_top`.
+    ``inside`` says whether the footprint of a placed thing is inside the room.
     """
+    thing, category, item = new
     for _ in range(TRIALS if anchors else 0):
         beside = anchors[int(rng.integers(len(anchors)))]
         turn = draw_turn(rng, thing, disorder)
@@ -160,6 +246,67 @@ def on_floor(
             yaw_rad=math.remainder(beside.yaw_rad + turn, 2.0 * math.pi),
             support=Supported(kind="floor"),
         )
-        if inside(placed) and clear_of(category, placed, boxes, owners):
+        if inside(placed) and clear_of(category, placed, obstacles):
             return placed
     return None
+
+
+def use_strips(categories: Categories, objects: Sequence[SceneObject]) -> Boxes:
+    """Return the floor (n, 8) that people need to use what stands on it: before fronts, and all round vehicles and machines."""
+    strips: list[Floats] = []
+    for item in objects:
+        roles, (depth, width, _) = set(categories[item.category].roles), item.size_m
+        if item.support.kind == "floor" and roles & {"vehicle", "machine"}:
+            strips.append(world_box(item, 0.0, 0.0, 0.0, (depth + 2.0 * _USE_M, width + 2.0 * _USE_M, _USE_HEIGHT_M), 0.0))
+        elif item.support.kind == "floor" and roles & set(_FRONT_USED):
+            strips.append(world_box(item, 0.5 * (depth + _USE_M), 0.0, 0.0, (_USE_M, width, _USE_HEIGHT_M), 0.0))
+    return box_rows(strips)
+
+
+def by_wall(
+    rng: np.random.Generator,
+    new: Newcomer,
+    wall: Floats,
+    doors: Sequence[Point2],
+    inside: Callable[[SceneObject], bool],
+    obstacles: Obstacles,
+) -> SceneObject | None:
+    """Return a thing with its back to a wall, (w, 9) rows of ``wall_rows``, None where no drawn pose is free.
+
+    ``doors``: the nearest places (x, y) of the doors that it belongs by; none: it may be anywhere.  ``inside`` as for :func:`on_floor`.
+    """
+    thing, category, item = new
+    boxes, owners = obstacles
+    standing = boxes[(owners > 0) & (boxes[:, Z_LOW] < _KNEE_HIGH_M)]
+    boxes = boxes.copy()
+    boxes[boxes[:, Z_LOW] < _KNEE_HIGH_M, Z_LOW] = 0.0  # nothing is pushed under a radiator
+    obstacles = Obstacles(boxes, owners)
+    free = [
+        (_nearness(placed, wall, k, along, standing), n, placed)
+        for n, (k, along, placed) in enumerate(_along_walls(rng, thing, item, wall))
+        if (not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M)
+        and inside(placed)
+        and clear_of(category, placed, obstacles)
+    ]
+    return min(free, key=lambda found: found[:2])[2] if free else None
+
+
+def _along_walls(rng: np.random.Generator, thing: Thing, item: SceneObject, wall: Floats) -> Iterator[tuple[int, float, SceneObject]]:
+    """Yield poses against walls that are long enough: wall, place of the middle along it, and the placed thing."""
+    shares = wall[:, LENGTH] / wall[:, LENGTH].sum()
+    for _ in range(WALL_TRIALS):
+        row = wall[k := int(rng.choice(len(wall), p=shares))]
+        turn, along = draw_turn(rng, thing, 0.0), float(rng.uniform()) * row[LENGTH]
+        c, s = abs(math.cos(turn)), abs(math.sin(turn))
+        off = 0.5 * (item.size_m[0] * c + item.size_m[1] * s) + _GAP_M + abs(float(rng.normal(0.0, _GAP_SD_M)))
+        x, y = row[START_X] + along * row[ALONG_X] + off * row[NORMAL_X], row[START_Y] + along * row[ALONG_Y] + off * row[NORMAL_Y]
+        yaw = math.remainder(row[WALL_YAW] + turn, 2.0 * math.pi)
+        yield k, along, replace(item, position_m=(float(x), float(y), 0.0), yaw_rad=yaw, support=Supported(kind="floor"))
+
+
+def _nearness(placed: SceneObject, wall: Floats, k: int, along: float, standing: Boxes) -> float:
+    """Return the distance in metres to a corner of the room at an end of the wall, or to what stands there, whichever is nearer."""
+    box, half = whole_box(placed), 0.5 * max(placed.size_m[:2])
+    ends = [along - half] if wall[k, REFLEX] == 0.0 else []
+    ends += [wall[k, LENGTH] - along - half] if wall[(k + 1) % len(wall), REFLEX] == 0.0 else []
+    return min([math.inf, *map(float, ends), *(-footprint_penetration(box, other) for other in standing)])

@@ -7,7 +7,7 @@ clutter 2 holds what it holds at 1.5, in the same places, and more.
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,10 +15,72 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.checks.validity import check_room
+from grammar.derivation.constraints import numbers_asked
 from grammar.small_things.fill import FLOOR, Filling, Placed, Source
-from grammar.small_things.thinning import taken_away
+from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.request import SceneRequest
 from scene_description import ParseGraph, ParseNode, Room, SceneObject, ValidityReport
+
+THINNING = 0
+"""Names the streams of random numbers of thinning; those of supports have their objects' ids, which count from 1."""
+
+
+def small_things(
+    objects: Sequence[SceneObject], categories: Categories, lamps: Collection[str] = (), kept: Collection[str] = ()
+) -> frozenset[int]:
+    """Return the ids of the small things among objects: what stands on others, but no lamp, watched screen, or what carries one of these.
+
+    Args:
+        objects: of a room.
+        categories: their table.
+        lamps: categories that give light.
+        kept: further categories that are no small things here.
+    """
+    by_id = {item.id: item for item in objects}
+    staying = {
+        item.id
+        for item in objects
+        if item.support.kind != "object" or item.category in (*lamps, *kept) or "screen" in categories[item.category].roles
+    }
+    for key in tuple(staying):
+        below = by_id[key].support.id
+        while below in by_id and below not in staying:
+            staying.add(below)
+            below = by_id[below].support.id
+    return frozenset(by_id) - staying
+
+
+def taken_away(
+    objects: Sequence[SceneObject], categories: Categories, lamps: Collection[str], request: SceneRequest, root: int
+) -> frozenset[int]:
+    """Return the ids of the small things that come above the clutter asked for.
+
+    A thing comes at a level that is uniform between 0 and 1, but not before what it stands on.  What a request asks for at least stays.
+    """
+    if request.clutter >= 1.0:
+        return frozenset()
+    fixed = {text.split(":")[0].strip() for text in request.fixed}
+    small = small_things(objects, categories, lamps, fixed)
+    level: dict[int, float] = {}
+    for item in sorted(objects, key=lambda item: (item.position_m[2], item.id)):
+        if item.id in small:
+            own = float(np.random.default_rng([root, THINNING, item.id]).random())
+            level[item.id] = max(own, level.get(item.support.id or 0, 0.0))
+    # take away the last to come first
+    least: dict[str, int] = {}
+    for name, low, _, _ in numbers_asked(request, categories):
+        least[name] = max(low, least.get(name, low))
+    count, gone = Counter(item.category for item in objects), set[int]()
+    by_level = sorted((item for item in objects if item.id in level), key=lambda item: (level[item.id], item.position_m[2]), reverse=True)
+    for item in by_level:
+        few = count[item.category] <= least.get(item.category, 0) or len(objects) - len(gone) <= request.min_objects
+        carries = any(other.support.id == item.id and other.id not in gone for other in objects)
+        if level[item.id] >= request.clutter and not few and not carries:
+            gone.add(item.id)
+            count[item.category] -= 1
+    return frozenset(gone)
+
 
 SYMBOL = "loose_"
 """What the symbols of small things in a parse graph begin with."""
@@ -26,7 +88,7 @@ SYMBOL = "loose_"
 _MAX_SEED = 2**63 - 1
 
 
-class Furnished(NamedTuple):
+class FurnishedRoom(NamedTuple):
     """A furnished room as its grammar has it: shell, objects, derivation, and the report of its checks."""
 
     room: Room
@@ -42,11 +104,11 @@ class Strewn(NamedTuple):
     drawn for the same objects at any clutter.
     """
 
-    furnished: Furnished
+    furnished: FurnishedRoom
     gone: frozenset[int]
 
 
-def strew(source: Source, lamps: Collection[str], sampled: Furnished, rng: np.random.Generator) -> Strewn:
+def strew(source: Source, lamps: Collection[str], sampled: FurnishedRoom, rng: np.random.Generator) -> Strewn:
     """Return the room with small things.
 
     Args:
@@ -64,12 +126,12 @@ def strew(source: Source, lamps: Collection[str], sampled: Furnished, rng: np.ra
         return Strewn(sampled, gone)
     added, report = _valid(source, sampled, there, added)
     graph = _graph(sampled.graph, added, filling)
-    room = Furnished(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
+    room = FurnishedRoom(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
     return Strewn(room, gone)
 
 
 def _valid(
-    source: Source, sampled: Furnished, there: Sequence[SceneObject], added: Sequence[Placed]
+    source: Source, sampled: FurnishedRoom, there: Sequence[SceneObject], added: Sequence[Placed]
 ) -> tuple[list[Placed], ValidityReport]:
     """Return the things with which the room is valid, and its report: all of them, or those that can be added one after the other."""
     rules = _rules(source, sampled)
@@ -94,7 +156,7 @@ def _valid(
     return kept, report
 
 
-def _rules(source: Source, sampled: Furnished) -> dict[int, ObjectRule]:
+def _rules(source: Source, sampled: FurnishedRoom) -> dict[int, ObjectRule]:
     """Return the rule of every object of the grammar, of fixed objects that it does not know a plain one."""
     symbols = {node.object: node.symbol for node in sampled.graph.nodes if node.kind == "terminal"}
     known = source.grammar.objects

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule
 from grammar.spec.room_rules import OPENINGS, SHAPES, OpeningRule, RoomRule
-from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
+from grammar.spec.rules import MOVES, Branch, Convergence, Grammar, MoveRule, Node, truncated_normals
 from grammar.spec.run_rules import CORNER_UNIT, END, SIDE_WINDOW, WINDOW
 from grammar.spec.values import range_error
 from scene_description import FieldError

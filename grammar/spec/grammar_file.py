@@ -9,7 +9,9 @@ A section ``categories`` has sizes of categories, for the objects whose rules gi
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ import yaml
 
 from grammar.spec.check import check_grammar
 from grammar.spec.request import GRAMMAR_SETS, GrammarSet
+from grammar.spec.room_rules import RoomNeeds
 from grammar.spec.rules import Grammar, GrammarError
 from scene_description import FieldError, error_line, from_mapping
 from scene_description.share import config_path
@@ -30,6 +33,11 @@ _OF_CATEGORIES = ("sizes", "low_m", "high_m")
 
 class _Whole(dict[str, Any]):
     """A mapping that takes the place of the one below it, keys and their order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Needed:
+    needs: RoomNeeds
 
 
 class _StrictLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
@@ -95,22 +103,31 @@ def parse_yaml(text: str, where: str) -> Any:
 
 
 def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
-    """Read and check the grammar of one room type.
-
-    Args:
-        path: the YAML file.
-        categories: names of the known object categories.
+    """Read and check the grammar of one room type; ``categories``: names of the known object categories.
 
     Raises:
         GrammarError: one line with the file and the path of the field that does not fit.
     """
     data = _with_sizes(path, _read_extended(path, ()))
     try:
-        grammar = from_mapping(Grammar, data)
+        _needs(data)
+        grammar = from_mapping(Grammar, {key: value for key, value in data.items() if key != "needs"})
         check_grammar(grammar, categories)
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None
     return grammar
+
+
+def _needs(data: Mapping[str, Any]) -> RoomNeeds:
+    return from_mapping(_Needed, {"needs": data.get("needs", {})}).needs
+
+
+@lru_cache
+def room_needs(room_type: str) -> RoomNeeds:
+    """Return what rooms of a type are expected to have; of a type that does not come with the program nothing."""
+    if room_type not in room_types():
+        return RoomNeeds()
+    return _needs(_read_extended(config_path(f"grammars/{room_type}.yaml"), ()))
 
 
 def room_types() -> tuple[str, ...]:
@@ -192,3 +209,31 @@ def _merge(base: Any, top: Any) -> Any:
     if not isinstance(base, Mapping) or not isinstance(top, Mapping) or isinstance(top, _Whole):
         return top
     return {**base, **{key: _merge(base.get(key), value) for key, value in top.items()}}
+
+
+class GrammarTable(Mapping[str, Grammar]):
+    """Room type -> grammar, of those that come with the program and of ``own``, which take the place of those of the same names.
+
+    Looking a room type up raises GrammarError where its file does not fit; one line with file and field.
+    """
+
+    def __init__(self, names: Iterable[str], grammar_set: GrammarSet, categories: Collection[str], own: Mapping[str, Grammar]) -> None:
+        self._names = tuple(dict.fromkeys((*names, *own)))
+        self._grammar_set, self._categories = grammar_set, categories
+        self._read = dict(own)
+
+    def __getitem__(self, name: str) -> Grammar:
+        if name not in self._names:
+            raise KeyError(name)
+        if name not in self._read:
+            self._read[name] = read_room_type(name, self._categories, self._grammar_set)
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)

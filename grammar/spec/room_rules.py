@@ -114,6 +114,19 @@ class RoomRule:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RoomNeeds:
+    """What people expect of every room of a type, however it is furnished: the checks of use find what lacks.
+
+    ``roles``: of each of these at least one object.  ``door_m``: a door that is as wide.  ``company``: each sofa and armchair looks at
+    something.
+    """
+
+    roles: Annotated[tuple[str, ...], Limits(max_length=16)] = ()
+    door_m: Distance = 0.0
+    company: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningRule:
     """Doors, overhead doors or windows: how many, how large, where in a wall, and what must stay free before them.
 

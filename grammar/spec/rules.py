@@ -1,7 +1,7 @@
 """The attributed spatial And-Or graph of one room type, with every number that shapes its rooms, as frozen data.
 
 An And node is made of all its branches, an Or node of one of them, a Set node of k copies of each of them, k = 0, 1, 2, ... drawn per
-branch (:mod:`grammar.spec.and_or_graph`).  A symbol that is no node is an object, a regular terminal of the graph
+branch.  A symbol that is no node is an object, a regular terminal of the graph
 (:mod:`grammar.spec.object_rules`).  The formalism is that of Jiang et al., IJCV 2018, section 2.  Units are in the names.
 """
 
@@ -11,12 +11,34 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from grammar.spec.and_or_graph import Node
 from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.room_rules import OpeningRule, RoomRule
+from grammar.spec.run_rules import UnitRowRule
 from grammar.spec.values import Count, Distance, Extent, Probability, Spread, SpreadAngle, Symbol, TruncatedNormal
 from scene_description import Limits, SceneSynthError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Branch:
+    """One branch of a node.
+
+    Branches of an Or node have a ``probability``, those of a Set node the probabilities of 0, 1, ... copies (``multiplicity``), those of an
+    And node neither.
+    """
+
+    symbol: Symbol
+    probability: Probability | None = None
+    multiplicity: Annotated[tuple[Probability, ...], Limits(min_length=1, max_length=64)] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    """An And, Or or Set node; with ``run`` the objects below it that stand on the floor make a run."""
+
+    kind: Literal["and", "or", "set"]
+    branches: Annotated[tuple[Branch, ...], Limits(min_length=1, max_length=256)]
+    run: UnitRowRule | None = None
 
 
 class GrammarError(SceneSynthError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +107,7 @@ HitLayers = Mapping[str, Callable[[HitView], NDArray[Any]]]
 """Name of a layer -> what computes it."""
 
 
-def shared_fields(compute: Callable[[HitView], NamedTuple], names: Sequence[str], suffix: str = "") -> HitLayers:
+def shared_fields(compute: Callable[[HitView], tuple[Any, ...]], names: Sequence[str], suffix: str = "") -> HitLayers:
     """Return the layers, called by the fields and a suffix, of a record that a function makes of a view, once for all of them."""
 
     def field_of(name: str) -> Callable[[HitView], NDArray[Any]]:

@@ -12,10 +12,11 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import Grammar, SampledRoom, SceneRequest, read_grammar, read_room_type, room_types, sample_room
-from grammar.checks.furnished import furnished, whole_box
-from grammar.checks.use_of_kitchens import gap_in_run, runs_of
+from grammar.checks.furnished import furnished
+from grammar.checks.use_of_fixtures import gap_in_run, unit_rows_of
 from grammar.derivation.derive import derive
 from grammar.geometry.boxes import footprint_penetration
+from grammar.geometry.solids import whole_box
 from grammar.learning.branching import certain_objects
 from grammar.learning.category_map import FURNITURE, THING
 from grammar.small_things.rules import read_small_things
@@ -228,11 +229,11 @@ def test_bookshelves_of_a_study_and_shelves_of_a_storage_room_stand_side_by_side
 def test_units_of_a_kitchen_stand_in_one_run_or_two_without_gaps_and_an_island(rooms: dict[str, list[SampledRoom]]) -> None:
     for room in rooms["kitchen"]:
         seen = furnished("kitchen", room.room, room.objects, CATEGORIES)
-        runs = runs_of(seen)
-        at_walls = [run for run in runs if all(item.category != "island_counter" for item in run.units)]
+        runs = unit_rows_of(seen)
+        at_walls = [run for run in runs if all(item.category != "island_counter" for item in run)]
         assert 1 <= len(at_walls) <= 2 and len(runs) <= len(at_walls) + 1 and gap_in_run(seen) == []
         units = [item for item in room.objects if "unit" in CATEGORIES[item.category].roles]
-        assert len(units) >= 4 and {item.id for item in units} <= {item.id for run in runs for item in run.units}
+        assert len(units) >= 4 and {item.id for item in units} <= {item.id for run in runs for item in run}
 
 
 def test_tables_are_laid_before_the_chairs(grammars: dict[str, Grammar]) -> None:

@@ -106,7 +106,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "source ~/ws/.venv/bin/activate": Listed("a workspace in the user's home"),
     "source ~/ws/install/setup.bash": Listed("a workspace in the user's home"),
     "apt install libembree-dev": Listed("needs root and the network"),
-    'docker build -t scene_synth_ros . && docker run --rm --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros': Listed("needs Docker"),
+    "docker build -t scene_synth_ros . && mkdir -p runs && "
+    'docker run --rm --user "$(id -u)" --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros': Listed("needs Docker"),
     "ros2 launch scene_synth_ros synth.launch.py rviz:=true": _ROS2CLI,
     "ros2 launch scene_synth_ros synth.launch.py params_file:=main record:=true bag_path:=my_bag": _ROS2CLI,
     "ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=0": _ROS2CLI,
@@ -380,7 +381,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[cloud]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/pip install '.[ray]'": Listed("needs the network; that the extra exists is tested"),
     # the program from within
-    ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),

@@ -15,8 +15,8 @@ import numpy as np
 from grammar import Categories, Grammar, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import ContrastiveOptions, LearnOptions, ObservedRoom, learn
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import AroundMode, Mode, ObjectRule, PlaceMode, SizeMode, WallMode
+from grammar.spec.rules import Branch, Node
 from grammar.spec.values import TruncatedNormal
 from scene_description.share import config_path
 

@@ -10,9 +10,8 @@ import yaml
 
 from grammar.derivation.derive import derive
 from grammar.layout.assemble import assemble
-from grammar.layout.enter import enter
-from grammar.layout.moves import MoveSettings, move_settings
-from grammar.layout.problem import Problem, State
+from grammar.layout.entrants import enter
+from grammar.layout.problem import MoveSettings, Problem, State, move_settings
 from grammar.spec.categories import Categories, read_categories
 from grammar.spec.check import check_grammar
 from grammar.spec.energy_terms import TERMS

@@ -12,8 +12,7 @@ from PIL import Image as Picture
 
 from grammar.drawing.shapes import Point
 from grammar.drawing.top_view import fill_color
-from grammar.drawing.top_view_labels import label_objects
-from grammar.drawing.top_view_plan import SLOPE_LINES_M, door_swing, offset_outline, wall_point
+from grammar.drawing.top_view_plan import SLOPE_LINES_M, door_swing, label_objects, offset_outline, wall_point
 from scene_description import NYU40, Opening, Room, SceneDescription, SceneObject
 from scene_description.ceilings import height_lines_m
 from scene_description.polygons import signed_area_m2

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from sample_scene import sample_scene
 
-from grammar.appearance.downlights import sample_downlights
-from grammar.appearance.lighting import read_lighting_config
+from grammar.appearance.lighting import read_lighting_config, sample_downlights
 from scene_description import Room, Support
 from scene_description.share import config_path
 

@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grammar.appearance.appearance import sample_appearance, sample_appearance_from
+from grammar.appearance.appearance import MaterialPool, sample_appearance, sample_appearance_from
 from grammar.appearance.appearance_rules import Appearance, load_appearance
-from grammar.appearance.apply_looks import apply_looks
-from grammar.appearance.looks import read_looks
-from grammar.appearance.material_pool import MaterialPool
+from grammar.appearance.looks import apply_looks, read_looks
 from grammar.appearance.materials import linear_rgb
 from grammar.appearance.restrict import restricted
 from grammar.spec.request import RequestError, SceneRequest

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from shapely.geometry import Point, Polygon
 
-from grammar.camera.camera_path import sample_camera_path
+from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
 from grammar.spec.rules import GrammarError
 from scene_description import CameraPose
@@ -57,7 +57,9 @@ def sample(
     config: CameraPathConfig = CONFIG,
     height_m: float = HEIGHT_M,
 ) -> tuple[CameraPose, ...]:
-    return sample_camera_path(np.random.default_rng(seed), config, polygon, height_m, boxes, frames, 10, rate_hz, 0)
+    return sample_camera_path(
+        np.random.default_rng(seed), config, CameraSpace(polygon, height_m, boxes), CameraTimes(frames=frames, start_ns=10, rate_hz=rate_hz)
+    )
 
 
 def forward_of(path: Sequence[CameraPose]) -> NDArray[np.float64]:
@@ -142,12 +144,19 @@ def test_many_frames_walk_on_at_walking_speed() -> None:
 
 @pytest.mark.parametrize(("start_ns", "rate_hz", "first"), [(0, 5.0, 0), (1_000, 30.0, 8), (1_700_000_000_000_000_000, 29.97, 123_456)])
 def test_stamps_count_frames_of_the_whole_run(start_ns: int, rate_hz: float, first: int) -> None:
-    path = sample_camera_path(np.random.default_rng(0), CONFIG, RECTANGLE, HEIGHT_M, BEDROOM, 5, start_ns, rate_hz, first)
+    path = sample_camera_path(
+        np.random.default_rng(0),
+        CONFIG,
+        CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM),
+        CameraTimes(frames=5, start_ns=start_ns, rate_hz=rate_hz, first_index=first),
+    )
     assert [pose.stamp_ns for pose in path] == [start_ns + round(k * 1e9 / rate_hz) for k in range(first, first + 5)]
 
 
 def test_stamps_at_30_hz_are_exact() -> None:
-    path = sample_camera_path(np.random.default_rng(0), CONFIG, RECTANGLE, HEIGHT_M, BEDROOM, 4, 0, 30.0, 0)
+    path = sample_camera_path(
+        np.random.default_rng(0), CONFIG, CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM), CameraTimes(frames=4, start_ns=0, rate_hz=30.0)
+    )
     assert [pose.stamp_ns for pose in path] == [0, 33_333_333, 66_666_667, 100_000_000]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from grammar.camera.monotone import interpolate_monotonically
+from grammar.camera.directions import interpolate_monotonically
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 9, 40])

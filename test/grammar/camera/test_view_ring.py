@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from grammar.camera.view_ring import RING_COLUMNS, ViewWeights, best_columns, cast_ring, column_azimuth_rad, view_values
+from grammar.camera.path_config import ViewWeights
+from grammar.camera.view_ring import RING_COLUMNS, best_columns, cast_ring, column_azimuth_rad, view_values
 
 ROOM = np.array([(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)])
 EYE = np.array([2.0, 1.0, 1.5])

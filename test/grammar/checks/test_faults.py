@@ -9,7 +9,7 @@ from small_grammar import CATEGORIES
 
 from grammar.checks.faults import FAULTS, always_odd, faults_table, find_faults
 from grammar.checks.furnished import furnished
-from grammar.checks.use_of_tables import places
+from grammar.checks.use_of_seats import places
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
 
 NORTH, SOUTH, WEST = 0.5 * math.pi, -0.5 * math.pi, math.pi

@@ -12,7 +12,8 @@ from grammar.geometry.walls import WALL_YAW
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
 from grammar.layout.energies import full_energy
-from grammar.layout.runs import RUN_ORDER, arrange
+from grammar.layout.unit_rows import arrange
+from grammar.spec.energy_terms import TERM
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import FieldError, from_mapping
@@ -35,7 +36,7 @@ def test_end_on_units_stand_back_to_back_and_a_joint_apart_in_every_slot():
     rules = [small_grammar(text).objects["a"].in_run] * 2
     assert {slot.direction for slot in plan.slots} == {1.0, -1.0}
     for k, slot in enumerate(plan.slots):
-        units = np.flatnonzero(problem.link[:, col.RUN] == 0)
+        units = np.flatnonzero(problem.link[:, col.ROW] == 0)
         state.hold[units, col.SLOT] = k
         arrange(problem, state, 0, 0.5 * slot.slide)
         first, last = units[np.argsort(state.hold[units, col.PLACE])]
@@ -59,10 +60,10 @@ def test_a_run_with_free_ends_touches_no_side_wall():
     free = [(k, slot) for k, slot in enumerate(tree.unit_rows[0].slots) if math.cos(slot.yaw_a - door_yaw) < 0.9]
     assert free
     for k, slot in free:
-        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
+        state.hold[problem.link[:, col.ROW] == 0, col.SLOT] = k
         for shift in (0.0, slot.slide):
             arrange(problem, state, 0, shift)
-            at = state.pose[np.flatnonzero(problem.link[:, col.RUN] == 0)[0], :2]
+            at = state.pose[np.flatnonzero(problem.link[:, col.ROW] == 0)[0], :2]
             wall = next(row for row in problem.wall if math.cos(row[WALL_YAW] - slot.yaw_a) > 0.9)
             assert 0.8 + 1.1 - 1e-9 <= (at - wall[:2]) @ wall[2:4] <= 4.0 - 1.9 + 1e-9
 
@@ -79,11 +80,11 @@ def test_a_unit_that_likes_light_from_the_side_pays_at_the_window_s_wall_and_opp
     windows = {opening.wall for opening in tree.room.openings if opening.category == "window"}
     seen = set()
     for k, slot in enumerate(tree.unit_rows[0].slots):
-        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
+        state.hold[problem.link[:, col.ROW] == 0, col.SLOT] = k
         arrange(problem, state, 0, 0.0)
         aside = any(abs(math.cos(slot.yaw_a - problem.wall[window, WALL_YAW])) < 0.5 for window in windows)
         seen.add(aside)
-        assert full_energy(problem, state)[RUN_ORDER] == pytest.approx(0.0 if aside else 1.5)
+        assert full_energy(problem, state)[TERM.run_order] == pytest.approx(0.0 if aside else 1.5)
     assert seen == {True, False}
 
 

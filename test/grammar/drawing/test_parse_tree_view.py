@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 
 from sample_scene import sample_scene
 
-from grammar.drawing.parse_tree_layout import ROW, place_tree
-from grammar.drawing.parse_tree_view import parse_tree_view
+from grammar.drawing.parse_tree_view import ROW, parse_tree_view, place_tree
 from grammar.drawing.shapes import TEXT_WIDTH, to_svg
 from scene_description import ParseGraph, ParseNode, SceneDescription
 

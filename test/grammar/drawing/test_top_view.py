@@ -11,8 +11,7 @@ import pytest
 from sample_scene import sample_objects, sample_room, sample_scene
 
 from grammar.drawing.top_view import fill_color, top_view, top_view_svg
-from grammar.drawing.top_view_labels import label_objects
-from grammar.drawing.top_view_plan import PIXELS_PER_METRE
+from grammar.drawing.top_view_plan import PIXELS_PER_METRE, label_objects
 from scene_description import NYU40, SceneDescription
 
 SVG = "{http://www.w3.org/2000/svg}"

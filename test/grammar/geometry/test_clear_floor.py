@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from grammar.geometry.clear_floor import is_clear
+from grammar.geometry.wall_spans import is_clear
 from grammar.geometry.walls import wall_rows
 
 L_SHAPE = wall_rows([(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)])

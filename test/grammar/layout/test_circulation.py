@@ -8,15 +8,15 @@ from grammar.checks.validity import check_room, door_start_m
 from grammar.derivation.derive import derive
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses, empty_floor
+from grammar.layout.circulation import circulation_losses, empty_floor
 from grammar.layout.energies import full_energy
-from grammar.layout.enter import enter
+from grammar.layout.entrants import enter
 from grammar.layout.floor_raster import FREE
 from grammar.layout.frames import place_object
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import move_settings
 from grammar.sampled_room import _objects
-from grammar.spec.energy_terms import HARD_TERMS, TERMS
+from grammar.spec.energy_terms import HARD_TERMS, TERM, TERMS
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
 
@@ -60,18 +60,18 @@ def test_the_chain_keeps_the_raster_up_to_date_and_leaves_it_as_it_was(grammar):
     rng, _, problem, state, floor, settings = entered(grammar, 3)
     before = floor.covered.copy()
     movable = np.flatnonzero(problem.mount != col.FIXED)
-    info = run_chain(rng, Chain(problem, settings, floor), state, Run(20_000, 0.05, 0.05, 0.0, False), movable)
+    info = run_chain(rng, Chain(problem, settings, floor), state, ChainRun(20_000, 0.05, 0.05, 0.0, False), movable)
     assert np.array_equal(floor.covered, before) and floor.tally[FREE] == np.count_nonzero(before == 0)
     assert info.counts[:, col.ACCEPTED].sum() > 500
     expected = full_energy(problem, state)
-    expected[CIRCULATION], expected[REACH] = circulation_losses(problem, state, floor)
+    expected[TERM.circulation], expected[TERM.reach] = circulation_losses(problem, state, floor)
     assert info.energy == pytest.approx(expected, abs=1e-9 * max(1.0, expected.max()))
 
 
 def test_a_kept_layout_is_feasible_in_every_respect(grammar):
     rng, _, problem, state, floor, settings = entered(grammar, 5)
     movable = np.flatnonzero(problem.mount != col.FIXED)
-    kept = run_chain(rng, Chain(problem, settings, floor), state, Run(40_000, 1.0, 1.0, 2e-4, False), movable).kept
+    kept = run_chain(rng, Chain(problem, settings, floor), state, ChainRun(40_000, 1.0, 1.0, 2e-4, False), movable).kept
     assert kept is not None
     for i in range(len(problem.link)):
         place_object(problem, kept, i)

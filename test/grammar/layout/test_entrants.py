@@ -11,7 +11,7 @@ from grammar.layout.assemble import assemble
 from grammar.layout.columns import TRIED
 from grammar.layout.entrants import Stage, best_entrant
 from grammar.layout.mcmc import Chain
-from grammar.layout.moves import move_settings
+from grammar.layout.problem import move_settings
 from grammar.layout.schedule import run_stages
 
 PAIR = closet("bed", "shelf") + item("bed", "bed", (2.0, 1.4, 0.5)) + item("shelf", "bookshelf", (0.3, 0.8, 1.8))

@@ -15,13 +15,13 @@ from grammar.layout.circulation import circulation_losses, empty_floor
 from grammar.layout.columns import ACCEPTED, AROUND_MODES, FLOOR, MODE_X, MODE_Y, MODE_YAW, OBJECT, TRIED, WALL
 from grammar.layout.energies import full_energy
 from grammar.layout.frames import place_object
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import move_settings
 from grammar.spec.request import SceneRequest
 
 
 def chain(rng, problem, state, settings, movable, proposals, beta=1.0):
-    return run_chain(rng, Chain(problem, settings), state, Run(proposals, beta, beta, 1.0, False), np.asarray(movable)).counts
+    return run_chain(rng, Chain(problem, settings), state, ChainRun(proposals, beta, beta, 1.0, False), np.asarray(movable)).counts
 
 
 PLACES = np.array([(-1.6, 0.0, 0.0), (0.0, 0.0, 0.0), (0.3, 1.1, 0.0)])
@@ -106,7 +106,7 @@ def test_swaps_are_in_balance_with_circulation_and_reach():
     target, seen, chain = np.exp(-np.array(energy)), np.zeros(6), Chain(problem, settings, floor)
     target /= target.sum()
     for _ in range(5000):
-        run_chain(rng, chain, state, Run(25, 1.0, 1.0, 1.0, False), items)
+        run_chain(rng, chain, state, ChainRun(25, 1.0, 1.0, 1.0, False), items)
         after = tuple(int(np.argmin(np.abs(PLACES[:, :2] + middle - state.pose[i, :2]).sum(1))) for i in items)
         seen[orders.index(after)] += 1
     assert stats.chisquare(seen, target * seen.sum()).pvalue > 1e-4
@@ -274,7 +274,7 @@ def test_the_best_or_the_last_feasible_layout_is_kept():
         rng = np.random.default_rng(6)
         problem, state, settings = entered(grammar, rng)
         movable = np.flatnonzero(problem.mount == FLOOR)
-        kept = run_chain(rng, Chain(problem, settings), state, Run(30_000, 1.0, 1.0, 1e9, best), movable).kept
+        kept = run_chain(rng, Chain(problem, settings), state, ChainRun(30_000, 1.0, 1.0, 1e9, best), movable).kept
         assert kept is not None
         for i in movable:
             place_object(problem, kept, i)
@@ -290,7 +290,7 @@ def test_counts_and_trace_are_those_of_the_run():
     rng = np.random.default_rng(9)
     problem, state, settings = entered(grammar, rng)
     movable = np.flatnonzero(problem.mount == FLOOR)
-    info = run_chain(rng, Chain(problem, settings), state, Run(1000, 0.5, 2.0, 1e9, False), movable, 10)
+    info = run_chain(rng, Chain(problem, settings), state, ChainRun(1000, 0.5, 2.0, 1e9, False), movable, 10)
     assert info.counts[:, TRIED].sum() == 1000
     assert (info.counts[:, ACCEPTED] <= info.counts[:, TRIED]).all() and info.counts[:, ACCEPTED].sum() > 50
     assert info.trace.counts[:, :, TRIED].sum(1).tolist() == list(range(100, 1001, 100))

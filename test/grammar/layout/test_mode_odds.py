@@ -11,8 +11,8 @@ from small_grammar import closet, entered, item, small_grammar
 from grammar.layout import columns as col
 from grammar.layout.energies import full_energy
 from grammar.layout.frames import place_object
-from grammar.layout.losses import RELATION_ODDS, WALL_DISTANCE, WALL_ORIENTATION
-from grammar.layout.mcmc import Chain, Run, run_chain
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.spec.energy_terms import TERM
 from scene_description import FieldError
 
 KINDS = (col.WALL_MODES, col.AROUND_MODES, col.PLACEMENTS)
@@ -56,7 +56,7 @@ def problem_of(relation, beta, weights=(), moves=None):
 
 def step(rng, problem, state, settings, beta, proposals):
     movable = np.array([len(problem.link) - 1])
-    return run_chain(rng, Chain(problem, settings), state, Run(proposals, beta, beta, 1e9, False), movable)
+    return run_chain(rng, Chain(problem, settings), state, ChainRun(proposals, beta, beta, 1e9, False), movable)
 
 
 @pytest.mark.parametrize("relation", RELATIONS)
@@ -71,7 +71,7 @@ def test_long_chains_take_modes_by_their_probabilities_at_any_tidiness(relation,
     rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in KINDS])
     for _ in range(3000):
         losses = np.asarray(step(rng, problem, state, settings, beta, 60).energy)
-        seen[np.argmin(np.abs(rows[:, col.ODDS_COST] - losses[RELATION_ODDS]))] += 1
+        seen[np.argmin(np.abs(rows[:, col.ODDS_COST] - losses[TERM.relation_odds]))] += 1
     assert stats.chisquare(seen, ODDS * seen.sum()).pvalue > 1e-3, seen / seen.sum()
 
 
@@ -95,9 +95,9 @@ def test_cost_is_the_log_ratio_of_densities_at_the_modes_middles():
     state.pose[thing] = -2.0 + 0.25 + 0.15 * (abs(c) + abs(s)), 0.0, 1.53
     place_object(problem, state, thing)
     energy = full_energy(problem, state)
-    assert energy[WALL_DISTANCE] == pytest.approx(0.05 / 2.0)
-    assert energy[WALL_ORIENTATION] == pytest.approx(0.03 / 3.0)
-    assert energy[RELATION_ODDS] == pytest.approx(rows[1, col.ODDS_COST])
+    assert energy[TERM.wall_distance] == pytest.approx(0.05 / 2.0)
+    assert energy[TERM.wall_orientation] == pytest.approx(0.03 / 3.0)
+    assert energy[TERM.relation_odds] == pytest.approx(rows[1, col.ODDS_COST])
 
 
 @pytest.mark.parametrize("relation", RELATIONS)
@@ -105,7 +105,7 @@ def test_incremental_energy_follows_the_full_energy_with_odds(relation):
     problem, state, settings = problem_of(relation, 1.0, {"overlap": 5.0, "overhang": 5.0, "out_of_room": 5.0})
     rng, accepted, movable = np.random.default_rng(3), 0, np.flatnonzero(problem.mount != col.FIXED)
     for _ in range(20):
-        info = run_chain(rng, Chain(problem, settings), state, Run(500, 1.0, 1.0, 1e9, False), movable)
+        info = run_chain(rng, Chain(problem, settings), state, ChainRun(500, 1.0, 1.0, 1e9, False), movable)
         assert np.abs(info.energy - full_energy(problem, state)).max() < 1e-9
         accepted += info.counts[:, col.ACCEPTED].sum()
     assert accepted > 500

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from grammar.small_things.arrivals import arrival_levels, disorder, early_rate, mean_arrivals
+from grammar.small_things.fill import arrival_levels, disorder, early_rate, mean_arrivals
 
 
 def levels(seed: int, early: float, late: float, until: float) -> list[float]:

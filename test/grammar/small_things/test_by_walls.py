@@ -10,7 +10,7 @@ from small_grammar import CATEGORIES
 
 from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, X, Y
 from grammar.geometry.walls import wall_rows
-from grammar.small_things.by_walls import DOOR_REACH_M, by_wall, use_strips
+from grammar.small_things.place import DOOR_REACH_M, Newcomer, Obstacles, by_wall, use_strips
 from grammar.small_things.rules import Thing
 from scene_description import ModelReference, SceneObject, Support
 
@@ -31,7 +31,9 @@ def placed(
 ) -> SceneObject | None:
     box = thing("cardboard_box", 0.0, 0.0, 0.0, BOX.size_m)
     inside = lambda item: 0.14 < item.position_m[0] < 3.86 and 0.14 < item.position_m[1] < 2.86  # noqa: E731
-    return by_wall(np.random.default_rng(seed), BOX, CATEGORIES["cardboard_box"], box, WALL, doors, inside, boxes, owners)
+    return by_wall(
+        np.random.default_rng(seed), Newcomer(BOX, CATEGORIES["cardboard_box"], box), WALL, doors, inside, Obstacles(boxes, owners)
+    )
 
 
 def wall_gap(item: SceneObject) -> float:

@@ -9,10 +9,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from grammar.small_things.place import draw_turn
+from grammar.small_things.place import draw_turn, kept_free, tops_of, world_box
 from grammar.small_things.rules import Thing, read_small_things
-from grammar.small_things.surfaces import kept_free, tops_of, world_box
-from grammar.small_things.thinning import small_things
+from grammar.small_things.strew import small_things
 from grammar.spec.categories import Category, Rest, SupportSurface
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import GrammarError

@@ -1,5 +1,6 @@
 """The rows of the energy terms: each is counted, each says how its weight is learned, and the manual shows them."""
 
+import runpy
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,17 +11,18 @@ from small_grammar import CATEGORIES
 from grammar.derivation.derive import derive
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.cliques import COUNTERS
-from grammar.layout.enter import enter
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.entrants import enter
+from grammar.layout.losses import LOSSES
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import COUNTERS, move_settings
 from grammar.layout.schedule import layout_energy
 from grammar.sampled_room import room_floor
-from grammar.spec.energy_terms import ENERGY_TERMS, FLOOR_TERMS, HARD_TERMS, TERMS, EnergyTerm, terms_table, weight_vector
+from grammar.spec.energy_terms import ENERGY_TERMS, FLOOR_TERMS, HARD_TERMS, TERMS, EnergyTerm, weight_vector
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
+with_tables = runpy.run_path(str(DOCS / "energy_terms.py"))["with_tables"]
 
 
 def test_terms_by_kind():
@@ -37,7 +39,7 @@ def test_terms_by_kind():
 def test_a_term_is_learned_or_says_why_not():
     for given in ({}, {"learned_from": "wall", "not_learned": "it is"}):
         with pytest.raises(ValueError, match="expected either learned_from or not_learned"):
-            EnergyTerm(kind="soft", unit="m", measures="nothing", **given)
+            EnergyTerm(kind="soft", unit="m", measures="nothing", formula="0", **given)
 
 
 def test_weights_keep_the_order_of_the_rows():
@@ -58,12 +60,23 @@ def test_every_term_is_counted():
         for i in sorted(np.flatnonzero(state.active == 0), key=lambda i, p=problem: len(p.targets(i)) > 0):
             assert enter(rng, problem, state, chain.moves, i, 20)
         # a low beta takes things from where they belong
-        run_chain(rng, chain, state, Run(300, 1e-3, 1e-3, 0.0, False), np.flatnonzero(problem.mount != col.FIXED))
+        run_chain(rng, chain, state, ChainRun(300, 1e-3, 1e-3, 0.0, False), np.flatnonzero(problem.mount != col.FIXED))
         met |= layout_energy(chain, state) > 0.0
     assert met.all(), [name for name, is_met in zip(TERMS, met, strict=True) if not is_met]
 
 
+def test_every_term_has_a_kernel_and_every_kernel_a_term():
+    added = [name for row in LOSSES for name in row.terms]
+    assert set(added) == set(TERMS)
+    assert {name for row in LOSSES if row.scope == "room" for name in row.terms} == set(FLOOR_TERMS)
+    assert all((row.partner is not None) == (row.scope == "partner") for row in LOSSES)
+
+
 def test_the_manual_shows_the_rows():
-    assert terms_table() in (DOCS / "grammar.md").read_text(encoding="utf-8"), (
-        "docs/grammar.md: expected the table of terms_table(); put it there"
-    )
+    text = (DOCS / "grammar.md").read_text(encoding="utf-8")
+    assert with_tables(text) == text, "docs/grammar.md: expected the tables of its energy terms, got others; run make docs"
+
+
+def test_a_page_without_marks_is_told():
+    with pytest.raises(ValueError, match="expected the lines <!-- energy terms --> and"):
+        with_tables("# Grammar")

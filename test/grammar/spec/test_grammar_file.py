@@ -1,13 +1,15 @@
 """Grammar files: what is read, and what is refused with which words."""
 
 import copy
+from typing import get_args
 
 import pytest
 import yaml
 from small_grammar import CATEGORIES, mapping
 
-from grammar.spec.categories import read_categories
-from grammar.spec.grammar_file import read_grammar, read_room_type, room_types
+from grammar.spec.categories import Role, read_categories
+from grammar.spec.grammar_file import read_grammar, read_room_type, room_needs, room_types
+from grammar.spec.room_rules import RoomNeeds
 from grammar.spec.rules import GrammarError
 from scene_description.share import config_path
 
@@ -228,3 +230,16 @@ def test_the_category_table_covers_the_bedroom():
     grammar = read_room_type("bedroom", CATEGORIES)
     assert {rule.category for rule in grammar.objects.values()} <= set(CATEGORIES)
     assert config_path("categories.yaml").is_file()
+
+
+def test_rooms_need_what_their_files_say_in_roles_that_there_are():
+    needs = {name: room_needs(name) for name in room_types()}
+    assert {role for each in needs.values() for role in each.roles} <= set(get_args(Role))
+    assert needs["kitchen"].roles == ("sink", "hob") and needs["garage"].door_m == 2.0 and needs["living_room"].company
+    assert needs["study"] == RoomNeeds() == room_needs("a type of the user's own")
+
+
+def test_needs_that_are_none_are_refused(tmp_path):
+    (tmp_path / "own.yaml").write_text("extends: study.yaml\nneeds: {rolls: [sink]}\n")
+    with pytest.raises(GrammarError, match=r"own\.yaml: needs\.rolls"):
+        read_grammar(tmp_path / "own.yaml", CATEGORIES)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
+from grammar.checks.faults import crowded, lone_chair, oddly_seated
 from grammar.derivation.derive import derive
-from grammar.layout.seating import crowded, lone_chair, oddly_seated
 from grammar.spec.request import SceneRequest
 
 

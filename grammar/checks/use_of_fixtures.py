@@ -1,31 +1,79 @@
-"""Faults of use about runs of base units: gaps in them, pieces of them, what a kitchen lacks; and of garages."""
+"""Faults of use of what is built in: bathroom fixtures out of reach or hemmed in, gaps in rows of kitchen units, what a room lacks."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
-from grammar.checks.furnished import Against, Furnished, against_wall, whole_box
+import numpy as np
+
+from grammar.checks.furnished import Against, Furnished, against_wall, back_gap, taken_share, wall_distance, world_points
 from grammar.geometry.boxes import footprint_penetration
+from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y
 from scene_description import SceneObject
 
+REACH_M = 0.9
+MAT_BEFORE_M, MAT_ASIDE_SHARE = 0.55, 0.6
+KNEES_SHARE, KNEES_GAP_M, KNEES_DEPTH_M = 0.3, 0.02, 0.35
+ELBOW_SHARE, ELBOW_M = 0.5, 0.1
+CORNER_GAP_M = 0.2
+DEEP_M, HEAD_M, OVER_M = 0.25, 2.0, 0.1
 TOUCHING_M = 0.05
 GAP_LOW_M, GAP_HIGH_M = 0.03, 0.35
 AT_WALL_M = 0.3
 HOOD_OFF_M = 0.1
-VEHICLE_DOOR_M = 2.0
 
 
-class Run(NamedTuple):
-    """Base units that touch one another."""
+def paper_out_of_reach(found: Furnished) -> list[int]:
+    """Return paper holders with a toilet in the room, but none within ``REACH_M``, middle to middle."""
+    toilets = found.having("toilet")
+    return [
+        item.id
+        for item in found.having("paper")
+        if toilets and min(math.dist(item.position_m[:2], toilet.position_m[:2]) for toilet in toilets) > REACH_M
+    ]
 
-    units: tuple[SceneObject, ...]
+
+def mat_astray(found: Furnished) -> list[int]:
+    """Return bath mats of a room with a bath, shower or basin that lie before the front of none of them."""
+    wet = found.standing("bathing", "basin")
+    return [mat.id for mat in found.standing("bath_mat") if wet and not any(_lies_before(mat, item) for item in wet)]
 
 
-def runs_of(found: Furnished) -> list[Run]:
+def _lies_before(mat: SceneObject, item: SceneObject) -> bool:
+    """Return whether the middle of a mat is before the front of a thing, or beyond a side of it by a bit, and near enough to step on."""
+    dx, dy = mat.position_m[0] - item.position_m[0], mat.position_m[1] - item.position_m[1]
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+    before = dx * c + dy * s - 0.5 * item.size_m[0]
+    return 0.0 < before < MAT_BEFORE_M and abs(dy * c - dx * s) < MAT_ASIDE_SHARE * item.size_m[1]
+
+
+def cramped(found: Furnished, item: SceneObject) -> bool:
+    """Return whether a toilet has too little room for knees before it, or more than half of a side at something."""
+    knees = taken_share(found, item, "front", KNEES_GAP_M, KNEES_DEPTH_M)
+    return knees > KNEES_SHARE or any(taken_share(found, item, side, 0.0, ELBOW_M) > ELBOW_SHARE for side in ("left", "right"))
+
+
+def off_corner(found: Furnished, item: SceneObject) -> bool:
+    """Return whether a bath or shower does not stand with the back to a wall and a side to another one."""
+    half = 0.5 * item.size_m[1]
+    depths = np.array([0.0, 0.3]) * item.size_m[0]
+    sides = [wall_distance(found, world_points(item, depths, np.full(2, side * half))) for side in (-1.0, 1.0)]
+    return back_gap(found, item) >= CORNER_GAP_M or min(sides) >= CORNER_GAP_M
+
+
+def cabinet_overhead(found: Furnished) -> list[int]:
+    """Return what hangs lower than ``HEAD_M``, reaches more than ``DEEP_M`` into the room, and is over a toilet, bath, shower or basin."""
+    fixtures = [whole_box(item) for item in found.standing("toilet", "bathing", "basin")]
+    low = {item.id for item in found.objects if item.support.kind == "wall" and 0.5 < item.position_m[2] < HEAD_M}
+    low -= {item.id for item in found.having("wall_unit")}
+    hung = [item for item in found.objects if item.id in low and item.size_m[0] > DEEP_M]
+    return [item.id for item in hung if any(footprint_penetration(whole_box(item), box) > OVER_M for box in fixtures)]
+
+
+def unit_rows_of(found: Furnished) -> list[tuple[SceneObject, ...]]:
     """Return the groups of base units that stand within ``TOUCHING_M`` of one another, tall units between them counted as links."""
     units = found.standing("unit", "fridge")
     boxes = [whole_box(item) for item in units]
@@ -37,7 +85,7 @@ def runs_of(found: Furnished) -> list[Run]:
                 group = [new if key == old else key for key in group]
     members = [tuple(unit for unit, key in zip(units, group, strict=True) if key == name) for name in dict.fromkeys(group)]
     fridges = {item.id for item in found.having("fridge")}
-    return [Run(run) for run in members if any(unit.id not in fridges for unit in run)]
+    return [row for row in members if any(unit.id not in fridges for unit in row)]
 
 
 def gap_in_run(found: Furnished) -> list[int]:
@@ -53,15 +101,15 @@ def gap_in_run(found: Furnished) -> list[int]:
 
 def run_in_pieces(found: Furnished) -> list[int]:
     """Return the first unit of every further run at a wall that has one already with no door between them, and of runs of one unit."""
-    runs, bad = runs_of(found), set()
+    rows, bad = unit_rows_of(found), set()
     for wall in range(len(found.wall)):
-        here = [[at for _, at in _at_wall(found, run.units, wall)] for run in runs]
+        here = [[at for _, at in _at_wall(found, row, wall)] for row in rows]
         spans = sorted((min(at.low_m for at in ats), max(at.high_m for at in ats), k) for k, ats in enumerate(here) if ats)
         for (_, end, _), (begin, _, k) in itertools.pairwise(spans):
             if not _door_between(found, wall, end, begin):
-                bad.add(runs[k].units[0].id)
-    if len(runs) > 1:
-        bad |= {run.units[0].id for run in runs if len(run.units) == 1 and max(run.units[0].size_m[:2]) < 0.9}
+                bad.add(rows[k][0].id)
+    if len(rows) > 1:
+        bad |= {row[0].id for row in rows if len(row) == 1 and max(row[0].size_m[:2]) < 0.9}
     return sorted(bad)
 
 
@@ -93,8 +141,8 @@ def _door_between(found: Furnished, wall: int, low_m: float, high_m: float) -> b
 
 
 def kitchen_lacks(found: Furnished) -> list[int]:
-    """Return the room (0) if it is a kitchen without sink or without hob."""
-    return [0] if found.room_type == "kitchen" and not (found.having("sink") and found.having("hob")) else []
+    """Return the room (0) if it needs a sink or a hob and has none."""
+    return found.lacking("sink", "hob")
 
 
 def hood_off_hob(found: Furnished) -> list[int]:
@@ -113,6 +161,6 @@ def hood_off_hob(found: Furnished) -> list[int]:
 
 
 def no_vehicle_door(found: Furnished) -> list[int]:
-    """Return the room (0) if it is a garage without a door that a car fits through."""
-    wide = any(opening.category != "window" and opening.width_m >= VEHICLE_DOOR_M for opening in found.room.openings)
-    return [0] if found.room_type == "garage" and not wide else []
+    """Return the room (0) if it needs a door that a car fits through and has none."""
+    widest = max((opening.width_m for opening in found.room.openings if opening.category != "window"), default=0.0)
+    return [0] if widest < found.needs.door_m else []

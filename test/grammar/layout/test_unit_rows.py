@@ -14,12 +14,12 @@ from grammar.derivation.row_fit import order_cost
 from grammar.geometry.walls import WALL_YAW
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.assemble_runs import begin_runs
 from grammar.layout.energies import full_energy
-from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
-from grammar.layout.runs import RUN_ORDER, arrange
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
+from grammar.layout.problem import move_settings
 from grammar.layout.schedule import leaders
+from grammar.layout.unit_rows import arrange, begin_rows
+from grammar.spec.energy_terms import TERM
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
@@ -57,7 +57,7 @@ def settings_of(moves):
 
 
 def order_of(problem, state, run=0):
-    units = np.flatnonzero(problem.link[:, col.RUN] == run)
+    units = np.flatnonzero(problem.link[:, col.ROW] == run)
     return tuple(units[np.argsort(state.hold[units, col.PLACE])].tolist())
 
 
@@ -72,7 +72,7 @@ def test_units_touch_each_other_and_keep_off_the_wall():
     tree, problem, state = assembled(row_of({"small": 0.4, "middle": 0.6, "large": 0.9}))
     plan = tree.unit_rows[0]
     for slot in range(len(plan.slots)):
-        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = slot
+        state.hold[problem.link[:, col.ROW] == 0, col.SLOT] = slot
         arrange(problem, state, 0, 0.5 * plan.slots[slot].slide)
         order = order_of(problem, state)
         wall = problem.wall[wall_behind(problem, plan.slots[slot].line(0))]
@@ -90,7 +90,7 @@ def test_orders_and_slots_are_in_detailed_balance_with_the_enumerated_energies(m
     grammar = row_of({"small": 0.4, "middle": 0.6, "large": 0.9}, "{end_gap_m: 0.3}")
     _, problem, state = assembled(grammar)
     settings = settings_of(moves)
-    units, slots = np.flatnonzero(problem.link[:, col.RUN] == 0), np.arange(*problem.run[0, [col.RUN_SLOTS, col.RUN_SLOTS_END]])
+    units, slots = np.flatnonzero(problem.link[:, col.ROW] == 0), np.arange(*problem.row[0, [col.ROW_SLOTS, col.ROW_SLOTS_END]])
     assert len(slots) >= 4 and np.ptp(problem.slot[slots, col.SLIDE]) >= 0.0
     orders = list(itertools.permutations(units.tolist()))
     energy = {}
@@ -110,7 +110,7 @@ def test_orders_and_slots_are_in_detailed_balance_with_the_enumerated_energies(m
     seen: Counter = Counter()
     rng, chain = np.random.default_rng(4), Chain(problem, settings)
     for _ in range(3000):
-        run_chain(rng, chain, state, Run(40, 1.0, 1.0, 1.0, False), leaders(problem))
+        run_chain(rng, chain, state, ChainRun(40, 1.0, 1.0, 1.0, False), leaders(problem))
         seen[order_of(problem, state), state.hold[units[0], col.SLOT]] += 1
     assert set(seen) <= set(states)
     counts = np.array([seen[key] for key in states])
@@ -122,12 +122,12 @@ def test_the_shift_of_a_run_is_uniform_along_its_slot():
     _, problem, state = assembled(row_of({"small": 0.4, "large": 0.9}, "{flush: false, end_gap_m: 0.2}"))
     slides = np.flatnonzero(problem.slot[:, col.SLIDE] > 1.0)
     settings = settings_of({"slide": 1.0})
-    state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = slides[0]
+    state.hold[problem.link[:, col.ROW] == 0, col.SLOT] = slides[0]
     arrange(problem, state, 0, 0.3)
     slot, head = problem.slot[slides[0]], order_of(problem, state)[0]
     start, yaw, rng, shares = slot[[col.LEG_X, col.LEG_Y]], slot[col.LEG_YAW], np.random.default_rng(5), []
     for _ in range(400):
-        run_chain(rng, Chain(problem, settings), state, Run(400, 1.0, 1.0, 1.0, False), leaders(problem))
+        run_chain(rng, Chain(problem, settings), state, ChainRun(400, 1.0, 1.0, 1.0, False), leaders(problem))
         along = (state.pose[head, :2] - start) @ [math.sin(yaw), -math.cos(yaw)]
         shift = slot[col.DIRECTION] * along - problem.object[head, col.HALF_WIDTH]
         shares.append(shift / slot[col.SLIDE])
@@ -151,7 +151,7 @@ def test_a_run_round_a_corner_leaves_no_gap_and_mirrors(turning_m):
     assert len(plan.legs) == 2 and len({slot.direction for slot in plan.slots}) == (2 if width == 0.5 else 1)
     assert problem.object[corner, col.HALF_WIDTH] == pytest.approx(0.5 * width)
     for k in range(len(plan.slots)):
-        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
+        state.hold[problem.link[:, col.ROW] == 0, col.SLOT] = k
         arrange(problem, state, 0, 0.0)
         boxes = []
         for i in order_of(problem, state):
@@ -175,7 +175,7 @@ def test_wishes_cost_what_is_written_in_the_chain_and_in_the_derivation():
     tree, problem, state = assembled(grammar)
     symbol = {item.id - 1: item.symbol for item in tree.items}
     rules = {name: rule.in_run for name, rule in grammar.objects.items()}
-    for order in itertools.permutations(np.flatnonzero(problem.link[:, col.RUN] == 0).tolist()):
+    for order in itertools.permutations(np.flatnonzero(problem.link[:, col.ROW] == 0).tolist()):
         for place, i in enumerate(order):
             state.hold[i, col.PLACE] = place
         arrange(problem, state, 0, 0.0)
@@ -185,7 +185,7 @@ def test_wishes_cost_what_is_written_in_the_chain_and_in_the_derivation():
         for name, other, cost in (("small", "larger", 1.5), ("larger", "small", 0.4)):  # beside the other at an end is at an end too
             place = names.index(name)
             expected += cost * (place in (1, 2) and names[0 if place == 1 else 3] != other)
-        assert full_energy(problem, state)[RUN_ORDER] == pytest.approx(expected)
+        assert full_energy(problem, state)[TERM.run_order] == pytest.approx(expected)
         assert order_cost([(name, rules[name]) for name in names], [frozenset()] * 4, False) == pytest.approx(expected)
 
 
@@ -215,7 +215,7 @@ def test_a_run_stretches_to_the_end_of_its_wall_and_what_hangs_in_line_is_as_wid
     widths = {item.symbol: item.size_m[1] for item in tree.items}
     scale = [widths[name] / drawn for name, drawn in (("a", 0.5), ("b", 0.5), ("c", 1.2))]
     assert scale == pytest.approx([scale[0]] * 3, rel=1e-5) and widths["fixed_width"] == pytest.approx(0.6, abs=1e-6)
-    leg = 2.0 * problem.object[problem.link[:, col.RUN] == 0, col.HALF_WIDTH].sum()
+    leg = 2.0 * problem.object[problem.link[:, col.ROW] == 0, col.HALF_WIDTH].sum()
     assert leg == pytest.approx(3.99, abs=1e-6)
     top = next(item.id - 1 for item in tree.items if item.symbol == "top")
     below = int(problem.core[top])
@@ -224,7 +224,7 @@ def test_a_run_stretches_to_the_end_of_its_wall_and_what_hangs_in_line_is_as_wid
     rng, walls = np.random.default_rng(1), set()
     chain = Chain(problem, move_settings(grammar.moves))
     for _ in range(30):
-        run_chain(rng, chain, state, Run(50, 0.01, 0.01, 1e9, False), leaders(problem))
+        run_chain(rng, chain, state, ChainRun(50, 0.01, 0.01, 1e9, False), leaders(problem))
         wall = problem.wall[state.on_wall[top]]
         walls.add(int(state.on_wall[top]))
         assert (state.pose[top, :2] - state.pose[below, :2]) @ wall[2:4] == pytest.approx(0.0, abs=1e-9)
@@ -238,8 +238,8 @@ def test_incremental_energy_is_the_full_energy_where_runs_move():
         rng = np.random.default_rng(seed)
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), rng)
         problem, state = assemble(grammar, CATEGORIES, tree)
-        movable = problem.run[:, col.RUN_HEAD]
-        chain, run = Chain(problem, move_settings(grammar.moves)), Run(3000, 0.005, 0.005, 0.0, False)
+        movable = problem.row[:, col.ROW_HEAD]
+        chain, run = Chain(problem, move_settings(grammar.moves)), ChainRun(3000, 0.005, 0.005, 0.0, False)
         info = run_chain(rng, chain, state, run, np.asarray(movable))
         assert info.counts[:, col.ACCEPTED].sum() >= 20
         scale = np.maximum(1.0, full_energy(problem, state))
@@ -251,7 +251,7 @@ def test_the_state_in_which_a_run_begins_is_that_of_its_plan():
     tree = derive(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), np.random.default_rng(2))
     problem, state = assemble(grammar, CATEGORIES, tree)
     before = state.where.copy()
-    begin_runs(problem, tree, state)
+    begin_rows(problem, tree, state)
     assert (state.where == before).all()
     for k, plan in enumerate(tree.unit_rows):
         assert tuple(i + 1 for i in order_of(problem, state, k)) == plan.units and sum(plan.legs) == len(plan.units)

@@ -6,7 +6,7 @@ from unittest import mock
 import pytest
 from small_grammar import CATEGORIES
 
-from grammar.spec import grammar_table
+from grammar.spec import grammar_file
 from grammar.spec.grammar_file import read_grammar, read_room_type
 from scene_description.share import config_path
 
@@ -16,8 +16,8 @@ def test_a_grammar_is_read_when_it_is_asked_for_and_once(tmp_path: Path) -> None
     own = {
         name: read_grammar(path, CATEGORIES) for name, path in (("den", tmp_path / "own.yaml"), ("gym", config_path("grammars/gym.yaml")))
     }
-    with mock.patch.object(grammar_table, "read_room_type", wraps=read_room_type) as read:
-        table = grammar_table.GrammarTable(("bedroom", "gym"), "learned", CATEGORIES, own)
+    with mock.patch.object(grammar_file, "read_room_type", wraps=read_room_type) as read:
+        table = grammar_file.GrammarTable(("bedroom", "gym"), "learned", CATEGORIES, own)
         assert list(table) == ["bedroom", "gym", "den"] and len(table) == 3 and "bedroom" in table and "attic" not in table
         assert table["gym"] is own["gym"] and table["den"] is own["den"]
         assert not read.called
