@@ -18,9 +18,8 @@ from grammar.geometry.boxes import footprint_corners
 from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_rows
 from grammar.learning.category_map import CategoryMap
-from grammar.learning.layout_fields import UnfitError, read_number, read_polygon
+from grammar.learning.layout_fields import UnfitError, read_number, read_openings, read_polygon
 from grammar.learning.layout_objects import read_objects
-from grammar.learning.layout_openings import read_openings
 from grammar.learning.observed import ObservedObject
 from grammar.learning.read_layouts import lines_by_house, with_shared_doors
 from grammar.spec.categories import Categories, Category

@@ -26,7 +26,7 @@ import numpy as np
 from benchmarks.table import DOCS, write_section
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, room_types
 from grammar.learning import LearnOptions, ObservedRoom, TruncationOptions, learn, mixed, read_category_map, read_layouts, room_sampler
-from grammar.learning.geometry import fitting_wall
+from grammar.learning.observed import fitting_wall
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
 from grammar.sampled_room import sample_room_with_cost

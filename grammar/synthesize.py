@@ -137,7 +137,7 @@ class SceneSynthesizer:
             plan = make_plan(self.grammar_of(one), self.categories, one)
             if not self.catalog.models:  # a model may be smaller than what the grammar draws
                 check_room_size(plan, self.categories)
-            restricted(self.appearance, one, self._categories(one), self._file_parts())
+            restricted(self.appearance, self._as_known(one), self._categories(one), self._file_parts())
 
     def grammar_of(self, request: SceneRequest) -> Grammar:
         """Return the grammar that the rooms of a request for one type are sampled from, by this and its grammar set."""
@@ -156,6 +156,10 @@ class SceneSynthesizer:
         grammar = self.grammar_of(request)
         return sorted({*grammar.openings, *(rule.category for rule in grammar.objects.values())} - set(request.must_not))
 
+    def _as_known(self, request: SceneRequest) -> SceneRequest:
+        """Return a request with the room type by which the tables of materials know its rooms."""
+        return replace(request, room_type=self.grammar_of(request).looks_like)
+
     def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
         """Sample room number ``index`` of the run with a seed.
 
@@ -173,14 +177,14 @@ class SceneSynthesizer:
         self.check(request)
         rng = _streams(seed, index)
         # sample the layout, with the models that decide it, and small things
-        appearance = restricted(self.appearance, request, (), self._file_parts())
+        appearance = restricted(self.appearance, self._as_known(request), (), self._file_parts())
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
         furnished, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
         sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
         # sample the appearance, of small things that are not there too, so that the rest looks the same at any clutter
         objects, taken = choose_after(rng["catalog"], self.catalog, appearance, models, sampled.objects)
         pool = MaterialPool(rng["appearance"], appearance)
-        room, objects = sample_appearance_from(pool, rng["appearance"], appearance, sampled.room, objects, request.room_type)
+        room, objects = sample_appearance_from(pool, rng["appearance"], appearance, sampled.room, objects, models.grammar.looks_like)
         objects = assign_file_materials(rng["catalog"], pool, appearance, taken, objects)
         room, objects = apply_looks(rng["looks"], pool, request, room, objects)
         # sample the light and the camera's path, which small things do not change
@@ -210,7 +214,7 @@ class SceneSynthesizer:
     def layout(self, request: SceneRequest, seed: int, index: int) -> SampledRoom:
         """Sample a room as :meth:`synthesize` does, without looks, light and camera."""
         request, rng = request.of_room(index), _streams(seed, index)
-        appearance = restricted(self.appearance, request, (), self._file_parts())
+        appearance = restricted(self.appearance, self._as_known(request), (), self._file_parts())
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
         furnished, _ = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
         sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
@@ -238,7 +242,11 @@ class SceneSynthesizer:
             request=daylight_request(request),
         )
         spots = sample_downlights(
-            rng["downlights"], self.lighting.downlights.get(request.room_type), room, objects, dark=environment.daylight is None
+            rng["downlights"],
+            self.lighting.downlights.get(self.grammar_of(request).looks_like),
+            room,
+            objects,
+            dark=environment.daylight is None,
         )
         if request.environment_map:
             yaw_rad = math.radians(request.north_yaw_deg) if request.north_yaw_deg <= 360.0 else 0.0

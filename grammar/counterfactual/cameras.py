@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
-from grammar.counterfactual.change import ChangeError, random_numbers
-from grammar.counterfactual.factor import Factor, Outcome, Work
+from grammar.counterfactual.change import ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.gate import camera_checked, categories_of
 from grammar.counterfactual.values import number, whole
 from grammar.geometry.slopes import roof_boxes
@@ -25,7 +23,8 @@ _STEEPEST_RAD = math.radians(89.0)
 _SECOND_NS = 1_000_000_000
 
 
-def _positions(work: Work) -> NDArray[np.float64]:
+def lens_positions(work: Work) -> NDArray[np.float64]:
+    """Return where the lens is at each pose, (n, 3)."""
     return np.array([pose.position_m for pose in work.scene.camera_path])
 
 
@@ -37,13 +36,13 @@ def _moved(work: Work, positions: NDArray[np.float64]) -> Outcome:
 
 def set_height(work: Work) -> Outcome:
     """Raise or lower the whole path so that its mean height is the value."""
-    height, positions = number(work.change, 0.05, 20.0, "m"), _positions(work)
+    height, positions = number(work.change, 0.05, 20.0, "m"), lens_positions(work)
     return _moved(work, positions + np.array([0.0, 0.0, height - float(positions[:, 2].mean())]))
 
 
 def scale_path(work: Work) -> Outcome:
     """Scale the path about its middle pose; times and directions of view stay."""
-    factor, positions = number(work.change, 0.0, 10.0), _positions(work)
+    factor, positions = number(work.change, 0.0, 10.0), lens_positions(work)
     middle = positions[len(positions) // 2]
     return _moved(work, positions if factor == 1.0 else middle + factor * (positions - middle))
 
@@ -52,7 +51,7 @@ def shift_path(work: Work) -> Outcome:
     """Move every pose to its own right, as the second camera of a stereo rig is."""
     offset = number(work.change, -10.0, 10.0, "m")
     right = np.array([rotation_from_quaternion(pose.orientation)[:, 0] for pose in work.scene.camera_path])
-    return _moved(work, _positions(work) + offset * right)
+    return _moved(work, lens_positions(work) + offset * right)
 
 
 def _turned(work: Work, turn: Quaternion) -> Outcome:
@@ -96,7 +95,7 @@ def drive_faster(work: Work) -> Outcome:
     if count > MAX_POSES:
         raise ChangeError(f"{work.change}: value: expected at most {MAX_POSES} poses, got {count}; drive faster")
     times = [_stamp(path, k) for k in range(count)]
-    spline = CubicSpline(np.arange(len(path)), _positions(work)) if len(path) > 1 else None
+    spline = CubicSpline(np.arange(len(path)), lens_positions(work)) if len(path) > 1 else None
     poses = []
     for k in range(count):
         along = min(factor * k, len(path) - 1.0)
@@ -147,67 +146,3 @@ def take_another_path(work: Work) -> Outcome:
     sampled = sample_camera_path(rng, rules.camera, space, times)
     poses = tuple(replace(new, stamp_ns=old.stamp_ns) for new, old in zip(sampled, path, strict=True))
     return Outcome(replace(scene, camera_path=poses))
-
-
-def _row(name: str, label: str, unit: str | None, value: str, make: Callable[[Work], Outcome], current: Callable[[Work], object]) -> Factor:
-    return Factor(name=name, label=label, unit=unit, value=value, attribute="camera", touches="view", make=make, current=current)
-
-
-FACTORS = (
-    _row(
-        "camera_height_m",
-        "height of the camera",
-        "m",
-        "mean height of the lens above the floor; the path's own ups and downs stay",
-        set_height,
-        lambda work: float(_positions(work)[:, 2].mean()),
-    ),
-    _row(
-        "camera_pitch_deg",
-        "added pitch of the camera",
-        "deg",
-        "tilt added to every pose, positive upwards; 0: as it is",
-        add_pitch,
-        lambda work: 0.0,
-    ),
-    _row(
-        "camera_roll_deg",
-        "added roll of the camera",
-        "deg",
-        "turn about the optical axis added to every pose, positive clockwise as seen from behind; 0: as it is",
-        add_roll,
-        lambda work: 0.0,
-    ),
-    _row(
-        "camera_speed",
-        "speed of the camera",
-        None,
-        "factor on the speed along the same path, 0.05 to 20, frames at the same rate; 1: as it is",
-        drive_faster,
-        lambda work: 1.0,
-    ),
-    _row(
-        "camera_amplitude",
-        "amplitude of the path",
-        None,
-        "factor on the path's extent about its middle pose, 0 (the camera only turns) to 10; 1: as it is",
-        scale_path,
-        lambda work: 1.0,
-    ),
-    _row(
-        "camera_offset_m",
-        "sideways offset of the camera",
-        "m",
-        "distance by which every pose is moved to its own right; 0: as it is",
-        shift_path,
-        lambda work: 0.0,
-    ),
-    _row(
-        "camera_path",
-        "path",
-        None,
-        "seed of another walk through the same room, with the same frames at the same times",
-        take_another_path,
-        lambda work: None,
-    ),
-)

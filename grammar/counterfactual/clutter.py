@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from grammar.counterfactual.addition import MOST, next_id
-from grammar.counterfactual.change import ChangeError, InvalidChangeError, random_numbers
-from grammar.counterfactual.factor import Factor, Outcome, Work
+from grammar.counterfactual.change import ChangeError, InvalidChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.gate import categories_of, checked, grammar_of
-from grammar.counterfactual.looks import dressed
-from grammar.counterfactual.removal import taken_out
+from grammar.counterfactual.rearrangement import taken_out
+from grammar.counterfactual.surfaces import dressed
 from grammar.counterfactual.values import number
 from grammar.small_things.fill import Filling, Source
 from grammar.small_things.strew import small_things
@@ -71,17 +70,3 @@ def _more(work: Work, there: int, wanted: int) -> Outcome:
             f"{work.change}: value {work.change.value}: expected places for {wanted} small things, got {there + len(new)}; ask for less", ()
         )
     return Outcome(checked(rules, work.scene, scene, work.change), objects=tuple(new))
-
-
-FACTORS = (
-    Factor(
-        name="clutter",
-        label="clutter",
-        unit=None,
-        value="factor on the number of small things that stand on furniture, lamps not counted, 0 to 10; 1: as it is",
-        attribute="objects",
-        touches="geometry",
-        make=scale_clutter,
-        current=lambda work: 1.0,
-    ),
-)

@@ -3,33 +3,76 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 
 from grammar.counterfactual.addition import addable, rules_of_category
-from grammar.counterfactual.change import ChangeError, random_numbers
-from grammar.counterfactual.factor import Factor, Outcome, Work
+from grammar.counterfactual.change import ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.gate import categories_of, checked
-from grammar.counterfactual.looks import dressed, lit
-from grammar.counterfactual.removal import carried, without
-from grammar.counterfactual.targets import OBJECTS, chosen_objects
-from grammar.counterfactual.values import read_as
+from grammar.counterfactual.surfaces import dressed, lit
+from grammar.counterfactual.targets import chosen_objects, names
+from grammar.counterfactual.values import read_as, whole
 from grammar.derivation.densities import draw_size
 from grammar.geometry.solids import surface_top
 from grammar.spec.categories import Categories
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, Limits, ModelReference, SceneDescription, SceneObject, from_mapping
 from scene_description.strict import shorten
-from scene_description.types import Name, Point3, Seed
+from scene_description.types import MAX_OBJECTS, Name, Point3, Seed
 
 _Motion = tuple[
     Annotated[float, Limits(ge=-100.0, le=100.0, unit="m")],
     Annotated[float, Limits(ge=-100.0, le=100.0, unit="m")],
     Annotated[float, Limits(ge=-7.0, le=7.0, unit="rad")],
 ]
+
+
+def carried(scene: SceneDescription, ids: Collection[int]) -> set[int]:
+    """Return the ids of objects and of all that stands on them, directly or not."""
+    found = set(ids)
+    while True:
+        more = {item.id for item in scene.objects if item.support.id in found} - found
+        if not more:
+            return found
+        found |= more
+
+
+def without(scene: SceneDescription, ids: Collection[int]) -> SceneDescription:
+    """Return the scene without some objects and their lamps; what belonged to their groups stands for itself."""
+    objects = tuple(
+        replace(item, group=None) if item.group in ids and item.group is not None else item for item in scene.objects if item.id not in ids
+    )
+    return replace(scene, objects=objects, lights=tuple(light for light in scene.lights if light.object not in ids))
+
+
+def taken_out(work: Work, chosen: Sequence[SceneObject]) -> Outcome:
+    """Return the scene without the chosen objects and what they carry, checked."""
+    scene = work.scene
+    gone = carried(scene, [item.id for item in chosen])
+    if not gone:
+        return Outcome(scene)
+    name, asked = names(scene.objects), {item.id for item in chosen}
+    along = ", ".join(f"{key} {name[key]}" for key in sorted(gone - asked))
+    loose = tuple(item.id for item in scene.objects if item.group in gone and item.id not in gone)
+    after = checked(work.rules(), scene, without(scene, gone), work.change)
+    return Outcome(after, objects=loose, removed=tuple(sorted(gone)), note=f"taken along with what carried them: {along}" if along else "")
+
+
+def remove(work: Work) -> Outcome:
+    """Take out all targeted objects, or so many of them, in an order that the seed draws."""
+    chosen = chosen_objects(work.scene, work.change)
+    if not chosen:
+        raise ChangeError(f"{work.change}: target: expected objects, got a room without any")
+    count = len(chosen)
+    if work.change.value is not True:
+        count = 0 if work.change.value is False else whole(work.change, 0, MAX_OBJECTS)
+    if count > len(chosen):
+        raise ChangeError(f"{work.change}: value: expected at most {len(chosen)}, the objects that are targeted, got {count}")
+    order = random_numbers(work.scene, work.change).permutation(len(chosen))
+    return taken_out(work, [chosen[k] for k in order[:count]])
 
 
 def shifted(item: SceneObject, about: Point3, dx: float, dy: float, dz: float, turn: float) -> SceneObject:
@@ -172,28 +215,3 @@ def _reseated(scene: SceneDescription, categories: Categories, old: SceneObject,
     dz = new.position_m[2] + height - min(foot.values())
     objects = tuple(shifted(item, old.position_m, dx, dy, dz, 0.0) if item.id in on_it else item for item in scene.objects)
     return replace(scene, objects=objects)
-
-
-FACTORS = (
-    Factor(
-        name="object_moved",
-        label="objects moved",
-        unit=None,
-        value="[dx in m, dy in m, turn in rad] in the world; what stands on the objects goes along",
-        attribute="objects",
-        touches="geometry",
-        targets=OBJECTS,
-        make=move,
-        current=lambda work: [0.0, 0.0, 0.0],
-    ),
-    Factor(
-        name="object_replaced",
-        label="objects replaced",
-        unit=None,
-        value="a style of the objects' category, another category, or {category, style, seed}: seed alone is another specimen",
-        attribute="objects",
-        touches="geometry",
-        targets=OBJECTS,
-        make=exchange,
-    ),
-)

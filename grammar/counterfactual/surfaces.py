@@ -6,17 +6,20 @@ A changed material is a new one at the end of the scene's list, so that parts wh
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from grammar.appearance.appearance import MaterialPool
-from grammar.counterfactual.change import Change, ChangeError, random_numbers
-from grammar.counterfactual.factor import Factor, Outcome, Work
+from grammar.appearance.appearance import MaterialPool, sample_appearance
+from grammar.appearance.lighting import sample_lighting
+from grammar.appearance.restrict import restricted
+from grammar.counterfactual.change import Change, ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.targets import ALL, OBJECTS, all_things, chosen_things
 from grammar.counterfactual.values import number, one_of, read_as
-from scene_description import Material, Part
+from grammar.spec.request import SceneRequest
+from grammar.synthesize import SceneSynthesizer
+from scene_description import Material, Part, SceneDescription, SceneObject
 from scene_description.color import linear_from_srgb
 from scene_description.types import Color
 
@@ -103,7 +106,7 @@ def set_material(work: Work) -> Outcome:
     return parts.changed(lambda material: new)
 
 
-def _finish(surface: str) -> Callable[[Work], Outcome]:
+def set_finish(surface: str) -> Callable[[Work], Outcome]:
     """Return a function that makes one surface of the room of a named material."""
 
     def make(work: Work) -> Outcome:
@@ -130,7 +133,7 @@ def _color(change: Change) -> Color:
     return color
 
 
-def _field(name: str) -> Callable[[Work], Outcome]:
+def set_number(name: str) -> Callable[[Work], Outcome]:
     """Return a function that sets one number of materials."""
 
     def make(work: Work) -> Outcome:
@@ -153,7 +156,7 @@ def set_texture(work: Work) -> Outcome:
 def scale_texture(work: Work) -> Outcome:
     """Stretch patterns; materials without one stay as they are."""
     factor = number(work.change, 0.01, 100.0)
-    parts = _patterned(work)
+    parts = patterned_parts(work)
 
     def edit(material: Material) -> Material:
         if material.texture is None:
@@ -166,19 +169,20 @@ def scale_texture(work: Work) -> Outcome:
 def set_contrast(work: Work) -> Outcome:
     """Set how far patterns depart from their plain colours; materials without one stay as they are."""
     contrast = number(work.change, 0.0, 1.0)
-    return _patterned(work).changed(
+    return patterned_parts(work).changed(
         lambda material: material if material.texture is None else replace(material, texture=replace(material.texture, contrast=contrast))
     )
 
 
-def _patterned(work: Work) -> _Parts:
+def patterned_parts(work: Work) -> _Parts:
+    """Return the targeted parts, of which some have a pattern."""
     parts = _Parts(work)
     if all(material.texture is None for material in parts.materials):
         raise ChangeError(f"{work.change}: target: expected a part with a pattern, got plain materials; see the factor texture")
     return parts
 
 
-def _shared(read: Callable[[Material], object]) -> Callable[[Work], object]:
+def shared_by_materials(read: Callable[[Material], object]) -> Callable[[Work], object]:
     """Return a function that returns what the materials of all targeted parts have in common, or None."""
 
     def current(work: Work) -> object:
@@ -189,50 +193,46 @@ def _shared(read: Callable[[Material], object]) -> Callable[[Work], object]:
     return current
 
 
-_TARGETS = (*OBJECTS, "part", "surface")
+def dressed(
+    rng: np.random.Generator,
+    rules: SceneSynthesizer,
+    scene: SceneDescription,
+    item: SceneObject,
+    style: str = "",
+    kept: Mapping[str, str] | None = None,
+) -> tuple[SceneDescription, SceneObject]:
+    """Return the scene with the materials that an object needs, and the object with model and parts.
+
+    Args:
+        rng: source of randomness.
+        rules: looks and materials.
+        scene: the room; the object need not be in it.
+        item: the object.
+        style: the one it shall have; "" leaves it open.
+        kept: part -> material of the scene that is taken for a part of that name.
+    """
+    request = SceneRequest(looks=(f"{item.category}: {{styles: [{style}]}}",)) if style else SceneRequest()
+    appearance = restricted(rules.appearance, request)
+    like = next((other for other in scene.objects if other.category == item.category and other.id != item.id), None)
+    shares = rules.appearance.categories[item.category].shared != "none"
+    if not style and not kept and like is not None and shares and like.model.generator is not None:
+        return scene, replace(item, model=like.model, parts=like.parts)
+    room = replace(scene.room, openings=())
+    bare = replace(item, support=item.support, group=None, model=replace(item.model, file=None, reading=None, generator=item.category))
+    _, (drawn,), new = sample_appearance(rng, appearance, room, [bare], scene.category)
+    by_id = {material.id: material for material in new}
+    materials, parts = list(scene.materials), []
+    id_of: dict[str, str] = {}
+    for part in drawn.parts:
+        known = (kept or {}).get(part.name)
+        if known is None and part.material not in id_of:
+            materials.append(adopted(materials, by_id[part.material]))
+            id_of[part.material] = materials[-1].id
+        parts.append(replace(part, material=known or id_of[part.material]))
+    return replace(scene, materials=tuple(materials)), replace(item, model=drawn.model, parts=tuple(parts))
 
 
-def _row(
-    name: str,
-    label: str,
-    value: str,
-    make: Callable[[Work], Outcome],
-    current: Callable[[Work], object] = lambda work: None,
-    targets: tuple[str, ...] = _TARGETS,
-) -> Factor:
-    return Factor(
-        name=name, label=label, unit=None, value=value, attribute="material", touches="surface", targets=targets, make=make, current=current
-    )
-
-
-FACTORS = (
-    _row("material", "material", "name of a material of config/materials.yaml, of which one is drawn for all targeted parts", set_material),
-    _row(
-        "base_color",
-        "base colour",
-        "linear [r, g, b], 0 to 1, or sRGB '#rrggbb'",
-        set_color,
-        _shared(lambda material: material.base_color),
-    ),
-    _row("roughness", "roughness", "perceptual roughness, 0 (smooth) to 1", _field("roughness"), _shared(lambda m: m.roughness)),
-    _row("metallic", "metalness", "0 (dielectric) to 1 (metal)", _field("metallic"), _shared(lambda m: m.metallic)),
-    _row("texture", "texture", "name of a pattern that a material of config/materials.yaml has, or 'none'", set_texture),
-    _row(
-        "texture_scale",
-        "scale of textures",
-        "factor on the size of the pattern's unit, 0.01 to 100; 1: as it is",
-        scale_texture,
-        lambda work: 1.0 if _patterned(work) else None,
-    ),
-    _row(
-        "texture_contrast",
-        "contrast of textures",
-        "how far a pattern departs from its plain colours, 0 to 1",
-        set_contrast,
-        _shared(lambda material: None if material.texture is None else material.texture.contrast),
-    ),
-    *(
-        _row(f"{surface}_finish", f"finish of the {surface}", "name of a material of config/materials.yaml", _finish(surface), targets=())
-        for surface in ("wall", "floor", "ceiling")
-    ),
-)
+def lit(rng: np.random.Generator, rules: SceneSynthesizer, scene: SceneDescription, item: SceneObject) -> SceneDescription:
+    """Return the scene with a light for a new object, if that is a lamp."""
+    lights, _ = sample_lighting(rng, rules.lighting, [item])
+    return replace(scene, lights=(*scene.lights, *lights))

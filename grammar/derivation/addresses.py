@@ -44,10 +44,6 @@ _AXES = {"depth": 0, "width": 1, "height": 2}
 def check_targets(addressed: Iterable[tuple[str, ObjectRule]], symbols: Collection[str]) -> None:
     """Reject a structure that lacks all objects that an address may point to, before anything else of it is drawn.
 
-    Args:
-        addressed: symbols and rules of the objects whose addresses are drawn.
-        symbols: of all objects.
-
     Raises:
         RejectedError: an address has no target, whatever the room and the sizes are.
     """
@@ -230,7 +226,7 @@ def _draw_own(
     chosen = free[drawn]
     used.add(chosen)
     draft.mode = chosen if isinstance(chosen, int) else None
-    draft.below.append(attribute_node(Attribute(each, str(chosen), math.log(shares[drawn])), draft.id))
+    draft.note(each, str(chosen), math.log(shares[drawn]))
     return choices[chosen]
 
 
@@ -273,7 +269,7 @@ def resolve_ties(draft: Draft, context: Context, rng: np.random.Generator) -> No
         axis = _AXES[tie.axis]
         size[axis], log = _draw_about(rng, (mean, tie.sd_m, rule.low_m[axis], rule.high_m[axis]))
         draft.drawn_axes = tuple(other for other in draft.drawn_axes if other != axis)
-        draft.below.append(attribute_node(Attribute(f"{tie.axis}_of_{tie.to}", f"{size[axis]:.3f} m", log), draft.id))
+        draft.note(f"{tie.axis}_of_{tie.to}", f"{size[axis]:.3f} m", log)
     draft.size_m = size[0], size[1], size[2]
     if rule.mount == "wall" and draft.size_m[1] >= max(wall_lengths(context.room.polygon_m)):
         raise RejectedError(f"a wall as wide as {draft.symbol}")
@@ -295,7 +291,7 @@ def _set_bottom(draft: Draft, middle: Distribution | None, context: Context, rng
     draft.bottom_m = centre - 0.5 * draft.size_m[2]
     if draft.bottom_m < 0.0 or draft.bottom_m + draft.size_m[2] > room.height_m:
         raise RejectedError("objects on walls between floor and ceiling")
-    draft.below.append(attribute_node(Attribute("centre_height", f"{centre:.3f} m", log), draft.id))
+    draft.note("centre_height", f"{centre:.3f} m", log)
 
 
 def _level_of_line(draft: Draft, context: Context) -> float | None:

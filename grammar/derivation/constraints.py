@@ -36,9 +36,7 @@ class CountBound(NamedTuple):
 def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, CountBound]:
     """Return the bounds by category (or symbol of the grammar) that a request sets.
 
-    Args:
-        grammar: as the request's own numbers make it, see :func:`grammar.derivation.overrides.overridden`.
-        request: the constraints.
+    ``grammar`` is as the request's own numbers make it, see :func:`grammar.derivation.overrides.overridden`.
 
     Raises:
         RequestError: a constraint does not parse, names a category that the grammar does not have, or contradicts another one.

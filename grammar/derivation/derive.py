@@ -17,12 +17,12 @@ import numpy as np
 
 from grammar.derivation.addresses import check_targets, draw_addresses
 from grammar.derivation.densities import draw_height, draw_size
-from grammar.derivation.drafts import Draft, Size, units_above
+from grammar.derivation.drafts import Corner, Draft, Size, units_above
 from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
-from grammar.derivation.openings import DrawnOpening
-from grammar.derivation.parse_tree import Attribute, BelowSlopesError, Item, ParseTree, Pinned, RejectedError, attribute_node
+from grammar.derivation.openings import DrawnOpening, SpecialWalls, draw_numbers, draw_openings
+from grammar.derivation.parse_tree import Attribute, BelowSlopesError, Item, ParseTree, Pinned, RejectedError, UnitRowPlan, attribute_node
 from grammar.derivation.plan import Plan, make_plan
-from grammar.derivation.shell import Extent, draw_extent, draw_numbers, draw_openings, draw_room, is_given
+from grammar.derivation.shell import Extent, draw_extent, draw_room, is_given
 from grammar.derivation.slopes import check_tall, draw_slopes, loaded_heights_m
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.derivation.unit_rows import place_unit_rows
@@ -103,24 +103,46 @@ class _Terminals(NamedTuple):
     fixed: dict[int, int]
 
 
+class _Contents(NamedTuple):
+    """What is to be in the room: the structure, its terminals, how high each may be with what stands on it, and where fixed ones stay."""
+
+    structure: list[Vertex]
+    terminals: _Terminals
+    loaded_m: Sequence[float]
+    pinned: Mapping[int, Pinned]
+
+    @property
+    def things(self) -> list[tuple[str, ObjectRule, Size]]:
+        """Symbols, rules and sizes."""
+        return list(zip(self.terminals.symbols, self.terminals.rules, self.terminals.sizes, strict=True))
+
+
+class _Furnished(NamedTuple):
+    """A room with its openings, the numbers of these, its unit rows, its objects with the nodes below them, and corners that are cores."""
+
+    room: Room
+    openings: list[DrawnOpening]
+    numbers: list[Attribute]
+    unit_rows: tuple[UnitRowPlan, ...]
+    items: list[tuple[Item, list[ParseNode]]]
+    corners: tuple[Corner, ...]
+
+
 def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng: np.random.Generator) -> ParseTree:
-    # draw the structure and the sizes
+    grammar, slopes = plan.grammar, plan.grammar.room.slopes
     structure = _draw_structure(plan, rng)
     terminals = _draw_terminals(plan, structure, rng)
-    # draw the shell
     covered = _covered_m2(categories, terminals)
-    asked = covered + _asked_m2(plan.grammar, structure)
-    flat, flat_attributes, special = draw_room(plan.grammar, plan.request, plan.outline, asked, rng, extent)
-    slopes = plan.grammar.room.slopes
+    flat, flat_attributes, special = draw_room(grammar, plan.request, plan.outline, covered + _asked_m2(grammar, structure), rng, extent)
     is_sloped = slopes.probability > 0.0 and not special.bay and bool(rng.random() < slopes.probability)
     if slopes.probability > 0.0 and not special.bay and not is_sloped:
         flat_attributes.append(Attribute("slopes", "none", math.log(1.0 - slopes.probability)))
-    in_unit_rows = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
+    in_unit_rows = any(grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in grammar.nodes)
     tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_unit_rows else 1
-    things = list(zip(terminals.symbols, terminals.rules, terminals.sizes, strict=True))
-    loaded = loaded_heights_m(categories, things) if is_sloped else [0.0] * len(things)
-    numbers = draw_numbers(plan.grammar, flat, rng) if in_unit_rows else None
-    pinned: dict[int, Pinned] = {}
+    contents = _Contents(structure, terminals, [0.0] * len(terminals.symbols), {})
+    if is_sloped:
+        contents = contents._replace(loaded_m=loaded_heights_m(categories, contents.things))
+    numbers = draw_numbers(grammar, flat, rng) if in_unit_rows else None
     for tried in range(tries):
         try:
             # draw the ceiling, higher and higher eaves
@@ -129,36 +151,52 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
                 room, room_attributes = draw_slopes(
                     slopes, flat, flat_attributes, rng, grows=not is_given(plan.request), raised=tried / (tries - 1)
                 )
-                check_tall(plan.grammar, room, things)
+                check_tall(grammar, room, contents.things)
             if is_sloped or not tried:
-                if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
-                    raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
-                pinned = _pin(plan, categories, room, terminals, rng)
-            # draw doors and windows, place the unit rows between them, and draw the addresses
-            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
-            furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
-            check_pinned(
-                plan.grammar,
-                categories,
-                furnished,
-                [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
-            )
-            check_tall(plan.grammar, furnished, things)
-            drafts = _drafts(structure, terminals, pinned, loaded, len(openings) + 1)
-            unit_rows = place_unit_rows(plan.grammar, furnished, drafts, rng)
-            items, corners = draw_addresses(categories, furnished, drafts, rng)
+                if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
+                    raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
+                contents = contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
+            furnished = _furnish(plan, categories, contents, room, special, numbers, rng)
             break
         except RejectedError as rejected:
             if tried == tries - 1:
                 raise (BelowSlopesError(str(rejected)) if is_sloped else rejected) from rejected
-    # write all choices down
-    nodes = _shell_nodes(plan.grammar, (*room_attributes, *opening_counts), openings)
+    return _parse_tree(grammar, structure, furnished, room_attributes)
+
+
+def _furnish(
+    plan: Plan,
+    categories: Categories,
+    contents: _Contents,
+    room: Room,
+    special: SpecialWalls,
+    numbers: Mapping[str, int] | None,
+    rng: np.random.Generator,
+) -> _Furnished:
+    """Draw doors and windows, place the unit rows between them, and draw the addresses.
+
+    Raises:
+        RejectedError: something does not fit.
+    """
+    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
+    furnished, terminals = replace(room, openings=tuple(drawn.opening for drawn in openings)), contents.terminals
+    fixed = [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in contents.pinned.items()]
+    check_pinned(plan.grammar, categories, furnished, fixed)
+    check_tall(plan.grammar, furnished, contents.things)
+    drafts = _drafts(contents, len(openings) + 1)
+    unit_rows = place_unit_rows(plan.grammar, furnished, drafts, rng)
+    return _Furnished(furnished, openings, opening_counts, unit_rows, *draw_addresses(categories, furnished, drafts, rng))
+
+
+def _parse_tree(grammar: Grammar, structure: Sequence[Vertex], furnished: _Furnished, attributes: Sequence[Attribute]) -> ParseTree:
+    """Return all choices written down; ``attributes`` are those of the room."""
+    nodes = _shell_nodes(grammar, (*attributes, *furnished.numbers), furnished.openings)
     return ParseTree(
-        room=furnished,
-        items=_append_items(structure, items, nodes),
+        room=furnished.room,
+        items=_append_items(structure, furnished.items, nodes),
         nodes=tuple(nodes),
-        corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
-        unit_rows=unit_rows,
+        corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in furnished.corners),
+        unit_rows=furnished.unit_rows,
     )
 
 
@@ -232,23 +270,22 @@ def _pin(plan: Plan, categories: Categories, room: Room, terminals: _Terminals, 
     return pinned
 
 
-def _drafts(
-    structure: Sequence[Vertex], terminals: _Terminals, pinned: Mapping[int, Pinned], loaded: Sequence[float], first: int
-) -> list[Draft]:
+def _drafts(contents: _Contents, first: int) -> list[Draft]:
     """Return a draft for each terminal; ids count on from ``first``."""
+    terminals = contents.terminals
     drafts = [
         Draft(
             id=first + k,
             symbol=terminals.symbols[k],
             rule=terminals.rules[k],
             size_m=terminals.sizes[k],
-            units=units_above(structure, i),
-            loaded_m=loaded[k],
+            units=units_above(contents.structure, i),
+            loaded_m=contents.loaded_m[k],
         )
         for k, i in enumerate(terminals.vertices)
     ]
     id_of = {fixed: first + k for k, fixed in terminals.fixed.items()}
-    for k, place in pinned.items():
+    for k, place in contents.pinned.items():
         drafts[k].pinned = place if place.on is None else place._replace(on=id_of[place.on])
     return drafts
 

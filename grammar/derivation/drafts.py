@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.parse_tree import Pinned
+from grammar.derivation.parse_tree import Attribute, Pinned, attribute_node
 from grammar.derivation.structure import Vertex
 from grammar.geometry.walls import ALONG_X, ALONG_Y, REFLEX, START_X, START_Y, WALL_YAW, wall_lengths, wall_rows
 from grammar.spec.categories import Categories
@@ -42,10 +42,10 @@ class Corner(NamedTuple):
 class Draft:
     """One object while its addresses are drawn.
 
-    ``behind_m`` is how far its back stands off the line of its run.
+    ``behind_m`` is how far its back stands off the line of its row.
     ``units`` maps the symbols of the nodes above it to the nearest vertex of each.  ``core`` is what its address points to.
     ``mode`` is the number of the mode around the core that is its own.  ``carries`` is whether something may hang in line above it,
-    ``beside`` the units beside it in its run.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
+    ``beside`` the units beside it in its row.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
     nodes of the parse tree below its terminal.  ``loaded_m`` is how high it may be with what stands on it, 0 below a flat ceiling.
     """
 
@@ -65,6 +65,10 @@ class Draft:
     carries: bool = False
     beside: tuple[int, ...] = ()
     below: list[ParseNode] = field(default_factory=list)
+
+    def note(self, name: str, value: str, log_probability: float) -> None:
+        """Write down an attribute that was drawn."""
+        self.below.append(attribute_node(Attribute(name, value, log_probability), self.id))
 
 
 class Context(NamedTuple):
@@ -156,11 +160,7 @@ def target_probabilities(
 
     The weight of a symbol is shared evenly by its objects, and the sum is normalised over what the room holds.
 
-    Args:
-        weights: of the symbols, as the grammar has them.
-        draft: whose address it is.
-        context: the room.
-        allowed: ids that count; None: all.
+    ``allowed``: ids that count; None: all.
     """
     targets: list[int | None] = []
     shares: list[float] = []

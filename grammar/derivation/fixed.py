@@ -99,13 +99,7 @@ def _read_size(text: str, value: str) -> Size:
 
 
 def match_terminals(fixed_objects: Sequence[FixedObject], symbols: Sequence[str], rules: Sequence[ObjectRule]) -> dict[int, int] | None:
-    """Return terminal -> fixed object that takes its place, both as places in their lists, or None if there are too few terminals.
-
-    Args:
-        fixed_objects: all of them.
-        symbols: of the drawn terminals.
-        rules: of the drawn terminals.
-    """
+    """Return terminal -> fixed object that takes its place, both as places in their lists, or None if there are too few terminals."""
     taken: dict[int, int] = {}
     # match names that are symbols before names of categories, which more terminals can satisfy
     for k in sorted(range(len(fixed_objects)), key=lambda k: (fixed_objects[k].name not in symbols, k)):
@@ -194,14 +188,7 @@ def pin(
 ) -> Pinned:
     """Return where a fixed object stays in a room.
 
-    Args:
-        fixed: the object.
-        rule: how it is held.
-        size_m: its size.
-        bottom_m: height of its underside as drawn, for what hangs.
-        room: the shell.
-        below: category, size and pose of its supporter.
-        categories: the table of categories, for support surfaces.
+    ``below``: category, size and pose of its supporter; ``bottom_m``: height of the underside of what hangs, as drawn.
 
     Raises:
         RejectedError: it would be off its wall or support surface, or outside the room.

@@ -45,7 +45,7 @@ def juts_clear(wall: Floats, obstacles: Boxes, slot: Slot, leg: int, size: tuple
     Args:
         wall: rows of the room's walls.
         obstacles: (n, 8) world boxes of what keeps its floor, among it the unit row's units at walls.
-        slot: of the run.
+        slot: of the row.
         leg: number of the leg.
         size: its depth, with the gap between it and its line, and its length.
         aisle_m: before it.
@@ -66,7 +66,7 @@ def free_slots(
         wall: rows of the room's walls.
         obstacles: (n, 8) world boxes of what keeps its floor.
         standing: the units at walls.
-        size: depth, with the gap between the units and their line, and length of the run.
+        size: depth, with the gap between the units and their line, and length of the row.
         aisle_m: to the fronts of the units that it faces, or up to 0.3 m more.
         around_m: kept free behind it and at its ends; its middle is before the units that it faces.
     """

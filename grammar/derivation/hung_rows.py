@@ -15,7 +15,7 @@ import numpy as np
 
 from grammar.derivation.densities import draw_height
 from grammar.derivation.drafts import Draft
-from grammar.derivation.parse_tree import Attribute, Pinned, RejectedError, attribute_node
+from grammar.derivation.parse_tree import Pinned, RejectedError
 from grammar.derivation.row_fit import unit_rule
 from grammar.derivation.row_walls import OFF_WALL, Pose, Shell, box_of
 from grammar.geometry.boxes import HALF_WIDTH
@@ -45,12 +45,6 @@ def hangs_in_row(rule: ObjectRule) -> bool:
 
 def hang_rows(shell: Shell, standing: Sequence[tuple[Draft, Pose]], drafts: Sequence[Draft], rng: np.random.Generator) -> None:
     """Pin what hangs in rows to its places above the units that stand at walls, and build in below it what hangs above single units.
-
-    Args:
-        shell: the room.
-        standing: all units of the unit rows with their poses.
-        drafts: all objects.
-        rng: source of randomness.
 
     Raises:
         RejectedError: there is no wall for it.
@@ -84,7 +78,7 @@ def _hung(shell: Shell, free: Sequence[Stretch], order: Sequence[Draft], most_m:
         if width < draft.size_m[1]:
             draft.size_m, draft.drawn_axes = (draft.size_m[0], width, draft.size_m[2]), (0, 2)
         draft.pinned = _pinned(shell, wall, low + 0.5 * width, draft.size_m[0], bottom)
-        draft.below.append(attribute_node(Attribute("place_in_row", f"wall {wall}, {low:.3f} m", 0.0), draft.id))
+        draft.note("place_in_row", f"wall {wall}, {low:.3f} m", 0.0)
         left = _less(left, shell, draft)
     return True
 

@@ -53,11 +53,7 @@ class Outline(NamedTuple):
 def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float) -> Outline | None:
     """Return a counter-clockwise outline that fills a rectangle about the origin; None: its arms would be too narrow.
 
-    Args:
-        rng: source of randomness; a grammar that knows rectangles only takes nothing from it.
-        shapes: probabilities and proportions.
-        width_m: size along x.
-        depth_m: size along y.
+    A grammar that knows rectangles only takes nothing from ``rng``.
     """
     probabilities = [getattr(shapes, name) for name in SHAPES]
     chosen = 0 if probabilities[0] == 1.0 else draw_index(rng, probabilities)
@@ -83,15 +79,7 @@ def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, d
 
 
 def draw_arms(rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float, arm_m: float) -> Outline | None:
-    """Return an L-, T- or U-shaped outline within a rectangle about the origin, all arms equally wide; None: none of them fits.
-
-    Args:
-        rng: source of randomness.
-        shapes: probabilities, of which those of these shapes count.
-        width_m: size of the rectangle along x.
-        depth_m: size along y.
-        arm_m: width of the arms.
-    """
+    """Return an L-, T- or U-shaped outline within a rectangle about the origin, all arms equally wide; None: none of them fits."""
     turns = int(rng.integers(4))
     along, across = (width_m, depth_m) if turns % 2 == 0 else (depth_m, width_m)
     # what the notches take of the side that they are in, and the least that they must

@@ -76,7 +76,7 @@ class Item:
     pinned: Pinned | None = None
     """Where it stays, if a request or a row says so."""
     behind_m: float = 0.0
-    """How far its back stands off the line of its run."""
+    """How far its back stands off the line of its row."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,7 @@ _ROUNDING_M, _NEARLY_M = 1e-9, 1e-6
 
 
 def unit_rule(draft: Draft) -> RowUnit:
-    """Return how a unit stands in its run."""
+    """Return how a unit stands in its row."""
     return draft.rule.in_run or _PLAIN
 
 
@@ -75,7 +75,7 @@ def fit_legs(rule: UnitRowRule, frame: Frame, order: Sequence[Draft], turning: S
     """Return the cheapest way to share units between the legs of a frame; None if there is none.
 
     Args:
-        rule: of the run.
+        rule: of the row.
         frame: the legs at walls.
         order: the units that do not turn, in order.
         turning: the units that turn, and how much of the wall each takes; each ends a leg.  The last leg has one only if

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
-from grammar.derivation.openings import DrawnOpening, draw_bay_windows, draw_below_slopes, draw_opening
+from grammar.derivation.openings import SpecialWalls
 from grammar.derivation.outlines import draw_arms, draw_outline
 from grammar.derivation.parse_tree import Attribute, RejectedError
-from grammar.geometry.walls import wall_lengths
-from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
-from grammar.spec.room_rules import ARMED, OPENINGS, SHAPES, OpeningRule, RoomRule, RoomShapes, RoomSize
+from grammar.spec.room_rules import ARMED, SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 from scene_description import Room
@@ -31,14 +28,9 @@ _SHORTEST_M, _LONGEST_M = 0.7, 50.0
 _BARE = 1.0
 """A room is bare if furniture covers less of the floor than so many standard deviations of that share."""
 
-COUNT = "_count"
-"""Behind the kind of an opening, the name of the attribute node whose choice is the number of such openings."""
-
 _EITHER_WAY = 0.5
 _LEAST_SHARE = 0.01
 _ROUNDING = 1e-6
-_TRIES = 12
-"""Places that are drawn for an opening before the room is rejected, or rooms with more openings would come out too rarely."""
 
 
 def may_be_bare(size: RoomSize) -> bool:
@@ -61,11 +53,6 @@ class DrawnSize(NamedTuple):
 
 def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize:
     """Return a size drawn from a mixture.
-
-    Args:
-        sizes: the mixture.
-        covered_m2: area that the furniture covers.
-        rng: source of randomness.
 
     Raises:
         RejectedError: the furniture covers another share of the floor than in rooms of the component that was drawn.
@@ -101,13 +88,6 @@ class Extent(NamedTuple):
     attributes: tuple[Attribute, ...]
 
 
-class SpecialWalls(NamedTuple):
-    """Walls of a bay, the front one in the middle, and walls that have no openings."""
-
-    bay: tuple[int, ...] = ()
-    closed: tuple[int, ...] = ()
-
-
 def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> Extent | None:
     """Draw the extent of a room whose grammar says how large it is; None where furniture or a request decides, or the sides are drawn."""
     if room.area_m2 is None or room.proportion is None or request.room_polygon_m or max(request.room_width_m, request.room_depth_m) > 0.0:
@@ -134,48 +114,21 @@ def draw_room(
 ) -> tuple[Room, list[Attribute], SpecialWalls]:
     """Draw a room with a flat ceiling and without openings, tell how, and return the walls of its bay and of its chimney breast.
 
-    Args:
-        grammar: distributions of sides, height and shape.
-        request: sides that it gives are not drawn.
-        outline: the request's own or ().
-        covered_m2: area that the furniture covers.
-        rng: source of randomness.
-        extent: drawn before; None: from the furniture, or the sides.
+    ``outline``: the request's own or (); ``extent``: drawn before; None: from the furniture, or the sides.
 
     Raises:
         RejectedError: an arm of the room is too narrow, the area is out of bounds, or it has a bay and is to have slopes.
     """
-    # draw the sides of the bounding rectangle, then the height, then the shape
-    attributes: list[Attribute] = []
-    sides: list[float] = []
     fitted = None if is_given(request) else _fitted(grammar.room, covered_m2, extent, rng)
-    if fitted is not None:
-        sides = fitted.sides_m
-        attributes.extend(fitted.attributes)
-    for name in () if outline or sides else ("width_m", "depth_m"):
-        requested = getattr(request, f"room_{name}")
-        side, log = (requested, 0.0) if requested > 0.0 else draw_with_log_density(rng, getattr(grammar.room, name))
-        sides.append(side)
-        attributes.append(Attribute(name, f"{side:.3f} m{' (requested)' if requested > 0.0 else ''}", log))
+    sides, attributes = ([], []) if outline else _draw_sides(grammar.room, request, fitted, rng)
     height, log = draw_with_log_density(rng, grammar.room.height_m)
     attributes.append(Attribute("height_m", f"{height:.3f} m", log))
     polygon, special = outline, SpecialWalls()
     if outline:
         attributes.append(Attribute("shape", f"outline with {len(outline)} walls (requested)", 0.0))
     else:
-        arm = None if fitted is None else fitted.arm_m
-        if arm is not None:
-            drawn = draw_arms(rng, grammar.room.shapes, sides[0], sides[1], arm)
-        else:
-            drawn = draw_outline(rng, _shapes_left(grammar.room, fitted is not None), sides[0], sides[1])
-        if drawn is None:
-            raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
-        polygon, shape = drawn.points_m, drawn.attribute
-        special = SpecialWalls(drawn.bay, drawn.closed)
+        polygon, special, shape = _draw_shape(grammar.room, sides, fitted, rng)
         attributes.append(shape)
-        if fitted is not None and arm is None:
-            scale = math.sqrt(fitted.area_m2 / signed_area_m2(polygon))
-            polygon = tuple((scale * x, scale * y) for x, y in polygon)
         low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
@@ -183,6 +136,39 @@ def draw_room(
     if special.bay and grammar.room.slopes.probability >= 1.0:
         raise RejectedError("a sloped ceiling in a room without a bay")
     return room, attributes, special
+
+
+def _draw_sides(
+    room: RoomRule, request: SceneRequest, fitted: DrawnSize | None, rng: np.random.Generator
+) -> tuple[list[float], list[Attribute]]:
+    """Return the sides of the bounding rectangle: those that furniture or the area ask for, those of the request, or drawn ones."""
+    if fitted is not None:
+        return fitted.sides_m, list(fitted.attributes)
+    sides, attributes = [], []
+    for name in ("width_m", "depth_m"):
+        requested = getattr(request, f"room_{name}")
+        side, log = (requested, 0.0) if requested > 0.0 else draw_with_log_density(rng, getattr(room, name))
+        sides.append(side)
+        attributes.append(Attribute(name, f"{side:.3f} m{' (requested)' if requested > 0.0 else ''}", log))
+    return sides, attributes
+
+
+def _draw_shape(
+    room: RoomRule, sides: Sequence[float], fitted: DrawnSize | None, rng: np.random.Generator
+) -> tuple[tuple[Point2, ...], SpecialWalls, Attribute]:
+    """Return an outline within a bounding rectangle, as large as the furniture asks for."""
+    arm = None if fitted is None else fitted.arm_m
+    if arm is not None:
+        drawn = draw_arms(rng, room.shapes, sides[0], sides[1], arm)
+    else:
+        drawn = draw_outline(rng, _shapes_left(room, fitted is not None), sides[0], sides[1])
+    if drawn is None:
+        raise RejectedError(f"no arm of the room narrower than {room.shapes.narrowest_m:g} m")
+    polygon = drawn.points_m
+    if fitted is not None and arm is None:
+        scale = math.sqrt(fitted.area_m2 / signed_area_m2(polygon))
+        polygon = tuple((scale * x, scale * y) for x, y in polygon)
+    return polygon, SpecialWalls(drawn.bay, drawn.closed), drawn.attribute
 
 
 def _shapes_left(room: RoomRule, fitted: bool) -> RoomShapes:
@@ -215,86 +201,3 @@ def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, 
     turned = bool(rng.random() < _EITHER_WAY)
     told = Attribute("proportion", f"{proportion:.3f}{', turned' if turned else ''}", log + math.log(_EITHER_WAY))
     return Extent(area_m2, proportion, turned, (attribute, told))
-
-
-def draw_numbers(grammar: Grammar, room: Room, rng: np.random.Generator) -> dict[str, int]:
-    """Return how many openings of each kind a room has."""
-    return {kind: draw_index(rng, _odds_of_numbers(grammar.openings[kind], room)) for kind in OPENINGS if kind in grammar.openings}
-
-
-def draw_openings(
-    grammar: Grammar,
-    categories: Categories,
-    room: Room,
-    rng: np.random.Generator,
-    special: SpecialWalls,
-    counted: Collection[str] = (),
-    numbers: Mapping[str, int] | None = None,
-) -> tuple[list[DrawnOpening], list[Attribute]]:
-    """Return the openings of a room and how many of each kind were drawn.
-
-    A bay is in an outer wall: its walls and those beside it have no door.  Its windows count as one, unless a request counts windows.
-
-    Args:
-        grammar: numbers, sizes and places.
-        categories: class ids.
-        room: without openings.
-        rng: source of randomness.
-        special: walls of a bay or a chimney breast.
-        counted: kinds whose number a request bounds.
-        numbers: of each kind, from :func:`draw_numbers`; None draws them.
-
-    Raises:
-        RejectedError: an opening does not fit.
-    """
-    bay = special.bay
-    drawn: list[DrawnOpening] = []
-    counts: list[Attribute] = []
-    for kind in OPENINGS:
-        rule = grammar.openings.get(kind)
-        if rule is None:
-            continue
-        odds = _odds_of_numbers(rule, room)
-        copies = draw_index(rng, odds) if numbers is None else numbers[kind]
-        counts.append(Attribute(f"{kind}{COUNT}", str(copies), math.log(odds[copies])))
-        label, left = categories[kind].label_id, copies
-        if bay and kind == "window" and copies:
-            most = 1 if kind in counted else len(bay)
-            windows = draw_bay_windows(rule, len(drawn) + 1, label, room.polygon_m, room.height_m, bay, most, rng)
-            if windows is None:
-                raise RejectedError("a wall with space for a window")
-            drawn.extend(windows)
-            left -= bool(windows)
-        outer = bay if kind == "window" or not bay else range(bay[0] - 1, bay[-1] + 2)
-        closed = (*special.closed, *outer)
-        for _ in range(left):
-            others = [one.opening for one in drawn]
-            draw = partial(
-                draw_opening,
-                kind,
-                identifier=len(drawn) + 1,
-                label=label,
-                polygon_m=room.polygon_m,
-                height_m=room.height_m,
-                others=others,
-                rng=rng,
-                closed=closed,
-            )
-            if room.slopes is None:
-                opening = next((place for place in (draw(rule) for _ in range(_TRIES)) if place is not None), None)
-            else:
-                opening = draw_below_slopes(grammar, room, kind, draw)
-            if opening is None:
-                raise RejectedError(f"a wall with space for a {kind}")
-            drawn.append(opening)
-    return drawn, counts
-
-
-def _odds_of_numbers(rule: OpeningRule, room: Room) -> Sequence[float]:
-    """Return the odds of numbers of openings, without those for which the walls are too short."""
-    if rule.wall_m <= 0.0:
-        return rule.multiplicity
-    most = sum(wall_lengths(room.polygon_m)) / rule.wall_m
-    odds = [share if number <= most else 0.0 for number, share in enumerate(rule.multiplicity)]
-    total = sum(odds)
-    return [share / total for share in odds] if total > 0.0 else rule.multiplicity

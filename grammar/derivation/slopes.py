@@ -79,13 +79,8 @@ def draw_slopes(
 ) -> tuple[Room, list[Attribute]]:
     """Return a room with a sloped ceiling drawn for it, and its attributes with those of that ceiling.
 
-    Args:
-        rule: of the slopes.
-        room: with a flat ceiling.
-        attributes: of the room.
-        rng: source of randomness.
-        grows: whether the floor grows by what does not count below the slopes.
-        raised: share of their range by which the lowest eaves are raised, for rooms and furniture that do not fit below lower ones.
+    ``grows``: whether the floor grows by what does not count below the slopes; ``raised``: share of their range by which the lowest eaves
+    are raised, for rooms and furniture that do not fit below lower ones.
 
     Raises:
         RejectedError: the room is too narrow for slopes.

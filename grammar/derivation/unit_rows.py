@@ -15,7 +15,7 @@ import numpy as np
 from grammar.derivation.drafts import Draft
 from grammar.derivation.free_rows import Standing, free_slots, juts_clear
 from grammar.derivation.hung_rows import hang_rows, hangs_in_row
-from grammar.derivation.parse_tree import Attribute, RejectedError, UnitRowPlan, attribute_node
+from grammar.derivation.parse_tree import RejectedError, UnitRowPlan
 from grammar.derivation.row_fit import across_m, along_m, fit_legs, least_along_m, order_cost, reach_m, unit_rule
 from grammar.derivation.row_walls import OFF_WALL, Aisle, Pose, Shell, UnitRow, box_of, shell_of, spans_beside
 from grammar.geometry.arrays import Boxes
@@ -84,7 +84,7 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
     """Give every unit row of a derivation a place to begin at, and its units their widths.
 
     Raises:
-        RejectedError: the room has no place for a run.
+        RejectedError: the room has no place for a row.
     """
     groups = _groups(grammar, drafts)
     if not groups:
@@ -118,7 +118,7 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
 
 
 def _still(chosen: _Candidate) -> _Candidate:
-    """Return a way to begin whose slot leaves no room to shift the run."""
+    """Return a way to begin whose slot leaves no room to shift the row."""
     line = chosen.slot.line(0)
     x, y = line.point(chosen.slot.direction * chosen.slide_m, 0.0)
     return chosen._replace(slot=chosen.slot._replace(x_a=x, y_a=y, slide=0.0), slide_m=0.0)
@@ -357,7 +357,7 @@ def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
         if width != along_m(unit) and not unit_rule(unit).turns:
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
-        unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
+        unit.note("place_in_run", f"{symbol} {k}", 0.0)
         unit.carries = shell.carries(unit, width, pose)
 
 

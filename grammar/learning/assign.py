@@ -7,11 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from grammar.layout.assemble import around_target
-from grammar.learning.geometry import box_gap, is_supported_by, relative_pose
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.observed import ObservedObject, ObservedRoom, box_gap, is_supported_by, relative_pose, size_log_density
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
 from grammar.spec.rules import Grammar
 
@@ -136,7 +133,7 @@ def _symbol(
         return rivals[0][0] if rivals else None
     scores: list[tuple[float, str]] = []
     for symbol, rule in rivals:
-        score = _wide_log_density(item.size_m, rule) - _place_cost(grammar, rule, item, others)
+        score = size_log_density(item.size_m, rule.sizes, _SPREAD) - _place_cost(grammar, rule, item, others)
         if rule.mount == "object":
             share = (rule.supporters or {}).get(below or NONE, 0.0)
             score += math.log(share) if share > 0.0 else _NO_TARGET
@@ -173,13 +170,3 @@ def _plausible(rule: ObjectRule, size_m: Sequence[float], factor: float) -> bool
     """Return whether no side is beyond the rule's bounds by more than a factor; thin sides get an absolute tolerance."""
     axes = zip(size_m, rule.low_m, rule.high_m, strict=True)
     return all(low / factor - 0.05 <= side <= high * factor + 0.05 for side, low, high in axes)
-
-
-def _wide_log_density(size_m: Sequence[float], rule: ObjectRule) -> float:
-    """Return the log-density of a size under the rule's mixture with wider components that are not truncated: no size is impossible."""
-    logs = [
-        math.log(max(mode.probability, 1e-12))
-        + sum(-0.5 * ((s - m) / (_SPREAD * d)) ** 2 - math.log(_SPREAD * d) for s, m, d in zip(size_m, mode.mean_m, mode.sd_m, strict=True))
-        for mode in rule.sizes
-    ]
-    return float(np.logaddexp.reduce(logs))

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, wall_rows
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import filled_outline, fitting_wall, half_extents, relative_pose
 from grammar.learning.mixtures import place_mixture
 from grammar.learning.modes import LEAST_PLACE_M, Scale
+from grammar.learning.observed import filled_outline, fitting_wall, half_extents, relative_pose
 from grammar.spec.categories import Categories, Role
 from grammar.spec.object_rules import CORNER, NONE, AroundMode, ObjectRule
 from grammar.spec.rules import Grammar
@@ -50,11 +50,7 @@ def with_neighbours(
     An object that has exclusive places of its own, or is pulled up to another one, keeps these.  No symbol comes to belong to itself or to
     what belongs to it.
 
-    Args:
-        grammar: with learned rules.
-        categories: with the roles of things.
-        rooms: observed, matched with the grammar.
-        alpha: pseudo-counts of objects that stand beside nothing.
+    ``alpha``: pseudo-counts of objects that stand beside nothing.
 
     Returns:
         the grammar, and for each learned path how many observations made it.
@@ -72,7 +68,7 @@ def with_neighbours(
         targets[symbol].add(target)
         belongs[symbol] |= {target} - {CORNER}
     weights = grammar.weights
-    scale = Scale(*(1.0 / (grammar.schedule.beta * weight) for weight in (weights.group_distance, weights.group_orientation)))
+    scale = Scale.of(weights.group_distance, weights.group_orientation, grammar.schedule.beta)
     objects = dict(grammar.objects)
     counts: dict[str, int] = {}
     for symbol, wanted in targets.items():

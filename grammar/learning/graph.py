@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.learning.assign import AssignedRoom, assign, is_of
-from grammar.learning.geometry import box_gap, nearest_wall
-from grammar.learning.name_guess import ALSO_SEEN
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.category_map import ALSO_SEEN
+from grammar.learning.observed import ObservedObject, ObservedRoom, box_gap, nearest_wall
 from grammar.learning.sizes import learn_size
 from grammar.spec.categories import Categories, Role
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, PlaceMode, SizeMode, WallMode
@@ -47,50 +46,34 @@ def completed(
 ) -> tuple[Grammar, Mapping[str, int]]:
     """Return the grammar with symbols for what it lacks, and for each new symbol how many objects asked for it.
 
-    Args:
-        grammar: the base.
-        categories: of which an object must be one.
-        rooms: observed.
-        least: objects without which there is no new symbol; it must be a tenth of the category's, too, since a symbol of few objects that
-            stand as none should would take the others over.
-        any_size: accept every size of an object that the grammar has.
+    A new symbol needs ``least`` objects and a tenth of its category's, since one of few objects that stand as none should would take the
+    others over.  ``any_size``: accept every size of an object that the grammar has.
     """
-    found: dict[str, list[Seen]] = {}
     assigned = [assign(grammar, room, any_size) for room in rooms]
-    recorded = {item.category for room in rooms for item in room.objects}
-    for room in assigned:
-        for name, seen in _unexplained(grammar, categories, room, recorded):
-            if seen.item.category in categories:
-                found.setdefault(name, []).append(seen)
     in_data = Counter(item.category for room in rooms for item in room.objects)
-    asked = {name: max(least, _OFTEN_MISSING * in_data[items[0].item.category]) for name, items in found.items()}
-    added = {name: items for name, items in sorted(found.items()) if len(items) >= asked[name]}
-    objects = dict(grammar.objects)
+    unexplained: dict[str, list[Seen]] = {}
+    for room in assigned:
+        for name, seen in _unexplained(grammar, categories, room, in_data.keys()):
+            if seen.item.category in categories:
+                unexplained.setdefault(name, []).append(seen)
+    asked = {name: max(least, _OFTEN_MISSING * in_data[items[0].item.category]) for name, items in unexplained.items()}
+    added = {name: items for name, items in sorted(unexplained.items()) if len(items) >= asked[name]}
     pulled_up = {name for name, items in added.items() if PULLED_UP in categories[items[0].item.category].roles}
-    for name, items in sorted(added.items(), key=lambda pair: pair[0] in pulled_up):
-        rule = _rule(replace(grammar, objects=objects), items)
-        if name in pulled_up:
-            rule = _at_cores(rule)
-        if (rule.mount == "object" and not rule.supporters) or (name in pulled_up and not rule.cores):
-            del added[name]
-        else:
-            objects[name] = rule
+    rules = _new_rules(grammar, added, pulled_up)
+    added = {name: items for name, items in added.items() if name in rules}
+    objects = {**grammar.objects, **rules}
     objects |= _with_loners(grammar, categories, assigned, least)
     nodes = _with_optional(grammar, assigned)
-    # what never stands beside another one of its category is one more choice of the node that chooses between these
+    # what stands for itself is one more choice of a node, or goes below a node of its own
     free = {name: items for name, items in added.items() if objects[name].mount != "object" and name not in pulled_up}
-    for name, items in list(free.items()):
-        choice = _choice_of(grammar.nodes, items[0].item.category, grammar.objects) if _never_both(items, rooms) else None
-        if choice is not None:
-            share = len(items) / in_data[items[0].item.category]
-            others = (replace(branch, probability=(branch.probability or 0.0) * (1.0 - share)) for branch in nodes[choice].branches)
-            nodes[choice] = replace(nodes[choice], branches=(*others, Branch(symbol=name, probability=share)))
-            del free[name]
+    nodes, chosen = _with_choices(grammar, nodes, free, rooms, in_data)
+    free = {name: items for name, items in free.items() if name not in chosen}
     if free:
         branches = tuple(Branch(symbol=name, multiplicity=_multiplicity(items, len(rooms))) for name, items in free.items())
         nodes[ALSO_SEEN] = Node(kind="set", branches=branches)
         nodes, root = _below_root(nodes, grammar.root)
         grammar = replace(grammar, root=root)
+    # what is pulled up to others or stands on them goes with these
     for name in sorted(pulled_up & added.keys()):
         for core in objects[name].cores or {}:
             nodes = _carrying(nodes, core, Branch(symbol=name, multiplicity=_at_each(objects[core], added[name], rooms)))
@@ -100,6 +83,37 @@ def completed(
             rate = min(share * len(added[name]) / max(carried, 1), _MOST_RATE)
             nodes = _carrying(nodes, supporter, Branch(symbol=name, multiplicity=(1.0 - rate, rate)))
     return replace(grammar, nodes=nodes, objects=objects), {name: len(items) for name, items in added.items()}
+
+
+def _new_rules(grammar: Grammar, added: Mapping[str, Sequence[Seen]], pulled_up: AbstractSet[str]) -> dict[str, ObjectRule]:
+    """Return the rules of new symbols, but of those that would have nothing to stand on or be pulled up to."""
+    rules: dict[str, ObjectRule] = {}
+    for name, items in sorted(added.items(), key=lambda pair: pair[0] in pulled_up):
+        rule = _rule(replace(grammar, objects={**grammar.objects, **rules}), items)
+        if name in pulled_up:
+            rule = _at_cores(rule)
+        if (rule.mount != "object" or rule.supporters) and (name not in pulled_up or rule.cores):
+            rules[name] = rule
+    return rules
+
+
+def _with_choices(
+    grammar: Grammar,
+    nodes: Mapping[str, Node],
+    free: Mapping[str, Sequence[Seen]],
+    rooms: Sequence[ObservedRoom],
+    in_data: Mapping[str, int],
+) -> tuple[dict[str, Node], set[str]]:
+    """Return nodes with one more choice for what never stands beside another one of its category, and which symbols these are."""
+    changed, chosen = dict(nodes), set[str]()
+    for name, items in free.items():
+        choice = _choice_of(grammar.nodes, items[0].item.category, grammar.objects) if _never_both(items, rooms) else None
+        if choice is not None:
+            share = len(items) / in_data[items[0].item.category]
+            others = (replace(branch, probability=(branch.probability or 0.0) * (1.0 - share)) for branch in changed[choice].branches)
+            changed[choice] = replace(changed[choice], branches=(*others, Branch(symbol=name, probability=share)))
+            chosen.add(name)
+    return changed, chosen
 
 
 def _never_both(items: Sequence[Seen], rooms: Sequence[ObservedRoom]) -> bool:

@@ -3,13 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from shapely import Polygon, contains_xy
+
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_rows
+from grammar.learning.observed import ObservedOpening
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _ROOM_HIGH_M = 100.0
+
+_OFF_WALL_M = 0.5
+_LEAST_SIDE_M = 0.3
+_KINDS = {"door": ("doors", ("door",)), "window": ("windows", ("window",))}
+"""Kind -> key of the list in a layout line, and the names that count as it; frames and jambs are listed beside their doors."""
+
+_INTO_M = 0.25
+"""So far beyond the faces of a door's box one stands in the room that it leads into."""
+_ACROSS = (-0.3, 0.0, 0.3)
+"""Places where one stands before a door, in widths of it from its middle."""
+_SAME_DOOR_M = 0.4
+"""Boxes whose middles are no further apart are one door, seen from both of its rooms."""
+_OVERLAP = 0.05
+"""Rooms that share more of the smaller one's floor have no frame in common: each lies at its own origin."""
 
 
 class UnfitError(Exception):
@@ -80,3 +98,114 @@ def _turning_points(points: Sequence[Point2]) -> list[Point2]:
 
 def _cross(a: Point2, b: Point2, c: Point2) -> float:
     return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+
+
+def read_openings(data: Mapping[str, Any], polygon: Sequence[Point2], reasons: list[str]) -> dict[str, tuple[ObservedOpening, ...]]:
+    """Return the openings of a room by kind; a kind that the line does not list is left out."""
+    return {kind: found for kind in _KINDS if (found := _read_kind(data, kind, polygon, reasons)) is not None}
+
+
+def _read_kind(data: Mapping[str, Any], kind: str, polygon: Sequence[Point2], reasons: list[str]) -> tuple[ObservedOpening, ...] | None:
+    """Return the openings of one kind, None where the room does not list them: [name, and the lower and upper corner of a box]."""
+    key, names = _KINDS[kind]
+    boxes = data.get(key)
+    if not isinstance(boxes, list):
+        return None
+    found: list[ObservedOpening] = []
+    for box in boxes:
+        try:
+            if not isinstance(box, list) or len(box) != 7 or not isinstance(box[0], str):
+                raise UnfitError(f"{kind}: not a name and six numbers")
+            if box[0] in names:
+                low = read_numbers(box[1:4], f"{kind}: absurd or missing corner", -1e5, 1e5)
+                high = read_numbers(box[4:7], f"{kind}: absurd or missing corner", -1e5, 1e5)
+                found.append(_in_wall(kind, low, high, polygon))
+        except UnfitError as unfit:
+            reasons.append(str(unfit))
+    return tuple(found)
+
+
+def _in_wall(kind: str, low: Sequence[float], high: Sequence[float], polygon: Sequence[Point2]) -> ObservedOpening:
+    """Return a box as an opening of the wall that its middle is nearest to and that it lies along."""
+    x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
+    best: tuple[float, ObservedOpening] | None = None
+    for index, wall in enumerate(wall_rows(polygon).tolist()):
+        width = abs(wall[ALONG_X]) * (high[0] - low[0]) + abs(wall[ALONG_Y]) * (high[1] - low[1])
+        along = (x - wall[START_X]) * wall[ALONG_X] + (y - wall[START_Y]) * wall[ALONG_Y]
+        across = abs((x - wall[START_X]) * wall[NORMAL_X] + (y - wall[START_Y]) * wall[NORMAL_Y])
+        beyond = max(0.5 * width - along, along + 0.5 * width - wall[LENGTH], 0.0)
+        if width >= _LEAST_SIDE_M and across <= _OFF_WALL_M and beyond <= _OFF_WALL_M:
+            offset = min(max(along - 0.5 * width, 0.0), max(wall[LENGTH] - width, 0.0))
+            opening = ObservedOpening(wall=index, offset_m=offset, width_m=width, height_m=high[2] - low[2], sill_m=max(low[2], 0.0))
+            if best is None or across + beyond < best[0]:
+                best = across + beyond, opening
+    if best is None or best[1].height_m < _LEAST_SIDE_M:
+        raise UnfitError(f"{kind}: at no wall, or of no size")
+    return best[1]
+
+
+def shared_doors(room: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
+    """Return the doors of other rooms that lead into a room and that it does not list itself.
+
+    Args:
+        room: a line of a layout file, with ``doors``; without them they were not recorded, and none is returned.
+        others: the other lines of its house; what does not fit in them is passed over.
+
+    Returns:
+        boxes as the lines have them: ["door", and the lower and the upper corner in metres].
+    """
+    outline = _outline(room)
+    if outline is None or not isinstance(room.get("doors"), list):
+        return []
+    known = [_middle(box) for box in _doors(room)]
+    found = []
+    for other in others:
+        leading = [box for box in _doors(other) if _leads_into(box, outline)]
+        if leading and _one_frame(outline, _outline(other)):
+            for box in leading:
+                if all(math.dist(_middle(box), middle) > _SAME_DOOR_M for middle in known):
+                    known.append(_middle(box))
+                    found.append(box)
+    return found
+
+
+def _outline(data: Mapping[str, Any]) -> Polygon | None:
+    try:
+        return Polygon(read_polygon(data.get("polygon_m", data.get("polygon")))).buffer(0)
+    except UnfitError:
+        return None
+
+
+def _doors(data: Mapping[str, Any]) -> list[list[Any]]:
+    boxes = data.get("doors")
+    return [box for box in boxes if _is_door(box)] if isinstance(boxes, list) else []
+
+
+def _is_door(box: object) -> bool:
+    if not isinstance(box, list) or len(box) != 7 or box[0] != "door":
+        return False
+    try:
+        for part in (box[1:4], box[4:7]):
+            read_numbers(part, "", -1e5, 1e5)
+    except UnfitError:
+        return False
+    return True
+
+
+def _middle(box: Sequence[Any]) -> tuple[float, float]:
+    return 0.5 * (box[1] + box[4]), 0.5 * (box[2] + box[5])
+
+
+def _leads_into(box: Sequence[Any], outline: Polygon) -> bool:
+    """Return whether who steps through a door comes from outside a room into it."""
+    (x, y), sides = _middle(box), (box[4] - box[1], box[5] - box[2])
+    width, step = max(sides), 0.5 * min(sides) + _INTO_M
+    inside = []
+    for sign in (-1.0, 1.0):
+        places = [(share * width, sign * step) if sides[0] > sides[1] else (sign * step, share * width) for share in _ACROSS]
+        inside.append([bool(contains_xy(outline, x + dx, y + dy)) for dx, dy in places])
+    return (all(inside[0]) and not any(inside[1])) or (all(inside[1]) and not any(inside[0]))
+
+
+def _one_frame(first: Polygon, second: Polygon | None) -> bool:
+    return second is not None and bool(first.intersection(second).area <= _OVERLAP * min(first.area, second.area))

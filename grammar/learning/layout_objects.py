@@ -7,11 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from grammar.learning.category_map import CategoryMap
-from grammar.learning.geometry import box_gap, wall_poses
+from grammar.learning.category_map import CategoryMap, kind_of, nearest_category, symbol_of
 from grammar.learning.layout_fields import UnfitError, quoted, read_number, read_numbers
-from grammar.learning.name_guess import kind_of, nearest_category, symbol_of
-from grammar.learning.observed import ObservedObject
+from grammar.learning.observed import ObservedObject, box_gap, wall_poses
 from scene_description.types import Point2
 
 Size = tuple[float, float, float]
@@ -26,12 +24,7 @@ def read_objects(
 ) -> tuple[tuple[ObservedObject, ...], list[str]]:
     """Return the objects that can be used, and the reasons why others cannot.
 
-    Args:
-        objects: as the line lists them.
-        names: the table of categories.
-        room_type: of the room.
-        polygon: outline of the room, counter-clockwise.
-        own: whether they are in our conventions.
+    ``own``: whether they are in our conventions.
     """
     read = _own_object if own else _foreign_object
     kept: list[ObservedObject] = []

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from grammar.derivation.shell import COUNT
+from grammar.derivation.openings import COUNT
 from grammar.learning.assign import AssignedRoom, assign
 from grammar.learning.beside import with_neighbours
 from grammar.learning.branching import learn_branching
@@ -21,9 +21,8 @@ from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, learn_object
-from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
-from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
+from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
 from grammar.learning.unit_rows import learn_unit_rows, with_even_heights
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Budget, Grammar, GrammarError
@@ -116,13 +115,7 @@ def learn(
     told("graph")
     grammar, added = completed(grammar, categories, rooms, options.least, "sizes" in options.keep)
     assigned = [assign(grammar, room, "sizes" in options.keep) for room in rooms]
-    furnished = sum(bool(room.objects) for room in assigned)
-    if furnished < _LEAST_ROOMS:
-        raise GrammarError(
-            f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{grammar.room_type}' with objects that the grammar knows, "
-            f"got {furnished} of {len(rooms)}; give more files, or check room types and categories in the category map"
-        )
-    seen = Counter(grammar.objects[item.symbol].category for room in assigned for item in room.objects)
+    _check_furnished(grammar.room_type, assigned)
     recorded = {item.category for room in (*rooms, *elsewhere) for item in room.objects}
     covered = {symbol for symbol, rule in grammar.objects.items() if rule.category in recorded}
     # learn structure, sizes and relations
@@ -136,9 +129,7 @@ def learn(
     counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
     # correct the structure for rooms that find no valid layout
     told("corrections")
-    everything = Counter(item.category for room in rooms for item in room.objects)
-    known = {grammar.objects[symbol].category for symbol in covered}
-    wanted = {name: everything[name] / len(assigned) for name in sorted(known | set(everything))}
+    wanted = _wanted(grammar, rooms, covered)
     seed = int(rng.integers(2**62))
     numbers = {f"{kind}{COUNT}" for kind in related.openings if f"openings.{kind}.multiplicity" in counts}
     final, truncation = correct_truncation(
@@ -147,7 +138,7 @@ def learn(
     return LearnedGrammar(
         grammar=final,
         rooms=len(assigned),
-        objects=sum(seen.values()),
+        objects=sum(len(room.objects) for room in assigned),
         counts=counts,
         unmatched=Counter(item.category for room in assigned for item, _ in room.left_over),
         added=added,
@@ -156,6 +147,22 @@ def learn(
         wanted=wanted,
         truncation_curve=truncation,
     )
+
+
+def _check_furnished(room_type: str, assigned: Sequence[AssignedRoom]) -> None:
+    furnished = sum(bool(room.objects) for room in assigned)
+    if furnished < _LEAST_ROOMS:
+        raise GrammarError(
+            f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{room_type}' with objects that the grammar knows, "
+            f"got {furnished} of {len(assigned)}; give more files, or check room types and categories in the category map"
+        )
+
+
+def _wanted(grammar: Grammar, rooms: Sequence[ObservedRoom], covered: AbstractSet[str]) -> dict[str, float]:
+    """Return the mean number of each category in a room, of those observed and those that the data records."""
+    everything = Counter(item.category for room in rooms for item in room.objects)
+    known = {grammar.objects[symbol].category for symbol in covered}
+    return {name: everything[name] / len(rooms) for name in sorted(known | set(everything))}
 
 
 def _learn_rules(

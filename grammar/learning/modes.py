@@ -15,8 +15,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from grammar.learning.geometry import RelativePose, half_extents, wrapped
 from grammar.learning.mixtures import gap_mixture, place_mixture
+from grammar.learning.observed import RelativePose, half_extents, wrapped
 from grammar.spec.object_rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025
@@ -44,6 +44,11 @@ class Scale(NamedTuple):
 
     distance_m: float
     angle_rad: float
+
+    @classmethod
+    def of(cls, distance_weight: float, angle_weight: float, beta: float) -> Scale:
+        """Return that of a relation's weights; a weight of zero sets none, so its modes get no spread."""
+        return cls(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
     def spread(self, distance_m: float) -> float:
         """Return the spread of a mode with this mean deviation in distance."""

@@ -6,10 +6,24 @@ its size is (depth along its front, width, height).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
+import numpy as np
+from shapely.geometry import Polygon
+from shapely.geometry.polygon import orient
+
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, wall_rows
+from grammar.spec.object_rules import SizeMode
 from scene_description.types import Point2
+
+_TOP_TOLERANCE_M = 0.1
+_TURN_COST_M = 0.25
+_NICHE_M, _LEAST_KEPT, _STRAIGHT_M, _STEP_M = 0.45, 0.8, 0.02, 0.15
+"""Half the width of the widest niche; a room of which less is left is all niches, and loses only steps that are smaller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,3 +67,120 @@ class ObservedRoom:
     height_m: float
     objects: tuple[ObservedObject, ...]
     openings: Mapping[str, tuple[ObservedOpening, ...]] = field(default_factory=dict)
+
+
+def mixed(sources: Sequence[tuple[Sequence[ObservedRoom], float]]) -> list[ObservedRoom]:
+    """Return the rooms of all sources such that a room of each counts in proportion to its weight.
+
+    Of the source of greatest weight all rooms are taken, of the others the share that their weight is of that, in the order of the hashes
+    of the rooms' names: which rooms these are depends on nothing else.
+    """
+    most = max((weight for _, weight in sources), default=1.0)
+    kept: list[ObservedRoom] = []
+    for rooms, weight in sources:
+        count = round(len(rooms) * weight / most)
+        digests = [hashlib.sha256(room.id.encode(errors="surrogatepass")).hexdigest() for room in rooms]
+        order = sorted(zip(digests, range(len(rooms)), strict=True))
+        chosen = [i for _, i in order[:count]]
+        kept.extend(rooms[i] for i in sorted(chosen))
+    return kept
+
+
+class WallPose(NamedTuple):
+    """The pose of an object relative to a wall: gap, yaw against the direction into the room (0: back to the wall), number of the wall."""
+
+    gap_m: float
+    turn_rad: float
+    wall: int
+
+
+class RelativePose(NamedTuple):
+    """The pose of an object in the frame of another one: its origin and its relative yaw."""
+
+    x_m: float
+    y_m: float
+    turn_rad: float
+
+
+def filled_outline(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
+    """Return an outline without its narrow niches, counter-clockwise: sources count the thickness of the wall in a door to the room."""
+    whole = Polygon(polygon_m)
+    filled = whole.buffer(-_NICHE_M, join_style="mitre").buffer(_NICHE_M, join_style="mitre")
+    if filled.geom_type != "Polygon" or filled.area < _LEAST_KEPT * whole.area:
+        return without_steps(polygon_m)  # narrower than a niche
+    points = orient(filled.simplify(_STRAIGHT_M)).exterior.coords[:-1]
+    return tuple((float(x), float(y)) for x, y in points)
+
+
+def without_steps(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
+    """Return an outline without steps of less than 15 cm, counter-clockwise."""
+    far = int(np.argmax(np.square(np.array(polygon_m) - np.mean(polygon_m, 0)).sum(1)))
+    points = orient(Polygon([*polygon_m[far:], *polygon_m[:far]]).simplify(_STEP_M)).exterior.coords[:-1]
+    return tuple((float(x), float(y)) for x, y in points)
+
+
+def size_log_density(size_m: Sequence[float], modes: Sequence[SizeMode], wider: float = 1.0) -> float:
+    """Return the log-density of a size under components that are so many times wider and not truncated, but for a constant."""
+    logs = [
+        math.log(max(mode.probability, 1e-12))
+        + sum(-0.5 * ((s - m) / (wider * d)) ** 2 - math.log(wider * d) for s, m, d in zip(size_m, mode.mean_m, mode.sd_m, strict=True))
+        for mode in modes
+    ]
+    return float(np.logaddexp.reduce(logs))
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle in [-pi, pi]."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def half_extents(size_m: Sequence[float], turn_rad: float) -> tuple[float, float]:
+    """Return half the extents along x and y of a footprint turned by ``turn_rad``."""
+    c, s = abs(math.cos(turn_rad)), abs(math.sin(turn_rad))
+    return 0.5 * (size_m[0] * c + size_m[1] * s), 0.5 * (size_m[0] * s + size_m[1] * c)
+
+
+def wall_poses(polygon_m: Sequence[Point2], item: ObservedObject) -> list[WallPose]:
+    """Return the pose of an object relative to every wall that its origin lies before."""
+    found = []
+    for index, wall in enumerate(wall_rows(polygon_m).tolist()):
+        dx, dy = item.position_m[0] - wall[START_X], item.position_m[1] - wall[START_Y]
+        along, across = dx * wall[ALONG_X] + dy * wall[ALONG_Y], dx * wall[NORMAL_X] + dy * wall[NORMAL_Y]
+        if 0.0 <= along <= wall[LENGTH] and across >= 0.0:
+            turn = wrapped(item.yaw_rad - wall[WALL_YAW])
+            found.append(WallPose(across - half_extents(item.size_m, turn)[0], turn, index))
+    return found
+
+
+def nearest_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
+    """Return the wall with the least gap."""
+    return min(wall_poses(polygon_m, item), key=lambda pose: pose.gap_m, default=None)
+
+
+def fitting_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
+    """Return the wall that an object most plausibly stands at: one that is near, and at its back rather than its side or front."""
+    return min(wall_poses(polygon_m, item), key=lambda pose: max(pose.gap_m, 0.0) + _TURN_COST_M * abs(pose.turn_rad), default=None)
+
+
+def relative_pose(item: ObservedObject, other: ObservedObject) -> RelativePose:
+    """Return ``item`` in the frame of ``other``."""
+    dx, dy = item.position_m[0] - other.position_m[0], item.position_m[1] - other.position_m[1]
+    c, s = math.cos(other.yaw_rad), math.sin(other.yaw_rad)
+    return RelativePose(dx * c + dy * s, dy * c - dx * s, wrapped(item.yaw_rad - other.yaw_rad))
+
+
+def box_gap(item: ObservedObject, other: ObservedObject) -> float:
+    """Return the distance of two footprints as boxes along the axes of ``other``; 0 where they meet."""
+    place = relative_pose(item, other)
+    half_d, half_w = half_extents(item.size_m, place.turn_rad)
+    gap_d = max(abs(place.x_m) - half_d - 0.5 * other.size_m[0], 0.0)
+    gap_w = max(abs(place.y_m) - half_w - 0.5 * other.size_m[1], 0.0)
+    return math.hypot(gap_d, gap_w)
+
+
+def is_supported_by(item: ObservedObject, other: ObservedObject) -> bool:
+    """Return whether an object stands on another one: its underside is at the other's top, its origin within the other's footprint."""
+    if item.position_m[2] < 0.1 or abs(item.position_m[2] - other.position_m[2] - other.size_m[2]) > _TOP_TOLERANCE_M:
+        return False
+    place = relative_pose(item, other)
+    return abs(place.x_m) <= 0.5 * other.size_m[0] and abs(place.y_m) <= 0.5 * other.size_m[1]

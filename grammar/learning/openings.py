@@ -10,8 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
-from grammar.learning.geometry import filled_outline, without_steps
-from grammar.learning.observed import ObservedOpening, ObservedRoom
+from grammar.learning.observed import ObservedOpening, ObservedRoom, filled_outline, without_steps
 from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
 from grammar.spec.values import TruncatedNormal
@@ -37,11 +36,7 @@ def learn_openings(
     A kind's number is learned where rooms differ in it: a source that lists one door in every room lists the door that the room was
     recorded with.  Rooms without a door are left out of the number of doors.
 
-    Args:
-        base: what stays where there is too little.
-        rooms: of which those count that record the kind.
-        alpha: pseudo-counts of the base's numbers.
-        least: openings below which the sizes and places stay.
+    ``alpha``: pseudo-counts of the base's numbers; ``least``: openings below which sizes and places stay.
 
     Returns:
         the rules, and for each learned field, ``kind.field``, how many observations made it.

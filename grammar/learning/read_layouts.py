@@ -16,11 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from grammar.learning.category_map import CategoryMap
-from grammar.learning.layout_fields import UnfitError, read_number, read_polygon
+from grammar.learning.layout_fields import UnfitError, read_number, read_openings, read_polygon, shared_doors
 from grammar.learning.layout_objects import read_objects
-from grammar.learning.layout_openings import read_openings
 from grammar.learning.observed import ObservedRoom
-from grammar.learning.shared_doors import shared_doors
 from grammar.spec.rules import GrammarError
 from scene_description import error_line
 

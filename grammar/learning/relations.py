@@ -14,7 +14,6 @@ import numpy as np
 from grammar.geometry.solids import surface_top
 from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.modes import (
     ALIGNED_RAD,
     LEAST_ANGLE_RAD,
@@ -29,6 +28,7 @@ from grammar.learning.modes import (
     quarter_of,
     wall_modes,
 )
+from grammar.learning.observed import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.sizes import height_modes, is_norm, learn_size
 from grammar.spec.categories import Categories, Role
 from grammar.spec.energy_terms import Weights
@@ -77,14 +77,7 @@ def learn_object(
 ) -> tuple[ObjectRule, Mapping[str, int]]:
     """Learn one object's attributes and relations.
 
-    Args:
-        grammar: the base.
-        categories: support surfaces of the supporters.
-        symbol: the object.
-        rooms: what was observed.
-        others: rooms of other types, matched with the same grammar.
-        shares: how much the base, other room types and the data count.
-        keep: "sizes", "relations": parts that stay as they are.
+    ``others``: rooms of other types, matched with the same grammar; ``keep``: "sizes", "relations", parts that stay as they are.
 
     Returns:
         the new rule, and for each field of it that changed how many observations made it.
@@ -104,7 +97,7 @@ def learn_object(
     if rule.wall:
         rule = _learn_wall(rule, grammar.weights, beta, seen, elsewhere, shares.pooled, enough, counts)
     if rule.cores and rule.around:
-        scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
+        scale = Scale.of(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
         alike = LOW_TABLE in categories[rule.category].roles
         rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, alike, counts)
@@ -149,7 +142,7 @@ def _learn_wall(
     """
     turned = any(mode.orientation_rad is not None for mode in rule.wall)
     found, more = (_wall_poses(rule, items, turned, least) for items in (seen, elsewhere))
-    scale = _scale(weights.wall_distance, weights.wall_orientation, beta)
+    scale = Scale.of(weights.wall_distance, weights.wall_orientation, beta)
 
     def modes(poses: Sequence[WallPose]) -> tuple[WallMode, ...]:
         return wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in poses], turned, scale)
@@ -183,11 +176,6 @@ def _usable(rule: ObjectRule, seen: WallPose) -> float:
     """
     facing = quarter_of(seen.turn_rad) == 2 and seen.gap_m < _USED_FROM_M
     return wrapped(seen.turn_rad - math.pi) if facing and rule.reach_any == ("front",) else seen.turn_rad
-
-
-def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
-    """Return the mean deviations that the weights of a relation give; a weight of zero sets none, so its modes get no spread."""
-    return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
 
 def _learn_group(
@@ -313,7 +301,7 @@ def _learn_support(
     if len(poses) >= least and rule.same_place_as is None:
         counts["placements"] = len(poses)
         turned = any(mode.orientation_rad is not None for mode in rule.placements) or has_direction([pose.frame.turn_rad for pose in poses])
-        scale = _scale(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)
+        scale = Scale.of(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)
         rule = replace(rule, placements=place_modes(poses, turned, scale))
     return rule
 
@@ -358,7 +346,7 @@ def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoo
     changed: dict[str, Any] = {}
     for name, weight in weights.items():
         if name not in counts:
-            spread = _scale(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
+            spread = Scale.of(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
             changed[name] = tuple(
                 replace(mode, orientation_spread=min(mode.orientation_spread, spread)) if mode.orientation_spread <= 1.0 else mode
                 for mode in getattr(rule, name)

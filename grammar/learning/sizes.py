@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
-from grammar.learning.geometry import filled_outline, without_steps
-from grammar.learning.observed import ObservedRoom
+from grammar.learning.observed import ObservedRoom, filled_outline, size_log_density, without_steps
 from grammar.spec.object_rules import HeightMode, ObjectRule, SizeMode
 from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.values import TruncatedNormal
@@ -129,22 +128,16 @@ def _own_share(rule: ObjectRule, seen: Sequence[Size], shared: ObjectRule, poole
         return least
     rest = [[*seen[:k], *seen[k + 1 :]] for k in range(count)]
     logs = np.array(
-        [[_log_density(learn_size(rule, others, 0.0), size), _log_density(shared, size)] for others, size in zip(rest, seen, strict=True)]
+        [
+            [size_log_density(size, learn_size(rule, others, 0.0).sizes), size_log_density(size, shared.sizes)]
+            for others, size in zip(rest, seen, strict=True)
+        ]
     )
     odds, share = np.exp(np.clip(logs[:, 1] - logs[:, 0], -50.0, 50.0)), least
     for _ in range(_ROUNDS):
         share = float((share / (share + (1.0 - share) * odds)).sum()) / (count + 1.0)
         share = max(share, least)
     return share
-
-
-def _log_density(rule: ObjectRule, size: Size) -> float:
-    logs = [
-        math.log(mode.probability)
-        + sum(-0.5 * ((side - m) / sd) ** 2 - math.log(sd) for side, m, sd in zip(size, mode.mean_m, mode.sd_m, strict=True))
-        for mode in rule.sizes
-    ]
-    return float(np.logaddexp.reduce(logs))
 
 
 def is_norm(low_m: float, high_m: float) -> bool:

@@ -13,19 +13,30 @@ each category is as frequent as in the data.  The size of the room and the numbe
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.shell import COUNT
+from grammar.derivation.openings import COUNT
+from grammar.derivation.shell import ROOM_SIZE
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
-from grammar.spec.request import RequestError
+from grammar.sampled_room import sample_room
+from grammar.spec.categories import Categories
+from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, Node
+from scene_description import ParseNode
+
+ROOM_SIZES = "room.sizes"
+"""Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
+
+
+RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
+"""Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
 
 Branching = dict[tuple[str, int], Floats]
 """Probabilities of each Or node, (node, -1), and of the multiplicities of each Set branch, (node, branch)."""
@@ -47,6 +58,42 @@ _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 
 _MOST_MOVED = math.log(3.5)
 """How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledCounts:
+    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category."""
+
+    failed: bool
+    branches: tuple[tuple[str, int, int], ...]
+    categories: Mapping[str, int]
+
+
+def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
+    """Sample a room and count what is in it."""
+    try:
+        room = sample_room(grammar, categories, SceneRequest(room_type=grammar.room_type), rng)
+    except RequestError:
+        return SampledCounts(failed=True, branches=(), categories={})
+    found = Counter(item.category for item in room.objects)
+    return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
+
+
+def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
+    """Yield the choices of a derivation: the room's size, numbers of openings, branches of Or nodes, copies of Set branches in order."""
+    place: Counter[int] = Counter()
+    for vertex in nodes:
+        if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
+            yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
+        elif vertex.kind == "attribute" and vertex.symbol.removesuffix(COUNT) in grammar.openings:
+            yield vertex.symbol, -1, int(vertex.choice)
+        elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
+            names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]
+            yield vertex.symbol, -1, names.index(vertex.choice)
+        elif vertex.kind == "set" and vertex.parent is not None and vertex.choice != "":
+            owner = nodes[vertex.parent].symbol
+            yield owner, place[vertex.parent], int(vertex.choice)
+            place[vertex.parent] += 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammar.learning.assign import AssignedRoom
-from grammar.learning.geometry import fitting_wall
+from grammar.learning.observed import fitting_wall
 from grammar.learning.sizes import Size, is_norm
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.rules import Grammar, Node

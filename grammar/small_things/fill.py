@@ -173,7 +173,7 @@ class Filling:
         """Yield what comes to each support and to the floor; supports to which something comes are prepared."""
         source, clutter = self._source, self._source.request.clutter
         for item in self._objects:
-            support, stock = source.rules.supports.get(item.category), source.rules.stock(item.category, source.grammar.room_type)
+            support, stock = source.rules.supports.get(item.category), source.rules.stock(item.category, source.grammar.looks_like)
             if support is None or stock is None or clutter <= float(support.seat):
                 continue
             tops = tops_of(source.categories[item.category], item, seat=support.seat)
@@ -184,7 +184,7 @@ class Filling:
             if levels:
                 self._surfaces[item.id] = self._surface(item, tops, stock.things)
             yield from (_Arrival(level, item.id, k) for k, level in enumerate(levels))
-        tidy, strewn = source.rules.tidy_floor(source.grammar.room_type), source.rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
+        tidy, strewn = source.rules.tidy_floor(source.grammar.looks_like), source.rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
         yield from (_Arrival(level, FLOOR, k) for k, level in enumerate(self._levels(FLOOR, tidy.count, strewn)))
 
     def _levels(self, support: int, early: float, late: float) -> list[float]:
@@ -243,7 +243,7 @@ class Filling:
 
     def _tidy_place(self, rng: np.random.Generator, new: Newcomer) -> SceneObject | None:
         """Return a thing on the floor where a tidy person puts it, None where no place is free."""
-        beside = self._source.rules.tidy_floor(self._source.grammar.room_type).beside
+        beside = self._source.rules.tidy_floor(self._source.grammar.looks_like).beside
         obstacles = self._floor.with_more(self._used)
         if beside == "furniture":
             return on_floor(rng, new, self._anchors, 0.0, self._inside, obstacles)
@@ -251,7 +251,7 @@ class Filling:
 
     def _floor_odds(self, mess: float) -> Mapping[str, float]:
         """Return the odds of what comes to the floor."""
-        rules, room_type = self._source.rules, self._source.grammar.room_type
+        rules, room_type = self._source.rules, self._source.grammar.looks_like
         return rules.strewn(room_type) if mess > 0.0 else rules.tidy_floor(room_type).things
 
     def _occupy(self, support: int, item: SceneObject) -> None:

@@ -154,10 +154,14 @@ class Thresholds:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grammar:
-    """One room type: its graph and every number that shapes its rooms."""
+    """One room type: its graph and every number that shapes its rooms.
+
+    ``like``: another room type, whose materials, spots in the ceiling and small things the rooms of a type have that has none of its own.
+    """
 
     room_type: Symbol
     root: Symbol
+    like: Symbol | None = None
     room: RoomRule
     openings: Mapping[str, OpeningRule]
     nodes: Mapping[str, Node]
@@ -167,6 +171,11 @@ class Grammar:
     schedule: Schedule
     budget: Budget
     validity: Thresholds
+
+    @property
+    def looks_like(self) -> str:
+        """Room type by which the tables of materials, light and small things know these rooms."""
+        return self.like or self.room_type
 
 
 MOVES: tuple[str, ...] = ("translate", "rotate", "slide", "swap", "repoint", "relocate")

@@ -31,6 +31,10 @@ class TruncatedNormal:
     low: Distance
     high: Distance
 
+    def times(self, factor: float) -> TruncatedNormal:
+        """Return the distribution of so many times the value."""
+        return TruncatedNormal(mean=factor * self.mean, sd=factor * self.sd, low=factor * self.low, high=factor * self.high)
+
 
 def range_error(path: str, low: float, high: float) -> FieldError:
     """Return the error for bounds that are the wrong way round."""

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 
+from grammar.spec.grammar_file import room_types
 from grammar.spec.request import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, to_mapping
 
-ROOM_TYPES = (
-    "bathroom", "bedroom", "dining_room", "garage", "guest_room", "gym", "hallway", "kitchen", "living_room", "office", "storage", "study",
-)  # fmt: skip
+ROOM_TYPES = room_types()
 SEED = 7
 ASKED = {  # furniture where tests can change it: two nightstands with lamps, a seat and a plant with free floor about them
     "bedroom": SceneRequest(

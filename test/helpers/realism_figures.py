@@ -14,7 +14,7 @@ from scipy.stats import wasserstein_distance
 from grammar import Grammar
 from grammar.geometry.arrays import Floats
 from grammar.learning import ObservedRoom
-from grammar.learning.geometry import box_gap, fitting_wall, half_extents, nearest_wall, relative_pose
+from grammar.learning.observed import box_gap, fitting_wall, half_extents, nearest_wall, relative_pose
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.spec.energy_terms import ENERGY_TERMS
 from grammar.spec.rules import MOVES

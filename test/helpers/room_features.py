@@ -18,7 +18,7 @@ from sklearn.metrics import roc_auc_score
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning import ObservedObject, ObservedRoom
-from grammar.learning.geometry import WallPose, box_gap, filled_outline, fitting_wall, nearest_wall, relative_pose
+from grammar.learning.observed import WallPose, box_gap, filled_outline, fitting_wall, nearest_wall, relative_pose
 
 GROUPS = ("counts", "sizes", "walls", "pairs", "room")
 _LEAST_ROOMS, _MOST_PAIRS = 3, 15

@@ -9,8 +9,7 @@ from small_grammar import CATEGORIES
 
 from grammar import RequestError, SceneRequest, read_room_type
 from grammar.derivation.derive import derive
-from grammar.derivation.openings import draw_opening
-from grammar.derivation.shell import SpecialWalls, draw_openings
+from grammar.derivation.openings import FreeWalls, SpecialWalls, draw_opening, draw_openings
 from grammar.geometry.zones import SWING, opening_zones
 from scene_description import ModelReference, Opening, Room
 from scene_description.types import Point2
@@ -29,13 +28,13 @@ def garage():
 @pytest.mark.parametrize(("outline", "walls"), [(RECTANGLE, {0, 2}), (L_SHAPE, {0, 4})], ids=["rectangle", "l_shape"])
 def test_a_vehicle_enters_where_the_floor_is_deep_enough(garage, outline, walls):
     rng, rule = np.random.default_rng(1), replace(garage.openings["garage_door"], floor_depth_m=5.0)
-    drawn = [draw_opening("garage_door", rule, 1, 8, outline, 2.6, (), rng) for _ in range(60)]
+    drawn = [draw_opening("garage_door", rule, 8, FreeWalls(outline, 2.6), rng) for _ in range(60)]
     assert {one.opening.wall for one in drawn if one is not None} == walls
 
 
 def test_the_wall_of_a_vehicle_door_is_as_likely_as_its_attribute_says(garage):
     rule = replace(garage.openings["garage_door"], floor_depth_m=5.0)
-    one = draw_opening("garage_door", rule, 1, 8, RECTANGLE, 2.6, (), np.random.default_rng(1))
+    one = draw_opening("garage_door", rule, 8, FreeWalls(RECTANGLE, 2.6), np.random.default_rng(1))
     assert one is not None
     assert next(a for a in one.attributes if a.name == "wall").log_probability == pytest.approx(math.log(0.5))
 
@@ -69,7 +68,7 @@ def test_nothing_opens_where_the_leaf_of_a_door_gets_to(kind: str, beside: float
         """Return the least distance from the corner (0, 0) of many openings in the wall x = 0, which ends there."""
         rng, gaps = np.random.default_rng(3), []
         for _ in range(1500):
-            drawn = draw_opening(kind, RULES[kind], 2, CATEGORIES[kind].label_id, SQUARE, 2.6, [door(swing)], rng)
+            drawn = draw_opening(kind, RULES[kind], CATEGORIES[kind].label_id, FreeWalls(SQUARE, 2.6, [door(swing)]), rng)
             if drawn is not None and drawn.opening.wall == 3:
                 gaps.append(4.0 - drawn.opening.offset_m - drawn.opening.width_m)
         return min(gaps)
@@ -82,7 +81,7 @@ def test_no_door_leads_from_one_arm_of_a_room_into_the_other():
     # the arms of this U are 0.6 m apart: walls 3 and 5 lie between them, wall 4 ends the slit
     outline = ((0.0, 0.0), (4.6, 0.0), (4.6, 4.0), (2.6, 4.0), (2.6, 1.0), (2.0, 1.0), (2.0, 4.0), (0.0, 4.0))
     rng = np.random.default_rng(0)
-    drawn = [draw_opening("door", RULES["door"], 1, 8, outline, 2.6, (), rng) for _ in range(200)]
+    drawn = [draw_opening("door", RULES["door"], 8, FreeWalls(outline, 2.6), rng) for _ in range(200)]
     walls = {one.opening.wall for one in drawn if one is not None}
     assert {0, 1, 7} <= walls and not {3, 4, 5} & walls
 
@@ -91,14 +90,14 @@ def test_walls_are_drawn_by_a_power_of_their_lengths():
     # Sides of 4 and 6 m: by their lengths the long ones have 0.6 of the doors, by the power 0 half; four standard errors of 400 draws.
     for power, share in ((1.0, 0.6), (0.0, 0.5)):
         rng, rule = np.random.default_rng(2), replace(RULES["door"], length_power=power, near_corner=0.0)
-        walls = [one.opening.wall for _ in range(400) if (one := draw_opening("door", rule, 1, 8, RECTANGLE, 2.6, (), rng)) is not None]
+        walls = [one.opening.wall for _ in range(400) if (one := draw_opening("door", rule, 8, FreeWalls(RECTANGLE, 2.6), rng)) is not None]
         assert np.mean([wall in (1, 3) for wall in walls]) == pytest.approx(share, abs=0.1)
 
 
 def test_a_casing_stays_on_its_wall_at_a_corner_that_juts_into_the_room():
     # The wall of 1 m from (4, 3) to (3, 3) ends at the corner that juts in: a door of 0.86 m has 0.05 m there, less than its casing.
     rule = replace(RULES["door"], end_gap_m=0.02, near_corner=0.0, length_power=0.0)
-    drawn = (draw_opening("door", rule, 1, 8, L_SHAPE, 2.6, (), np.random.default_rng(seed)) for seed in range(200))
+    drawn = (draw_opening("door", rule, 8, FreeWalls(L_SHAPE, 2.6), np.random.default_rng(seed)) for seed in range(200))
     gaps = [1.0 - one.opening.offset_m - one.opening.width_m for one in drawn if one is not None and one.opening.wall == 2]
     assert gaps and min(gaps) >= rule.casing_m
 

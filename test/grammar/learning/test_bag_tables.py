@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from grammar.learning.bag_tables import Table, _paired, _summed, product
+from grammar.learning.branching import Table, _paired, _summed, product
 
 
 def table(bags: list[tuple[int, ...]], seed: int) -> Table:

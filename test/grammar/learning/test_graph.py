@@ -8,8 +8,8 @@ from small_grammar import CATEGORIES
 
 from grammar import read_room_type
 from grammar.learning import LearnOptions, ObservedObject, ObservedRoom, learn, mixed
+from grammar.learning.category_map import ALSO_SEEN, FURNITURE, THING, kind_of, nearest_category, symbol_of, words_of
 from grammar.learning.graph import completed
-from grammar.learning.name_guess import ALSO_SEEN, FURNITURE, THING, kind_of, nearest_category, symbol_of, words_of
 from grammar.spec.check import check_grammar
 
 BASE = read_room_type("bedroom", CATEGORIES)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from grammar.learning.geometry import RelativePose
 from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, place_modes, wall_modes
+from grammar.learning.observed import RelativePose
 
 BED = (2.0, 1.6, 0.5)
 SCALE = Scale(0.01, 0.005)

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from grammar.learning import read_category_map, read_layouts
-from grammar.learning.geometry import fitting_wall, nearest_wall
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.observed import ObservedObject, ObservedRoom, fitting_wall, nearest_wall
 from grammar.learning.read_layouts import house_of
 from grammar.learning.write_layouts import layout_line
 from grammar.spec.rules import GrammarError

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from grammar.learning import read_category_map, read_layouts
-from grammar.learning.shared_doors import shared_doors
+from grammar.learning.layout_fields import shared_doors
 from scene_description.share import config_path
 
 NAMES = read_category_map(config_path("learning/category_map.yaml"))

@@ -9,11 +9,10 @@ import pytest
 from small_grammar import CATEGORIES, item, small_grammar
 
 from grammar import Grammar
-from grammar.derivation.shell import COUNT
+from grammar.derivation.openings import COUNT
 from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
-from grammar.learning.sampled_counts import ROOM_SIZES, SampledCounts
-from grammar.learning.truncation import TruncationOptions, correct_truncation
+from grammar.learning.truncation import ROOM_SIZES, SampledCounts, TruncationOptions, correct_truncation
 from grammar.spec.room_rules import RoomSize
 
 NODES = """

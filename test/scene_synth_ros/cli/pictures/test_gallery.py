@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grammar.learning.name_guess import FURNITURE, THING
+from grammar.learning.category_map import FURNITURE, THING
 from grammar.synthesize import SceneSynthesizer
 from renderer import RenderConfig, Renderer
 from renderer.scene.flatten import flatten

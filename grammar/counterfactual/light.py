@@ -1,4 +1,4 @@
-"""What is outside the windows: where the sun stands, how much sun and sky shine, haze and clouds."""
+"""Lamps: how much they shine, in which colour, and whether they are on."""
 
 from __future__ import annotations
 
@@ -6,16 +6,75 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from grammar.counterfactual.change import ChangeError
-from grammar.counterfactual.factor import Factor, Outcome, Work
-from grammar.counterfactual.values import number
-from scene_description import Daylight
+from grammar.counterfactual.change import ChangeError, Outcome, Work
+from grammar.counterfactual.targets import chosen_lamps
+from grammar.counterfactual.values import number, truth
+from scene_description import Daylight, Light, Luminaire
+from scene_description.color_temperature import color_of_temperature
 from scene_description.sun_position import SunPosition, direction_of, sun_position_at
+
+_MOST_LM = 1e6
+_COLDEST_K, _HOTTEST_K = 1667.0, 20000.0
+"""Where the chromaticity of black bodies is known, and what scene descriptions hold."""
+
+Lamp = Light | Luminaire
 
 _BRIGHTEST_CD_M2 = 1e6
 
 
-def _daylight(work: Work) -> Daylight:
+def _each(work: Work, changed: Callable[[Lamp], dict[str, object]]) -> Outcome:
+    """Return the scene with some fields of the targeted lamps replaced."""
+    scene = work.scene
+    lights, luminaires = chosen_lamps(scene, work.change)
+    new_lights = tuple(replace(lamp, **changed(lamp)) if k in lights else lamp for k, lamp in enumerate(scene.lights))  # type: ignore[arg-type]
+    new_luminaires = tuple(
+        replace(lamp, **changed(lamp)) if k in luminaires else lamp  # type: ignore[arg-type]
+        for k, lamp in enumerate(scene.luminaires)
+    )
+    touched = tuple(sorted({scene.lights[k].object for k in lights}))
+    return Outcome(replace(scene, lights=new_lights, luminaires=new_luminaires), objects=touched)
+
+
+def targeted_lamps(work: Work) -> list[Lamp]:
+    """Return the lamps and luminaires that the target means."""
+    lights, luminaires = chosen_lamps(work.scene, work.change)
+    return [*(work.scene.lights[k] for k in lights), *(work.scene.luminaires[k] for k in luminaires)]
+
+
+def scale_intensity(work: Work) -> Outcome:
+    """Multiply the luminous flux of lamps."""
+    factor = number(work.change, 0.0, 1e6)
+    brightest = max(lamp.flux_lm for lamp in targeted_lamps(work))
+    if factor * brightest > _MOST_LM:
+        raise ChangeError(
+            f"{work.change}: value: expected at most {_MOST_LM / brightest:g}, which makes a lamp shine 1e6 lm, got {factor:g}"
+        )
+    return _each(work, lambda lamp: {"flux_lm": lamp.flux_lm * factor})
+
+
+def set_temperature(work: Work) -> Outcome:
+    """Give lamps the colour of a black body; their flux, which is photometric, stays."""
+    kelvin = number(work.change, _COLDEST_K, _HOTTEST_K, "K")
+    return _each(work, lambda lamp: {"color_temperature_k": kelvin, "color": color_of_temperature(kelvin)})
+
+
+def switch(work: Work) -> Outcome:
+    """Switch lamps on or off."""
+    on = truth(work.change)
+    return _each(work, lambda lamp: {"on": on})
+
+
+def shared_by_lamps(read: Callable[[Lamp], object]) -> Callable[[Work], object]:
+    """Return a function that returns what all targeted lamps have in common, or None."""
+
+    def current(work: Work) -> object:
+        values = {read(lamp) for lamp in targeted_lamps(work)}
+        return values.pop() if len(values) == 1 else None
+
+    return current
+
+
+def daylight_of(work: Work) -> Daylight:
     """Return the sun and sky of the scene.
 
     Raises:
@@ -35,7 +94,7 @@ def _with(work: Work, daylight: Daylight, note: str = "") -> Outcome:
     return Outcome(replace(work.scene, environment=replace(work.scene.environment, daylight=daylight)), note=note)
 
 
-def _sun(daylight: Daylight) -> SunPosition:
+def sun_of(daylight: Daylight) -> SunPosition:
     """Return where the sun of a scene stands, by its direction."""
     x, y, z = daylight.sun_direction
     azimuth = (daylight.north_yaw_rad - math.atan2(y, x)) % (2.0 * math.pi)
@@ -43,24 +102,24 @@ def _sun(daylight: Daylight) -> SunPosition:
 
 
 def _put_sun(work: Work, sun: SunPosition) -> Outcome:
-    daylight = _daylight(work)
+    daylight = daylight_of(work)
     note = "the sun is put there; day, hour and latitude beside it are those of the scene before"
     return _with(work, replace(daylight, sun_direction=direction_of(sun, daylight.north_yaw_rad)), note)
 
 
 def set_elevation(work: Work) -> Outcome:
     """Raise or lower the sun; its azimuth stays."""
-    return _put_sun(work, _sun(_daylight(work))._replace(elevation_rad=math.radians(number(work.change, 0.0, 90.0, "deg"))))
+    return _put_sun(work, sun_of(daylight_of(work))._replace(elevation_rad=math.radians(number(work.change, 0.0, 90.0, "deg"))))
 
 
 def set_azimuth(work: Work) -> Outcome:
     """Turn the sun round the room; its elevation stays."""
-    return _put_sun(work, _sun(_daylight(work))._replace(azimuth_rad=math.radians(number(work.change, -360.0, 360.0, "deg"))))
+    return _put_sun(work, sun_of(daylight_of(work))._replace(azimuth_rad=math.radians(number(work.change, -360.0, 360.0, "deg"))))
 
 
 def set_hour(work: Work) -> Outcome:
     """Move the sun along its way over the sky of that day and place."""
-    daylight, hour = _daylight(work), number(work.change, 0.0, 24.0, "h")
+    daylight, hour = daylight_of(work), number(work.change, 0.0, 24.0, "h")
     sun = sun_position_at(daylight.day_of_year, hour, daylight.latitude_rad)
     if sun.elevation_rad < 0.0:
         raise ChangeError(f"{work.change}: value: expected an hour of the day at that latitude, got {hour:g} h, when the sun is down")
@@ -68,18 +127,18 @@ def set_hour(work: Work) -> Outcome:
     return _with(work, replace(daylight, solar_hour=hour, sun_direction=direction, sun_distance_au=sun.distance_au))
 
 
-def _field(name: str, low: float, high: float) -> Callable[[Work], Outcome]:
+def set_daylight(name: str, low: float, high: float) -> Callable[[Work], Outcome]:
     """Return a function that sets one number of the daylight."""
 
     def make(work: Work) -> Outcome:
-        return _with(work, replace(_daylight(work), **{name: number(work.change, low, high)}))  # type: ignore[arg-type]
+        return _with(work, replace(daylight_of(work), **{name: number(work.change, low, high)}))  # type: ignore[arg-type]
 
     return make
 
 
 def scale_sun(work: Work) -> Outcome:
     """Multiply the light of the sun."""
-    daylight, factor = _daylight(work), number(work.change, 0.0, 100.0)
+    daylight, factor = daylight_of(work), number(work.change, 0.0, 100.0)
     return _with(work, replace(daylight, sun_scale=factor * _scale(daylight.sun_scale)))
 
 
@@ -101,69 +160,3 @@ def scale_sky(work: Work) -> Outcome:
 
 def _scale(value: float | None) -> float:
     return 1.0 if value is None else value
-
-
-def _row(name: str, label: str, unit: str | None, value: str, make: Callable[[Work], Outcome], current: Callable[[Work], object]) -> Factor:
-    return Factor(
-        name=name, label=label, unit=unit, value=value, attribute="illumination", touches="light", targets=(), make=make, current=current
-    )
-
-
-FACTORS = (
-    _row(
-        "sun_elevation_deg",
-        "elevation of the sun",
-        "deg",
-        "height of the sun above the horizon, 0 to 90 degrees",
-        set_elevation,
-        lambda work: math.degrees(_sun(_daylight(work)).elevation_rad),
-    ),
-    _row(
-        "sun_azimuth_deg",
-        "azimuth of the sun",
-        "deg",
-        "where the sun stands, from north by way of east, -360 to 360 degrees",
-        set_azimuth,
-        lambda work: math.degrees(_sun(_daylight(work)).azimuth_rad),
-    ),
-    _row(
-        "solar_hour",
-        "true solar time",
-        "h",
-        "hour of the day, 12 when the sun is due south or north; the sun moves along its way over that day's sky",
-        set_hour,
-        lambda work: _daylight(work).solar_hour,
-    ),
-    _row(
-        "sun_intensity",
-        "intensity of the sun",
-        None,
-        "factor on the light of the sun, 0 to 100; 0: no sun, 1: as it is",
-        scale_sun,
-        lambda work: 1.0 if _daylight(work) else None,
-    ),
-    _row(
-        "sky_intensity",
-        "intensity of the sky",
-        None,
-        "factor on the light of the sky, 0 to 100; 0: a black sky, 1: as it is",
-        scale_sky,
-        lambda work: 1.0,
-    ),
-    _row(
-        "turbidity",
-        "turbidity of the air",
-        None,
-        "haze, 1.7 (very clear) to 10",
-        _field("turbidity", 1.7, 10.0),
-        lambda work: _daylight(work).turbidity,
-    ),
-    _row(
-        "cloud_cover",
-        "cloud cover",
-        None,
-        "0 (clear) to 1 (overcast, no sun)",
-        _field("cloud_cover", 0.0, 1.0),
-        lambda work: _daylight(work).cloud_cover,
-    ),
-)
