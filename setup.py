@@ -27,7 +27,7 @@ setup(
     maintainer=PACKAGE.findtext("maintainer"),
     maintainer_email=PACKAGE.find("maintainer").get("email"),
     python_requires=">=3.10",
-    packages=find_packages(include=["foundation*", "scene_description*", "grammar*", "renderer*", "evaluation*", "scene_synth_ros*"]),
+    packages=find_packages(include=["kernel_cache*", "scene_description*", "grammar*", "renderer*", "evaluation*", "scene_synth_ros*"]),
     package_data={
         "scene_description": ["*.csv"],
         "scene_synth_ros.cli.page": ["web/*"],

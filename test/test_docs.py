@@ -21,7 +21,7 @@ FOLDERS = (
     "launch",
     "test",
     "benchmarks",
-    "foundation",
+    "kernel_cache",
     "scene_description",
     "grammar",
     "renderer",

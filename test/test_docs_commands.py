@@ -38,7 +38,7 @@ from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.record.recorder_config import RecorderConfig, SplitPolicy
 
 COMMANDS_OF_PAGES = doc_commands()
-FOLDERS = ("config", "launch", "examples", "benchmarks", "foundation", "scene_description", "grammar", "renderer", "scene_synth_ros")
+FOLDERS = ("config", "launch", "examples", "benchmarks", "kernel_cache", "scene_description", "grammar", "renderer", "scene_synth_ros")
 """Their comments and docstrings name commands."""
 PARAMETERS = {**NODE_GROUPS, "recorder_node": {"": RecorderConfig, "split": SplitPolicy, "images": ImageCompression}}
 TESTS = re.compile(r"(test/[\w/]+\.py)(?:::(\w+))?")

@@ -10,11 +10,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
-    "foundation": {"foundation", "numba"},
+    "kernel_cache": {"kernel_cache", "numba"},
     "scene_description": {"scene_description", "numpy"},
-    "grammar": {"grammar", "foundation", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
-    "renderer": {"renderer", "foundation", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
-    "evaluation": {"evaluation", "foundation", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
+    "grammar": {"grammar", "kernel_cache", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
+    "renderer": {"renderer", "kernel_cache", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
+    "evaluation": {"evaluation", "kernel_cache", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
 }
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},

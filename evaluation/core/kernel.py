@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from foundation.kernels import compiled
+from kernel_cache.compiling import compiled
 
 
 def entry(function: Callable[..., Any]) -> Any:

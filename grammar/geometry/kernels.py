@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from foundation.kernels import LinkedCompiler, compiled
+from kernel_cache.compiling import LinkedCompiler, compiled
 
 _COUNTING: dict[str, Any] = {"error_model": "numpy"}
 _SETTINGS: dict[str, Any] = {**_COUNTING, "_nrt": False, "no_cfunc_wrapper": True}

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
-from foundation.kernels import LinkedCompiler, OptimizedLibrary, compiled
+from kernel_cache.compiling import LinkedCompiler, OptimizedLibrary, compiled
 
 Function = TypeVar("Function", bound=Callable[..., object])
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from foundation.kernels import SealedCacheFile
+from kernel_cache.compiling import SealedCacheFile
 
 
 def cache(folder: Path, stamp: str) -> SealedCacheFile:

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-_IMPORT = re.compile(r"\b(?:from|import)\s+((?:foundation|scene_description|grammar|renderer|evaluation)(?:\.\w+)*)")
+_IMPORT = re.compile(r"\b(?:from|import)\s+((?:kernel_cache|scene_description|grammar|renderer|evaluation)(?:\.\w+)*)")
 
 
 def source_stamp(path: str | Path) -> str:

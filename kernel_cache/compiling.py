@@ -7,7 +7,7 @@ A kernel takes the kernels that it calls, and constants, from other files into i
 changes: no process can run a stale kernel.  Processes that compile at the same time share the files without locks: numba writes its index
 before the data that it points to, under names that count up and are used again, so what a file holds is told by the file itself.
 
-All that is private to numba and used here stands in ``test/foundation/test_numba_interfaces.py``, which names what a new version has lost.
+All that is private to numba and used here stands in ``test/kernel_cache/test_numba_interfaces.py``, which names what a new version has lost.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
-from foundation.sources import source_stamp
+from kernel_cache.sources import source_stamp
 
 
 def compiled(function: Callable[..., Any], **settings: Any) -> Any:

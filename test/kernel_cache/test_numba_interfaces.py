@@ -8,7 +8,7 @@ from numba.core import caching, codegen, compiler
 from numba.core.options import TargetOptions
 from numba.core.targetconfig import Option
 
-from foundation.kernels import KernelCache, LinkedCompiler, compiled
+from kernel_cache.compiling import KernelCache, LinkedCompiler, compiled
 
 INTERFACES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "caching.FunctionCache": (caching.FunctionCache, ("_impl_class", "load_overload", "save_overload")),
@@ -37,7 +37,7 @@ INTERFACES: dict[str, tuple[Any, tuple[str, ...]]] = {
 def test_numba_has_what_kernels_build_on(name: str) -> None:
     cls, members = INTERFACES[name]
     missing = [member for member in members if not hasattr(cls, member)]
-    assert not missing, f"numba {numba.__version__}: core.{name} has no {', '.join(missing)}; foundation/kernels.py uses it"
+    assert not missing, f"numba {numba.__version__}: core.{name} has no {', '.join(missing)}; kernel_cache/compiling.py uses it"
 
 
 @pytest.mark.parametrize("name", ["nogil", "error_model", "_nrt", "no_cfunc_wrapper", "no_cpython_wrapper", "forceinline"])

@@ -1,0 +1,1 @@
+"""How kernels are compiled fast and kept on disk; it knows nothing of rooms."""
