@@ -7,7 +7,7 @@ A kernel takes the kernels that it calls, and constants, from other files into i
 changes: no process can run a stale kernel.  Processes that compile at the same time share the files without locks: numba writes its index
 before the data that it points to, under names that count up and are used again, so what a file holds is told by the file itself.
 
-All that is private to numba and used here stands in ``test/kernel_cache/test_numba_interfaces.py``, which names what a new version has lost.
+What is private to numba and used here stands in ``test/kernel_cache/test_numba_interfaces.py``, which names what a new version has lost.
 """
 
 from __future__ import annotations
