@@ -168,7 +168,7 @@ class _Step(NamedTuple):
 
 
 def convert(
-    out: Path, source: Source, writer: Writer, *, threads: int = 2, progress: Callable[[int], None] = lambda _: None
+    out: Path, source: Source, writer: Writer, *, threads: int = 2, progress: Callable[[int], object] = lambda _: None
 ) -> tuple[str, ...]:
     """Write a source into a folder; return lines for people, the source's and the writer's.
 

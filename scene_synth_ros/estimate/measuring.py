@@ -65,7 +65,7 @@ def measure_rooms(
     most_frames: int,
     workers: int,
     threads: int = 1,
-    tell: Callable[[RoomCost], None] = lambda _: None,
+    tell: Callable[[RoomCost], object] = lambda _: None,
 ) -> Measured:
     """Make some rooms of a dataset and measure them.
 
@@ -188,7 +188,8 @@ class RoomCost:
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> RoomCost:
         """Return what :meth:`to_mapping` has written."""
-        return cls(**{name: Clocks(**value) if isinstance(value, Mapping) else value for name, value in values.items()})
+        fields: dict[str, Any] = {name: Clocks(**value) if isinstance(value, Mapping) else value for name, value in values.items()}
+        return cls(**fields)
 
 
 def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int, most_frames: int) -> RoomCost:
@@ -250,4 +251,4 @@ def _bytes_once(settings: OfflineSettings, rules: SceneSynthesizer, scene: Scene
     recorder = settings.recorder[""]
     messages = scene_to_msgs(scene, scene_to_json(scene), rules.floor_map(scene), settings.run.world_frame).values()
     data = b"".join(bytes(canonical_cdr(message)) for message in messages)
-    return len(COMPRESSORS[recorder.compression](recorder.compression_level)(data))
+    return len(COMPRESSORS[recorder.compression](recorder.compression_level)(memoryview(data)))

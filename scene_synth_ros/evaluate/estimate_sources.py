@@ -137,7 +137,8 @@ def returned_estimate(task: str, value: Any, stamp_ns: int) -> Reading:
     Raises:
         EstimateError: it has another form than the task takes.
     """
-    return Reading(_RETURNED.get(task, _image)(task, value, stamp_ns), None)
+    read: Callable[[str, Any, int], Any] = _RETURNED.get(task, _image)
+    return Reading(read(task, value, stamp_ns), None)
 
 
 def _image(task: str, value: Any, stamp_ns: int) -> NDArray[Any]:

@@ -21,12 +21,9 @@ from mcap.records import Channel, Chunk, McapRecord, Schema
 from scene_description import SceneSynthError
 
 try:  # that of ISA-L, ten times as fast: chunks have megabytes
-    from isal import isal_zlib as _zlib
+    from isal.isal_zlib import crc32 as crc32
 except ImportError:
-    import zlib as _zlib
-
-crc32 = _zlib.crc32
-"""CRC-32 of bytes, and of those before them."""
+    from zlib import crc32 as crc32
 
 MAX_RECORD_SIZE = 2**30
 PREFIX_SIZE = 9

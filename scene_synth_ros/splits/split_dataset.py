@@ -89,7 +89,7 @@ def split_dataset(
     wanted: set[Wanted],
     *,
     threads: int = 2,
-    progress: Callable[[], None] = lambda: None,
+    progress: Callable[[], object] = lambda: None,
 ) -> Splits:
     """Return the splits of a dataset.
 

@@ -109,7 +109,8 @@ def _variant(
     settings_of: SettingsOf,
     number: int,
 ) -> Variant:
-    changes, parameters = [], {}
+    changes: list[Change] = []
+    parameters: dict[str, object] = {}
     for factor in spec.factors:
         if factor.name in changed and factor.spec.factor:
             changes.append(Change(factor.spec.factor, factor.target, values[factor.name], factor.spec.seed))

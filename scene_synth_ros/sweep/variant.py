@@ -69,7 +69,7 @@ class Variant:
 
     def row(self) -> dict[str, object]:
         """Return what ``sweep.json`` says of it."""
-        row = {"id": self.id, "bag": self.bag, "base": self.base.said, "factors": dict(self.factors)}
+        row: dict[str, object] = {"id": self.id, "bag": self.bag, "base": self.base.said, "factors": dict(self.factors)}
         return row | {"changed": list(self.changed), "command": self.command(self.file)}
 
     def record(self, exposure: str) -> dict[str, str]:

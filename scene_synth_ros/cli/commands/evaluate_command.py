@@ -14,7 +14,7 @@ from pathlib import Path
 from evaluation.confidence import LEVEL, Interval
 from evaluation.evaluation_file import Evaluation, FactorValue, SummaryRow, TaskRow, read_evaluation, write_evaluation
 from evaluation.gate import compare, gate_table
-from evaluation.summary import WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
+from evaluation.summary import NYU40_NAMES, WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
 from evaluation.tables import summary_csv
 from evaluation.tasks import TASKS
 from scene_synth_ros.cli.lines import counted, say_progress
@@ -143,7 +143,7 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
         created_with=shlex.join(["scene_synth", *sys.argv[1:], *_chosen_topics(topics, plan)]),
         seed=arguments.seed,
         missing={WITHOUT_ESTIMATE: sum(notes.missing.values())},
-        **({"class_names": names} if names else {}),
+        class_names=names or NYU40_NAMES,
     )
 
 

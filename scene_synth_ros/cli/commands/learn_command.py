@@ -234,9 +234,9 @@ def _print_summary(learned: LearnedGrammar, held: int, left_out: str, out: Path)
         for t, name in enumerate(TERMS):
             row = (first.weights[t], getattr(learned.grammar.weights, name), last.data[t], first.model[t], last.model[t])
             sys.stdout.write(f"  {name:20s}{row[0]:10.4g}{row[1]:10.4g}{row[2]:9.4f}{row[3]:16.4f}{row[4]:9.4f}\n")
-    for row in learned.truncation_curve:
+    for trial in learned.truncation_curve:
         sys.stdout.write(
-            f"corrections: round {row.iteration + 1}, KL of all categories {row.category_kl:.4f}, {row.objects:.2f} objects a room, "
-            f"{row.failed} rooms failed\n"
+            f"corrections: round {trial.iteration + 1}, KL of all categories {trial.category_kl:.4f}, {trial.objects:.2f} objects a room, "
+            f"{trial.failed} rooms failed\n"
         )
     sys.stdout.write(f"wrote {out}\n")

@@ -96,9 +96,10 @@ def run(arguments: argparse.Namespace) -> int:
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
     (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
     told: list[CocoImage] = []
-    sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
     with ExitStack() as room:
-        renderer = room.enter_context(Renderer(flat, settings.camera, settings.render, key, **sensors))
+        renderer = room.enter_context(
+            Renderer(flat, settings.camera, settings.render, key, sensor=settings.sensor, depth_sensor=settings.depth_sensor)
+        )
         places = [standpoint(renderer.tree, flat, scene, pose.position_m) for pose in path[: len(poses)]]
         if any(places):
             sys.stderr.write(f"scene_synth render: warning: {_misplaced(places)}\n")
@@ -159,7 +160,7 @@ def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
     """Return the scene, with the path and the environment that the options ask for."""
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     if arguments.trajectory is not None:
-        scene = replace(scene, camera_path=_read_trajectory(arguments.trajectory))
+        scene = replace(scene, camera_path=tuple(_read_trajectory(arguments.trajectory)))
     if arguments.environment is not None:
         picture = EnvironmentMap(
             file=arguments.environment,

@@ -68,9 +68,9 @@ def run(arguments: argparse.Namespace) -> int:
     if outcome.code:
         unmade = bool(arguments.record) and not arguments.record.exists()
         say(f"run: {outcome.reason}" + (f"; nothing was recorded, {arguments.record} is not there" if unmade else ""))
-        for folder in made if unmade else ():
+        for new_folder in made if unmade else ():
             with suppress(OSError):  # somebody else has put something there
-                folder.rmdir()
+                new_folder.rmdir()
     if not arguments.record:
         return outcome.code
     catalog = parameters["renderer_node"].get("catalog_dir", "")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ class SampledFrame(NamedTuple):
     """The middle frame of a room: its images by layer, of the first camera, and the names of its semantic ids."""
 
     scene: SceneDescription
-    images: Mapping[str, NDArray[np.generic]]
+    images: Mapping[str, NDArray[Any]]
     classes: Mapping[int, str]
 
 

@@ -110,13 +110,13 @@ def _failed(manifest: Manifest) -> Iterator[str]:
 def _layout_rows(rooms: Sequence[RoomRow]) -> list[tuple[str, ...]]:
     objects = [sum(row["objects"].values()) for row in rooms]
     areas = [row["floor_area_m2"] for row in rooms]
-    told = {
+    figures: dict[str, Sequence[float]] = {
         "objects in a room": objects,
         "categories in a room": [len(row["objects"]) for row in rooms],
         "floor (m²)": areas,
         "objects a square metre": [count / area for count, area in zip(objects, areas, strict=True)],
     }
-    return [spread_row(name, [float(value) for value in values]) for name, values in told.items()]
+    return [spread_row(name, [float(value) for value in values]) for name, values in figures.items()]
 
 
 def _objects(rooms: Sequence[RoomRow]) -> list[tuple[str, float, str]]:

@@ -33,7 +33,8 @@ def write_frame(base: Path, frame: Frame, *, exr: bool = False, standard: Standa
         OSError: a file cannot be written.
     """
     shown, channels = pictures(frame.layers, standard), exr_channels(frame) if exr else {}
-    np.savez_compressed(base.with_suffix(".npz"), **frame.layers)
+    layers: dict[str, Any] = dict(frame.layers)
+    np.savez_compressed(base.with_suffix(".npz"), **layers)
     for name, picture in shown.items():
         write_png(base.with_name(f"{base.name}_{name}.png"), picture)
     if exr:

@@ -77,7 +77,7 @@ def read_settings(arguments: argparse.Namespace) -> Settings:
         values |= {"camera.width": int(width), "camera.height": int(height)}
     own = apply_overrides({NODE: {}}, [f"{NODE}.{text}" for text in arguments.parameters])[NODE]
     values |= _of_groups(own, "-p", strict=True)
-    groups = [
+    groups: list[Any] = [
         from_mapping(cls, {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{group}.")}, group)
         for group, cls in GROUPS.items()
     ]

@@ -118,8 +118,8 @@ def run_parameters(words: RunWords) -> NodeParameters:
         for values in renderers:
             values.setdefault("streams.publish_clock", False)
     finite = bool(parameters["grammar_node"].get("rooms", 0))
-    for node in parameters.values():
-        node.setdefault("exit_when_done", finite)
+    for values in parameters.values():
+        values.setdefault("exit_when_done", finite)
     if words.record:
         parameters["grammar_node"].setdefault("expected_recorders", 1)
         for values in renderers:
