@@ -1,5 +1,5 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
-# make test   all tests, in two processes; WORKERS=N in N, WORKERS= in one     make lint   ruff and mypy
+# make test   all tests, in two processes; WORKERS=N in N, WORKERS= in one; TESTS=FOLDER some     make lint   ruff and mypy
 # make coverage  all tests, and which lines they reach
 # make bench  speed tables       make setup  only the environment that running needs
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
@@ -57,7 +57,7 @@ run: setup
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
 test: develop interfaces
-	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS))
+	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) $(TESTS)
 
 # which lines the tests reach; compiled kernels count as not reached, so the figure is of the code around them
 coverage: develop interfaces

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import llvmlite.binding
 import numpy as np
 from numba import cfunc, types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
@@ -33,7 +34,11 @@ PACKET_SIZE = 24 * LANES
 ORG_X, ORG_Y, ORG_Z, TNEAR, DIR_X, DIR_Y, DIR_Z, TIME, TFAR, MASK, ID, FLAGS = range(0, 12 * LANES, LANES)
 NG_X, NG_Y, NG_Z, BARY_U, BARY_V, PRIM_ID, GEOM_ID, INST_ID, INST_PRIM_ID = range(12 * LANES, 21 * LANES, LANES)
 NEAREST, FIRST_FACE = 21 * LANES, 22 * LANES
-"""Where the filter of a steady scene keeps the distance and the face of the hit that it has taken; NEAREST is infinite before a call."""
+"""Where the filter of a steady scene keeps the distance and the face of the hit that it has taken; NEAREST is infinite before a call.
+
+The filter may get copies of a packet's rays, one by one, where a processor has no AVX-512: each ray says by ``ID`` and ``TIME``, the low
+and the high half of an address, where its own are kept.  Nothing moves in these scenes, so Embree does not look at the time.
+"""
 INVALID_ID = np.uint32(0xFFFFFFFF)
 """``GEOM_ID`` of a ray without a hit (RTC_INVALID_GEOMETRY_ID)."""
 MEET_ALL, PASS_PANES = np.uint32(0xFFFFFFFF), np.uint32(1)
@@ -115,11 +120,13 @@ def aligned_floats(count: int) -> NDArray[np.float32]:
 
 
 def make_packet() -> Packet:
-    """Return a packet on a 64-byte boundary, all rays alive, ray mask set, time 0."""
+    """Return a packet on a 64-byte boundary, all rays alive, ray mask set."""
     memory = aligned_floats(PACKET_SIZE + LANES)
     real, alive = memory[:PACKET_SIZE], memory[PACKET_SIZE:].view(np.int32)
     integer = real.view(np.uint32)
     integer[MASK : MASK + LANES] = MEET_ALL
+    kept = np.uint64(real[NEAREST:].ctypes.data) + 4 * np.arange(LANES, dtype=np.uint64)
+    integer[ID : ID + LANES], integer[TIME : TIME + LANES] = kept & np.uint64(0xFFFFFFFF), kept >> np.uint64(32)
     alive[:] = -1
     return Packet(real, integer, alive)
 
@@ -169,25 +176,39 @@ def _open_device(settings: str) -> int:
     return device
 
 
+@intrinsic
+def _words_at(typing_context, address):  # type: ignore[no-untyped-def]
+    """Return the memory at an address as a pointer to int32."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return types.CPointer(types.int32)(types.int64), generate
+
+
 @functools.cache
 def _first_of_equals() -> Any:
-    """Return Embree's filter, compiled: it refuses a hit of a packet that lies behind one at the same distance with an earlier face.
+    """Return Embree's filter, compiled: it refuses a hit that lies behind one of the same ray at the same distance with an earlier face.
 
-    Distances are compared as the integers that positive floats are in memory.  Arguments: RTCFilterFunctionNArguments of packets of 16.
+    Distances are compared as the integers that positive floats are in memory.  Arguments: RTCFilterFunctionNArguments of any N: pointers to
+    valid, geometry, context, rays and hits, and N.
     """
 
-    @cfunc(types.void(types.CPointer(types.CPointer(types.int32))))
+    @cfunc(types.void(types.CPointer(types.int64)))
     def first_of_equals(arguments):  # type: ignore[no-untyped-def]
-        valid, ray, hit = arguments[0], arguments[3], arguments[4]
-        for k in range(LANES):
+        valid, ray, hit = _words_at(arguments[0]), _words_at(arguments[3]), _words_at(arguments[4])
+        lanes = arguments[5] & 0xFFFFFFFF
+        for k in range(lanes):
             if valid[k] == -1:
-                distance, face = ray[TFAR + k], hit[5 * LANES + k]
-                behind = distance - ray[NEAREST + k]
-                if behind > _SAME_ULP or (behind >= -_SAME_ULP and face > ray[FIRST_FACE + k]):
+                distance, face = ray[TFAR // LANES * lanes + k], hit[5 * lanes + k]
+                low, high = ray[ID // LANES * lanes + k], ray[TIME // LANES * lanes + k]
+                taken = _words_at((high << 32) | (low & 0xFFFFFFFF))
+                behind = distance - taken[0]
+                if behind > _SAME_ULP or (behind >= -_SAME_ULP and face > taken[FIRST_FACE - NEAREST]):
                     valid[k] = 0
                 else:
-                    ray[NEAREST + k], ray[FIRST_FACE + k] = distance, face
-                    ray[TFAR + k] = distance + _BEYOND_ULP
+                    taken[0], taken[FIRST_FACE - NEAREST] = distance, face
+                    ray[TFAR // LANES * lanes + k] = distance + _BEYOND_ULP
 
     return first_of_equals
 
