@@ -125,7 +125,10 @@ def test_geometric_normals_follow_the_winding():
 
 @pytest.mark.parametrize("portable", [False, True])
 def test_a_steady_scene_shows_the_first_of_faces_at_one_distance(portable: bool):
-    """Whatever else is there: a square of two triangles lies twice in one plane, behind and beside other triangles; portable, rays reach the filter one by one."""
+    """Whatever else is there: a square of two triangles lies twice in one plane, behind and beside other triangles.
+
+    Portable, and on processors without AVX-512, rays come to the filter one by one.
+    """
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
     halves = np.array([[0, 1, 2], [0, 2, 3], [1, 2, 3], [0, 1, 3]], np.uint32)  # cut along both diagonals
     origins = np.column_stack([np.random.default_rng(1).uniform(0.01, 0.99, (256, 2)), np.full(256, 1.0)]).astype(np.float32)
