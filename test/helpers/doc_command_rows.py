@@ -88,7 +88,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
     # installing
-    "apt install gcc g++ python3-dev": Listed("needs root and the network"),
+    "apt install gcc g++ python3-dev chromium": Listed("needs root and the network"),
     ".venv/bin/pip install '.[denoise]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/pip install '.[bench-reference]'": Listed("needs the network; that the extra exists is tested"),
     "export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1": Listed("names the library of another package, for Mitsuba"),
