@@ -30,11 +30,11 @@ for release in "$@"; do
         mount --bind "/$place" "$root/$place"
         mounted=("$root/$place" "${mounted[@]}")
     done
-    rm -rf "$root/root/clone"
-    git clone --quiet "$repository" "$root/root/clone"
+    rm -rf "$root/srv/clone"
+    git clone --quiet "$repository" "$root/srv/clone"
     for target in ${TARGETS:-run test}; do
         echo "== $release: make $target"
         env --ignore-environment HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 TERM=dumb $(env | grep -E '^(PIP_|SSL_CERT|REQUESTS_CA)' | grep -v PIP_FIND_LINKS) \
-            chroot "$root" make -C /root/clone "$target"
+            chroot "$root" make -C /srv/clone "$target"
     done
 done
