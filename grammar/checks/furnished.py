@@ -12,7 +12,7 @@ import numpy as np
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y, footprint_penetration
 from grammar.geometry.solids import object_solids, whole_box
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, outside_distance, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, outside_distances, wall_rows
 from grammar.geometry.zones import opening_frame, side_rectangle
 from grammar.spec.categories import BACK_GAP_M, Categories, Role
 from grammar.spec.grammar_file import room_needs
@@ -40,7 +40,8 @@ class Furnished:
 
     def having(self, *roles: Role) -> list[SceneObject]:
         """Return the objects whose category has one of these roles."""
-        return [item for item in self.objects if any(role in self.categories[item.category].roles for role in roles)]
+        any_of = frozenset(roles)
+        return [item for item in self.objects if not any_of.isdisjoint(self.categories[item.category].roles)]
 
     def lacking(self, *roles: Role) -> list[int]:
         """Return the room (0) if it needs objects of one of these roles and has none."""
@@ -115,7 +116,7 @@ def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, de
 
 def outside(found: Furnished, points: Floats) -> Bools:
     """Return (n,) whether points (n, 2) lie outside the room."""
-    return np.array([outside_distance(found.wall, float(a), float(b)) > 0.0 for a, b in points], bool)
+    return np.asarray(outside_distances(found.wall, points) > 0.0)
 
 
 def face_covered(boxes: Boxes, frame: tuple[float, float, float], width_m: float, heights_m: tuple[float, float], depth_m: float) -> Bools:

@@ -85,7 +85,7 @@ class Shell(NamedTuple):
     def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
         box = _box_as_wide(unit, width, pose)
-        box[0, [Z_LOW, Z_HIGH]] = unit.size_m[2], self.line_m
+        box[0, Z_LOW : Z_HIGH + 1] = unit.size_m[2], self.line_m
         if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
             return False
         box[0, Z_HIGH] = self.room.height_m

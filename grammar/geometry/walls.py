@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grammar.geometry.arrays import Floats
-from grammar.geometry.kernels import entry
+from grammar.geometry.kernels import entry, making_arrays
 from scene_description.types import Point2
 
 START_X, START_Y, ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, WALL_YAW, REFLEX = range(9)
@@ -57,6 +57,15 @@ def outside_distance(wall: Floats, x: float, y: float) -> float:
         along = min(max((x - ax) * tx + (y - ay) * ty, 0.0), length)
         nearest = min(nearest, math.hypot(x - ax - tx * along, y - ay - ty * along))
     return 0.0 if inside else nearest
+
+
+@making_arrays
+def outside_distances(wall, points):  # type: ignore[no-untyped-def]
+    """Return (n,) :func:`outside_distance` of points (n, 2)."""
+    distance = np.empty(len(points))
+    for k in range(len(points)):
+        distance[k] = outside_distance(wall, points[k, 0], points[k, 1])
+    return distance
 
 
 @entry
