@@ -1,22 +1,40 @@
-"""Confidence intervals by the bootstrap over rooms (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, chapter 13).
+"""Confidence intervals over rooms.
 
-Frames of one room are alike, so whole rooms are drawn again, with replacement.  The interval is that between percentiles of the metric over
-the draws.  The same seed gives the same interval.
+Frames of one room are alike, so rooms are the sample.  A metric over all rooms becomes a mean of one number for each room, its pseudo-value
+of the jackknife (Tukey 1958; Efron and Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11), and the interval is that of this
+mean by Student's t.  Means of positive numbers err more to one side than to the other, so theirs is taken on the logarithm; where rooms
+differ widely it is as wide as the widest of three, with that of the bootstrap-t (chapter 12), which follows the skewness of the sample, and
+Cox's for lognormal numbers (Zhou and Gao, Statistics in Medicine 1997).  docs/metrics.md shows how often the truth lies within.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from evaluation.core.task import Tally, Task
 
-DRAWS = 1000
+DRAWS = 2000
 LEVEL = 0.95
+FEWEST_DRAWN = 5
+"""Rooms from which on the bootstrap-t counts; sets drawn of fewer are too often all of one room."""
+WIDE = 0.4
+"""Share of the value that rooms spread by (their standard deviation) from which on they differ widely."""
+ROUNDING = 1e-9
+"""A spread below this share of the value is that of rounding."""
+_ROWS = 256
+"""Sets of rooms that are looked at together, so that memory does not grow with the square of the rooms."""
+Floats = NDArray[np.float64]
+Scale = Literal["error", "share", "signed"]
+"""What numbers are: errors, not below 0; shares, 0 to 1; differences and others of both signs."""
+SCALES: Mapping[str, Scale] = {"lower": "error", "higher": "share"}
+"""Which way of a metric is better -> what its numbers are."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,39 +49,96 @@ class Interval:
     high: float | None = None
 
 
-@lru_cache(maxsize=32)
-def resampling_weights(units: int, draws: int, seed: int) -> NDArray[np.float64]:
-    """Return (draws, units) float64, read-only: how often each unit is drawn when as many as there are are drawn with replacement."""
-    rng = np.random.default_rng([seed, units])
-    weights = rng.multinomial(units, np.full(units, 1.0 / units), size=draws).astype(np.float64)
-    weights.flags.writeable = False
-    return weights
-
-
 def intervals(task: Task, rooms: Sequence[Tally], *, seed: int, draws: int = DRAWS, level: float = LEVEL) -> dict[str, Interval]:
-    """Return metric name -> value and confidence interval.
+    """Return metric name -> value and confidence interval, within the range of the metric: no error below 0, no share above 1.
 
     Args:
         task: whose tallies they are.
         rooms: one tally a room: its frames' tallies merged (``task.tallying.merge``).
         seed: of the draws.
         draws: how many sets of rooms are drawn.
-        level: share of the draws that lies inside the interval.
+        level: how often an interval is to hold the truth.
     """
     values = task.score_tallies(rooms)
     if len(rooms) < 2:
-        return {name: Interval(value=_known(value)) for name, value in values.items()}
-    drawn = task.tallying.finish(rooms, resampling_weights(len(rooms), draws, seed))
-    found = {}
-    for (name, value), column in zip(values.items(), drawn.T, strict=True):
-        defined = column[np.isfinite(column)]
-        if len(defined) and np.isfinite(value):
-            low, high = np.percentile(defined, [50.0 * (1.0 - level), 50.0 * (1.0 + level)])
-            found[name] = Interval(value=value, low=float(low), high=float(high))
-        else:
-            found[name] = Interval(value=_known(value))
-    return found
+        return {name: Interval(value=value if np.isfinite(value) else None) for name, value in values.items()}
+    own = [task.tallying.finish([room], np.ones((1, 1)))[0] for room in rooms]
+    pseudo = pseudo_values(lambda weights: task.tallying.finish(rooms, weights), np.isfinite(own))
+    return {
+        metric.name: mean_interval(values[metric.name], column, SCALES[metric.better], seed=seed, draws=draws, level=level)
+        for metric, column in zip(task.metrics, pseudo.T, strict=True)
+    }
 
 
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+def pseudo_values(statistic: Callable[[Floats], Floats], has_value: NDArray[np.bool_]) -> Floats:
+    """Return (rooms, columns) float64: of each room n times the whole less n - 1 times what the others give.
+
+    Args:
+        statistic: (m, rooms) float64 weights, how often each room counts -> (m, columns).
+        has_value: (rooms, columns) which rooms count among the n of a column; the others' pseudo-values are NaN.
+    """
+    rooms = len(has_value)
+    starts = range(0, rooms, _ROWS)
+    without = np.concatenate([statistic(1.0 - np.eye(min(_ROWS, rooms - start), rooms, start)) for start in starts])
+    counts = has_value.sum(axis=0)
+    pseudo: Floats = np.where(has_value, counts * statistic(np.ones((1, rooms))) - (counts - 1) * without, np.nan)
+    return pseudo
+
+
+def mean_interval(value: float, sample: Floats, scale: Scale, *, seed: int = 0, draws: int = DRAWS, level: float = LEVEL) -> Interval:
+    """Return a value with the interval of the mean of a sample, (rooms,) with NaN where a room has none, moved to that value."""
+    known = sample[np.isfinite(sample)]
+    if not np.isfinite(value) or len(known) < 2:
+        return Interval(value=float(value) if np.isfinite(value) else None)
+    if scale == "share":
+        missing = mean_interval(1.0 - value, 1.0 - known, "error", seed=seed, draws=draws, level=level)
+        assert missing.low is not None and missing.high is not None
+        return Interval(value=float(value), low=max(1.0 - missing.high, 0.0), high=min(1.0 - missing.low, 1.0))
+    apart = known - known.mean()
+    error = float(apart.std(ddof=1)) / np.sqrt(len(known))
+    if error <= ROUNDING * abs(value):
+        return Interval(value=float(value), low=float(value), high=float(value))
+    student = float(stdtrit(len(known) - 1, 0.5 + 0.5 * level))
+    if scale == "error" and len(known) > 2 and value + apart.min() > 0.0:
+        low, high = _positive_ends(value, apart, level, seed, draws)
+    else:
+        low, high = value - student * error, value + student * error
+    return Interval(value=float(value), low=float(max(low, 0.0) if scale == "error" else low), high=float(high))
+
+
+def _positive_ends(value: float, apart: Floats, level: float, seed: int, draws: int) -> tuple[float, float]:
+    """Return the ends of the widest interval of positive numbers, so far ``apart`` from their mean ``value``."""
+    count = len(apart)
+    error, student = float(apart.std(ddof=1)) / np.sqrt(count), float(stdtrit(count - 1, 0.5 + 0.5 * level))
+    lows, highs = [value * np.exp(-student * error / value)], [value * np.exp(student * error / value)]
+    if error * np.sqrt(count) > WIDE * value:
+        logs = np.log(value + apart)
+        variance = float(logs.var(ddof=1))
+        middle, reach = logs.mean() + 0.5 * variance, student * np.sqrt(variance / count + 0.5 * variance**2 / (count - 1))
+        lows.append(np.exp(middle - reach))
+        highs.append(np.exp(middle + reach))
+        if count >= FEWEST_DRAWN:
+            least, most = np.quantile(_pivots(apart, seed, draws), [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+            lows.append(value - most * error)
+            highs.append(value - least * error)
+    return min(lows), max(highs)
+
+
+def _pivots(apart: Floats, seed: int, draws: int) -> Floats:
+    """Return the mean over its standard error in each set drawn of a sample of mean 0, (draws,), less those of a single room."""
+    count = len(apart)
+    weights = resampling_weights(count, draws, seed)
+    mean = weights @ apart / count
+    variance = weights @ apart**2 / count - mean**2
+    several = variance > ROUNDING * apart.var()
+    pivots: Floats = mean[several] / np.sqrt(variance[several] / (count - 1))
+    return pivots
+
+
+@lru_cache(maxsize=32)
+def resampling_weights(units: int, draws: int, seed: int) -> Floats:
+    """Return (draws, units) float64, read-only: how often each unit is drawn when as many as there are are drawn with replacement."""
+    rng = np.random.default_rng([seed, units])
+    weights = rng.multinomial(units, np.full(units, 1.0 / units), size=draws).astype(np.float64)
+    weights.flags.writeable = False
+    return weights

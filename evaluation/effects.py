@@ -1,22 +1,20 @@
-"""How much a metric reacts to a factor: means over rooms, paired contrasts, standardised regression, all with bootstrap intervals.
+"""How much a metric reacts to a factor: means over rooms, paired contrasts, standardised regression, all with intervals over rooms.
 
-Frames of a room are alike and count as one sample.  Intervals are those of :mod:`evaluation.confidence`: whole rooms are drawn again, so a
-room keeps all its values in every draw and what is compared stays paired within rooms.  They have no ends with fewer than two rooms.
+Frames of a room are alike and count as one sample.  Intervals are those of :mod:`evaluation.confidence`; what is compared stays paired
+within rooms.  They have no ends with fewer than two rooms.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.confidence import LEVEL, Interval, resampling_weights
+from evaluation.confidence import LEVEL, Interval, Scale, mean_interval, pseudo_values
 
-DRAWS = 2000
 Array = NDArray[np.float64]
 
 
@@ -40,23 +38,19 @@ class Regression(NamedTuple):
     r_squared: float
 
 
-def room_means(values: Array, seed: int = 0) -> list[Interval | None]:
+def room_means(values: Array, scale: Scale, seed: int = 0) -> list[Interval | None]:
     """Return the mean of each column over the rooms that have it.
 
     Args:
         values: (rooms, columns), NaN where a room has none.
+        scale: what the numbers are.
         seed: of the bootstrap.
 
     Returns:
         a mean with its interval for each column, None for a column without rooms.
     """
-    means = _means(values, np.ones((1, len(values))))[0]
-    drawn = _means(values, _drawn_rooms(len(values), seed)) if len(values) > 1 else np.empty((0, values.shape[1]))
-    counts = np.isfinite(values).sum(axis=0)
-    return [
-        _interval(means[column], drawn[:, column] if counts[column] > 1 else None) if counts[column] else None
-        for column in range(values.shape[1])
-    ]
+    means = _means(values)
+    return [mean_interval(means[k], values[:, k], scale, seed=seed) if np.isfinite(means[k]) else None for k in range(values.shape[1])]
 
 
 def differences(values: Array, base: int | None) -> Array:
@@ -68,7 +62,7 @@ def differences(values: Array, base: int | None) -> Array:
     return values - means
 
 
-def contrast(values: Array, base: int | None, seed: int = 0) -> Contrast | None:
+def contrast(values: Array, base: int | None, seed: int = 0, level: float = LEVEL) -> Contrast | None:
     """Return how far the mean differences to the base lie apart, paired within rooms.
 
     The two columns are chosen once, in all rooms; the interval is that of their difference, so it holds 0 where the sign is not sure.
@@ -77,24 +71,25 @@ def contrast(values: Array, base: int | None, seed: int = 0) -> Contrast | None:
         values: (rooms, columns), NaN where a room has none.
         base: column of the base; None: there is none, each room is compared with its own mean.
         seed: of the bootstrap.
+        level: of the interval.
 
     Returns:
         None where fewer than two columns have a room in common with the base.
     """
     apart = differences(values, base)
-    means = _means(apart, np.ones((1, len(apart))))[0]
+    means = _means(apart)
     if np.isfinite(means).sum() < 2:
         return None
     least, most = int(np.nanargmin(means)), int(np.nanargmax(means))
     if least == most:
         least, most = (int(column) for column in np.flatnonzero(np.isfinite(means))[:2])
-    several = min(np.isfinite(apart[:, column]).sum() for column in (least, most)) > 1
-    drawn = _means(apart, _drawn_rooms(len(apart), seed)) if several else None
-    span = _interval(means[most] - means[least], None if drawn is None else drawn[:, most] - drawn[:, least])
+    span = mean_interval(means[most] - means[least], apart[:, most] - apart[:, least], "signed", seed=seed, level=level)
     return Contrast(span, least, most)
 
 
-def standardised_regression(response: Array, factors: Sequence[Array], rooms: NDArray[np.integer[Any]], seed: int = 0) -> Regression | None:
+def standardised_regression(
+    response: Array, factors: Sequence[Array], rooms: NDArray[np.integer[Any]], seed: int = 0, level: float = LEVEL
+) -> Regression | None:
     """Return the standardised coefficients of a linear fit of the response to all factors at once, within rooms.
 
     A coefficient is the standard deviation of a factor's fitted part over that of the response; for a factor of one column this is its
@@ -107,6 +102,7 @@ def standardised_regression(response: Array, factors: Sequence[Array], rooms: ND
         factors: for each factor (samples, columns): one column of numbers, or for names one column of 0 and 1 for each but the first.
         rooms: (samples,), the number of each sample's room.
         seed: of the bootstrap over rooms.
+        level: of the intervals.
 
     Returns:
         None where the response does not change.
@@ -124,20 +120,13 @@ def standardised_regression(response: Array, factors: Sequence[Array], rooms: ND
     if whole[-1, -1] <= 1e-24 * max(1.0, float(np.abs(response).max()) ** 2):
         return None
     values, r_squared = _fit(whole[None], ends)
-    drawn = None
-    if len(names) > 1:
-        weights = _drawn_rooms(len(names), seed)
-        drawn, _ = _fit(np.tensordot(weights, products, axes=1), ends)
-    coefficients = tuple(_interval(values[0, k], None if drawn is None else drawn[:, k]) for k in range(len(factors)))
+    pseudo = pseudo_values(
+        lambda weights: _fit(np.tensordot(weights, products, axes=1), ends)[0], np.ones((len(names), len(factors)), bool)
+    )
+    coefficients = tuple(
+        mean_interval(value, column, "signed", seed=seed, level=level) for value, column in zip(values[0], pseudo.T, strict=True)
+    )
     return Regression(coefficients, float(r_squared[0]))
-
-
-@lru_cache(8)
-def _drawn_rooms(rooms: int, seed: int) -> Array:
-    """Return how often each room is in each draw, (draws, rooms); all metrics and factors of a page ask for the same."""
-    weights = resampling_weights(rooms, DRAWS, seed)
-    weights.flags.writeable = False
-    return weights
 
 
 def _fit(products: Array, ends: Array) -> tuple[Array, Array]:
@@ -154,17 +143,8 @@ def _fit(products: Array, ends: Array) -> tuple[Array, Array]:
     return np.stack(parts, axis=1), np.einsum("ni,ni->n", slopes, mixed) / total
 
 
-def _means(values: Array, weights: Array) -> Array:
-    """Return weighted means of columns over rooms, (draws, columns), NaN where no room of a draw has the column."""
-    known = np.isfinite(values)
-    counts = weights @ known.astype(np.float64)
-    sums = weights @ np.where(known, values, 0.0)
-    return np.divide(sums, counts, out=np.full_like(sums, np.nan), where=counts > 0.0)
-
-
-def _interval(value: float, drawn: Array | None) -> Interval:
-    """Return a value with the percentiles of what was drawn."""
-    if drawn is None or not np.isfinite(drawn).any():
-        return Interval(value=float(value))
-    low, high = np.nanquantile(drawn, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
-    return Interval(value=float(value), low=float(low), high=float(high))
+def _means(values: Array) -> Array:
+    """Return the means of columns over the rooms that have them, (columns,), NaN where none has."""
+    counts = np.isfinite(values).sum(axis=0)
+    means: Array = np.divide(np.nansum(values, axis=0), counts, out=np.full(values.shape[1], np.nan), where=counts > 0)
+    return means

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.confidence import DRAWS, Interval, intervals, resampling_weights
+from evaluation.confidence import Interval, intervals, mean_interval, pseudo_values
 from evaluation.core.task import Tally
 from evaluation.tasks import TASKS
 from examples.train_normals.pictures import Views
@@ -66,13 +66,16 @@ def mean_normal(rooms: Sequence[Views]) -> Predict:
 
 
 def difference(new: Judged, old: Judged, metric: str, seed: int) -> Interval:
-    """Return new - old of a metric, with the 95 % interval over sets of test rooms that are drawn for both alike."""
+    """Return new - old of a metric, with the 95 % interval over the test rooms, which are the same for both."""
     column = [one.name for one in NORMALS.metrics].index(metric)
-    weights = resampling_weights(len(new.tallies), DRAWS, seed)
-    drawn = [NORMALS.tallying.finish(judged.tallies, weights)[:, column] for judged in (new, old)]
-    low, high = np.percentile(drawn[0] - drawn[1], [2.5, 97.5])
-    value = [NORMALS.score_tallies(judged.tallies)[metric] for judged in (new, old)]
-    return Interval(value=value[0] - value[1], low=float(low), high=float(high))
+
+    def apart(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        after, before = (NORMALS.tallying.finish(judged.tallies, weights)[:, [column]] for judged in (new, old))
+        return after - before
+
+    rooms = len(new.tallies)
+    pseudo = pseudo_values(apart, np.ones((rooms, 1), bool))
+    return mean_interval(float(apart(np.ones((1, rooms)))[0, 0]), pseudo[:, 0], "signed", seed=seed)
 
 
 def differences(judged: Sequence[Judged], counts: Sequence[int], seed: int) -> dict[str, Interval]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evaluation.confidence import Interval
+from evaluation.confidence import LEVEL, SCALES, Interval
 from evaluation.effects import contrast, room_means, standardised_regression
 from evaluation.evaluation_file import Evaluation, FactorValue, SummaryRow, TaskRow
 from scene_synth_ros.report.design import Design, Factor, is_number, value_text
@@ -49,7 +49,7 @@ def response_curves(part: Part, design: Design, rooms: int) -> dict[str, dict[st
             values, counts = _matrix(part.samples, design, f, m, rooms)
             points: Points = [
                 None if mean is None else [*interval(mean), int((counts[:, column] > 0).sum()), int(counts[:, column].sum())]
-                for column, mean in enumerate(room_means(values))
+                for column, mean in enumerate(room_means(values, SCALES[metric.better]))
             ]
             if not any(points):
                 points = _told(part.evaluation.summary, part.task.name, metric.name, factor)
@@ -66,13 +66,13 @@ def ranking(part: Part, design: Design, rooms: int) -> dict[str, dict[str, Any]]
     hypercube the effect is a standardised regression coefficient, and there are no such columns.
     """
     if design.name == "latin_hypercube":
-        return {metric.name: found for m, metric in enumerate(part.task.metrics) if (found := _regression(part.samples, design, m))}
+        return {metric.name: found for m, metric in enumerate(part.task.metrics) if (found := _regression(part, design, m))}
     result = {}
     for m, metric in enumerate(part.task.metrics):
         rows = []
         for f, factor in enumerate(design.factors):
             values, _ = _matrix(part.samples, design, f, m, rooms)
-            effect = contrast(values, factor.base)
+            effect = contrast(values, factor.base, level=_family_level(design, len(part.task.metrics)))
             if effect is not None:
                 base = values[:, factor.base][np.isfinite(values[:, factor.base])] if factor.base is not None else np.empty(0)
                 rows.append(
@@ -102,7 +102,13 @@ def _sorted(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: -abs(row["effect"][0]))
 
 
-def _regression(samples: Samples, design: Design, metric: int) -> dict[str, Any] | None:
+def _family_level(design: Design, metrics: int) -> float:
+    """Return the level at which all effects of a task's factors on its metrics hold the truth together (Bonferroni)."""
+    return 1.0 - (1.0 - LEVEL) / (len(design.factors) * metrics)
+
+
+def _regression(part: Part, design: Design, metric: int) -> dict[str, Any] | None:
+    samples, level = part.samples, _family_level(design, len(part.task.metrics))
     known = np.isfinite(samples.values[:, metric]) & (samples.columns >= 0).all(axis=1)
     for factor in design.factors:
         known &= [not factor.has_numbers or is_number(values[factor.name]) for values in samples.factors]
@@ -113,7 +119,7 @@ def _regression(samples: Samples, design: Design, metric: int) -> dict[str, Any]
     response = np.bincount(place, samples.values[known, metric]) / counts
     chosen = np.flatnonzero(known)[first]
     matrices = [_coding(samples, factor, f, chosen) for f, factor in enumerate(design.factors)]
-    fit = standardised_regression(response, matrices, samples.rooms[chosen])
+    fit = standardised_regression(response, matrices, samples.rooms[chosen], level=level)
     if fit is None:
         return None
     rows = [
@@ -168,7 +174,7 @@ def comparison(parts: Mapping[int, Part], rooms: int) -> dict[str, Any]:
             values, counts = room_matrix(part.samples.rooms, zeros, part.samples.values[:, m], (rooms, 1))
             told = next((row for row in part.evaluation.summary if row.task == part.task.name and row.by == "all"), None)
             score = told.metrics[metric.name] if told is not None and _is_known(told, metric.name) else None
-            mean = room_means(values[counts[:, 0] > 0])[0] if counts.any() else None
+            mean = room_means(values[counts[:, 0] > 0], SCALES[metric.better])[0] if counts.any() else None
             shown = score or mean
             other = first.setdefault(metric.name, values)
             apart = contrast_of(other, values) if other is not values else None
@@ -180,7 +186,7 @@ def comparison(parts: Mapping[int, Part], rooms: int) -> dict[str, Any]:
 def contrast_of(first: Array, second: Array) -> Interval | None:
     """Return the mean difference, second minus first, over the rooms that both have; (rooms, 1) each."""
     apart = (second - first)[np.isfinite(second - first).all(axis=1)]
-    return room_means(apart)[0] if len(apart) else None
+    return room_means(apart, "signed")[0] if len(apart) else None
 
 
 KINDS = {"class": "class", "distance": "distance", "room_type": "room type"}

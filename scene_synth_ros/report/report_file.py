@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from evaluation.effects import DRAWS
 from evaluation.evaluation_file import Evaluation, FrameRow, MetricRow, TaskRow, read_evaluation
 from renderer import LAYERS
 from scene_description import SceneSynthError
@@ -113,7 +112,6 @@ def _page_data(
         "evaluations": [_told(*one) for one in zip(evaluations, paths, places, strict=True)],
         "how": HOW[design.name] if design.factors else "",
         "design": design.name.replace("_", " ") if design.factors else "",
-        "draws": DRAWS,
         "kinds": KINDS,
         "factors": [
             {

@@ -55,6 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the evaluation: evaluation.json")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the scores as a table for a spreadsheet")
     parser.add_argument("--baseline", type=Path, metavar="FILE", help="an earlier evaluation.json: exit status 1 where this is worse")
+    add_number(
+        parser, "--equivalence", 0.0, 1.0, metavar="SHARE",
+        help="with --baseline: ask for proof that no metric changed by more than this share of its baseline",
+    )  # fmt: skip
     parser.add_argument("--title", default="", help="title of the evaluation (default: the name of the truth)")
     add_number(parser, "--seed", 0, default=0, metavar="S", help="seed of the confidence intervals (default: 0)")
 
@@ -80,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.csv.write_text(summary_csv(evaluation), encoding="utf-8")
     if baseline is None:
         return 0
-    report = compare(baseline, evaluation, seed=arguments.seed)
+    report = compare(baseline, evaluation, equivalence=arguments.equivalence)
     sys.stdout.write(f"{gate_table(report).rstrip()}\n")
     return 0 if report.passed else 1
 

@@ -37,7 +37,7 @@ function fillCurves(task, metric, shown) {
   by('curves').replaceChildren();
   by('curves-part').hidden = !data.factors.length;
   by('curves-hint').textContent = factors.length
-    ? `Design: ${data.design}; ${data.how}. Means over rooms of the means over each room's frames, 95 % intervals by bootstrap over rooms (${data.draws} draws); all charts have the same vertical scale.`
+    ? `Design: ${data.design}; ${data.how}. Means over rooms of the means over each room's frames, 95 % intervals over rooms, those of the effects wide enough for all factors and metrics together; all charts have the same vertical scale.`
     : 'This metric has no values by factor.';
   if (!factors.length) return;
   const range = rangeOf(curves, shown);

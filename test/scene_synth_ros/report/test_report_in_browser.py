@@ -62,8 +62,8 @@ def test_charts_tell_their_values_to_pointer_and_keys(browser: Page, report: Pat
     browser.point("#curves .chart:first-child svg", 0.99, 0.5)
     assert texts(browser, "#curves .chart:first-child .tip > *") == [
         "2 lx",
-        "1.60  [1.10, 2.10], 2 rooms, 6 frames",
-        "1.85  [1.35, 2.35], 2 rooms, 6 frames",
+        "1.6  [0.0, 8.0], 2 rooms, 6 frames",
+        "1.9  [0.0, 8.2], 2 rooms, 6 frames",
     ]
     browser.point("h1", 0.5, 0.5)
     assert browser.evaluate("document.querySelector('#curves .tip').hidden")
