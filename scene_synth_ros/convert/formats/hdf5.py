@@ -33,6 +33,8 @@ _COLUMNS = {
     "world_from_optical": np.float64,
 }
 """Key of a frame's record -> dtype of the array that holds it for all frames."""
+_TEXTS = ("labels", "scene")
+"""Of a whole room."""
 _CONSTANTS = ("room", "room_type", "seed", "camera", "width", "height", "distortion_model", "row_time_s")
 """Keys of a frame's record that are attributes of the group."""
 
@@ -68,8 +70,11 @@ class FormatWriter(Writer):
         """Take folder and source.
 
         Raises:
-            ConvertError: the library is missing.
+            ConvertError: the library is missing, or a layer is called like what the file has beside layers.
         """
+        for layer in source.layers:
+            if layer in (*_COLUMNS, *_TEXTS):
+                raise ConvertError(f"hdf5: layer {layer}: the name is taken; name the layers that you want: --layers NAME ...")
         try:
             import h5py
         except ImportError:

@@ -81,7 +81,7 @@ class FormatWriter(Writer):
         self._close_shard()
         self._path = self.out / f"shard-{len(self._shards):06d}.tar"
         self._file = _HashedFile(self._path)
-        self._tar = tarfile.open(fileobj=cast("IO[bytes]", self._file), mode="w|", format=tarfile.USTAR_FORMAT)
+        self._tar = tarfile.open(fileobj=cast("IO[bytes]", self._file), mode="w|", format=tarfile.PAX_FORMAT)
         self._size = self._samples = 0
 
     def _close_shard(self) -> None:
