@@ -100,7 +100,8 @@ class Part:
         self.cameras = find_cameras(types)
         self.camera, self.topics = self._choose(name, layers, camera)
         self.layers = tuple(self.topics.images if layers is None else layers)
-        return [*(self.topics.images[layer] for layer in self.layers), *sorted(find_streams(types, SCENE))]
+        infos = [self.topics.infos[layer] for layer in self.layers if layer in self.topics.infos]
+        return [*(self.topics.images[layer] for layer in self.layers), *infos, *sorted(find_streams(types, SCENE))]
 
     def _choose(self, name: str, layers: Sequence[str] | None, camera: str | None) -> tuple[str, CameraTopics]:
         fitting = {key: row for key, row in self.cameras.items() if camera in (None, key, key.rsplit("/", 1)[-1])}
