@@ -133,8 +133,10 @@ class FormatWriter(Writer):
                 raise ConvertError(f"hdf5: {state.sequence.name}: expected one {key} in a room, got {', '.join(sorted(map(str, values)))}")
             group.attrs[key] = values.pop()
         for key, dtype in _COLUMNS.items():
-            column = np.array([record[key] for record in state.records], dtype)
-            group.create_dataset(key, data=column, track_times=False)
+            column = [record[key] for record in state.records]
+            if len(set(map(np.shape, column))) > 1:
+                raise ConvertError(f"hdf5: {state.sequence.name}: expected as many numbers of {key} in all frames, got other counts")
+            group.create_dataset(key, data=np.array(column, dtype), track_times=False)
 
     def finish(self) -> tuple[str, ...]:
         """Close the file."""

@@ -16,6 +16,7 @@ from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_repair import repair_bag, replace_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.command_line import main
 
 FRAMES, CHUNK = 40, 6000
 CUTS = 50
@@ -176,3 +177,39 @@ def test_a_bag_cut_in_its_first_frame_has_nothing_to_save_and_leaves_no_folder(t
     with pytest.raises(BagReadError, match="no whole frame is left, there is nothing to save; the frame at 1700000000"):
         repair_bag(tmp_path / "cut.mcap", tmp_path / "new")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bag", "cut.mcap"]
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("beside", ["x.mcap", "x_repaired", ".x.mcap.active.repairing", "x_repaired.repairing", ".x_repaired.partial"])
+def test_a_file_repaired_in_place_touches_nothing_beside_it(
+    whole: Path, tmp_path: Path, beside: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = tmp_path / "x.mcap.active"
+    bag.write_bytes((whole / "bag_0.mcap").read_bytes()[:50_000])
+    if "repair" in beside:
+        (tmp_path / beside).mkdir()
+    (tmp_path / beside / "mine" if "repair" in beside else tmp_path / beside).write_bytes(b"mine")
+    before = files_of(tmp_path)
+    with pytest.raises(SystemExit) as status:
+        main(["repair", str(bag), "--in-place"])
+    told = capsys.readouterr().err.strip()
+    if beside in ("x.mcap", "x_repaired"):
+        assert status.value.code == 2 and f"{tmp_path / beside}: exists already; " in told.splitlines()[-1]
+        assert files_of(tmp_path) == before
+    else:
+        assert not status.value.code, told
+        after = files_of(tmp_path)
+        assert {name: data for name, data in after.items() if name != "x.mcap"} == {k: v for k, v in before.items() if k != bag.name}
+
+
+def test_a_folder_repaired_in_place_touches_nothing_beside_it(whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = cut_bag(whole, tmp_path / "bag", 50_000, active=True)
+    (tmp_path / ".bag.old").mkdir()
+    before = files_of(tmp_path)
+    with pytest.raises(SystemExit) as status:
+        main(["repair", str(folder), "--in-place"])
+    assert status.value.code == 2 and f"{tmp_path / '.bag.old'}: exists already; " in capsys.readouterr().err.strip().splitlines()[-1]
+    assert files_of(tmp_path) == before and sorted(path.name for path in tmp_path.iterdir()) == [".bag.old", "bag"]

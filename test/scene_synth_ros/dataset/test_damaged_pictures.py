@@ -119,7 +119,7 @@ def test_a_raw_image_of_another_size_or_of_none_is_one_line(tmp_path: Path) -> N
                 data = data.replace(struct.pack("<II", *SIZE), struct.pack("<II", 2**32 - 1, 0))
             writer.add_topic(message.topic, message.type_name)
             writer.write(message.topic, data, message.log_ns, message.publish_ns)
-    with pytest.raises(DatasetError, match="layer color: expected 64x48 pixels, as camera_info says, got 0x4294967295$"):
+    with pytest.raises(DatasetError, match=r"layer color: expected 64x48 pixels, as camera_info says, got 0x4294967295$"):
         open_dataset(tmp_path / "other", layers=("color",))[0]["color"]
 
 
