@@ -46,9 +46,9 @@ def repaired_name(bag: Path) -> Path:
 
 
 def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Callable[[int], None] = lambda _: None) -> RepairReport:
-    """Write everything that can be read of a bag, file by file, into a new bag; the old one is only read.
+    """Write everything that can be read of a bag, file by file, into a new bag; the old one is only read, twice.
 
-    The frame in which a file was cut is left out, so that the new bag has whole frames only.
+    Frames of which something is missing are left out, so that the new bag has whole frames only.
 
     ``out`` must not exist, and has another name until it is whole; ``progress`` is told how many messages are saved.
 
@@ -64,6 +64,8 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
         if not reader.summary.topics:
             raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{_first(reader.summary.faults)}")
         whole = WholeFrames(reader.summary.topics)
+        whole.note(reader.messages(file_order=True))
+        whole.judge()
         saved = _copy(reader, whole, unfinished, compression, progress)
         if not sum(saved.values()):
             raise BagReadError(f"{bag}: no whole frame is left, there is nothing to save{_first(whole.cut or reader.faults)}")

@@ -323,14 +323,14 @@ class McapContents:
             for record in read_records(self._file, self._data_start, self._size, _MOST):
                 if record.opcode == Opcode.DATA_END:
                     return
-                if record.opcode in _INDEXED.values():
-                    if first:
-                        self._take_extra(record.opcode, record.body)
-                    continue
                 is_chunk = record.opcode == Opcode.CHUNK
                 if is_chunk and len(record.body) >= _CHUNK_TIMES.size and _CHUNK_TIMES.unpack_from(record.body)[1] < start_ns:
                     continue
                 try:
+                    if record.opcode in _INDEXED.values():
+                        if first:
+                            self._take_extra(record.opcode, record.body)
+                        continue
                     chunk = open_chunk(record.body) if is_chunk else look_through(prefix_of(record) + record.body, 1)
                 except RecordError as error:
                     report(f"{self.path.name}: at byte {record.offset}: {error}")

@@ -213,3 +213,58 @@ def test_a_folder_repaired_in_place_touches_nothing_beside_it(whole: Path, tmp_p
         main(["repair", str(folder), "--in-place"])
     assert status.value.code == 2 and f"{tmp_path / '.bag.old'}: exists already; " in capsys.readouterr().err.strip().splitlines()[-1]
     assert files_of(tmp_path) == before and sorted(path.name for path in tmp_path.iterdir()) == [".bag.old", "bag"]
+
+
+def stamps_of(bag: Path) -> dict[str, list[int]]:
+    """Return stream of the camera -> log times of its messages."""
+    found: dict[str, list[int]] = {topic: [] for topic in TOPICS if topic.startswith("/synth/camera/") and "labels" not in topic}
+    for topic, log_ns, _ in content(bag):
+        if topic in found:
+            found[topic].append(log_ns)
+    return found
+
+
+@pytest.mark.parametrize("indexed", [True, False])
+@pytest.mark.parametrize("flips", [1, 2, 4, 8])
+def test_damage_within_a_bag_leaves_whole_frames_and_what_is_beside_them(whole: Path, tmp_path: Path, flips: int, indexed: bool) -> None:
+    data = bytearray((whole / "bag_0.mcap").read_bytes())
+    draw = random.Random(flips)
+    for place in draw.sample(range(1000, len(data) - 12_000), flips):
+        data[place] ^= 0xFF
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.mcap").write_bytes(data if indexed else data[:-100])
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    times = list(stamps_of(report.bag).values())
+    assert all(own == times[0] for own in times) and FRAMES - 4 * flips <= len(times[0]) < FRAMES
+    assert report.cut and all(line.startswith("the frame at 17000000") for line in report.cut)
+    damaged = set(content(tmp_path / "bag"))
+    lost = damaged - set(content(report.bag))
+    assert {topic for topic, _, _ in lost} <= set(stamps_of(report.bag)) | {"/synth/camera/semantic/labels"}
+
+
+@pytest.mark.parametrize("last", [1, 3])
+def test_half_a_frame_at_the_end_of_a_finished_bag_is_a_fault_and_is_cut_away(tmp_path: Path, last: int) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        for index in range(5):
+            for topic, stamp, data in frame_messages(index)[: last if index == 4 else None]:
+                writer.write(topic, data, stamp, stamp)
+    assert [fault for fault in inspect_bag(tmp_path / "bag").faults if "1 of 5 frames of its camera are missing" in fault]
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    assert len(report.cut) == 1 and f"only {last} messages" in report.cut[0]
+    assert inspect_bag(report.bag).faults == () and {len(times) for times in stamps_of(report.bag).values()} == {4}
+
+
+def test_streams_of_others_at_their_own_rates_stay_as_they_are(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        for index in range(12):
+            for topic, stamp, data in frame_messages(index):
+                late = {"color": 3, "depth": 8}.get(topic.split("/")[3] if topic.startswith("/synth/camera") else "", 5)
+                if index % 2 or "depth" not in topic:
+                    writer.write(topic, data, stamp + late, stamp + late)
+    before = content(tmp_path / "bag")
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    assert content(report.bag) == before and report.cut == ()
