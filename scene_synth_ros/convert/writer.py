@@ -105,6 +105,9 @@ class Source:
         return self.data[sequence.camera].frame(sequence.frames[number])
 
 
+MAX_NOTES = 100
+
+
 class Writer(ABC):
     """Writes one format; made anew for each conversion.
 
@@ -121,6 +124,11 @@ class Writer(ABC):
     def __init__(self, name: str = "") -> None:
         self.name = name
         self.notes: dict[str, None] = {}
+
+    def tell(self, line: str) -> None:
+        """Keep a line for people, once; of very many the first."""
+        if len(self.notes) < MAX_NOTES:
+            self.notes[line] = None
 
     def begin(self, out: Path, source: Source) -> None:
         """Take the folder and the source.
@@ -195,7 +203,8 @@ def convert(
             progress(done)
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-    return source.notes + writer.finish()
+    late = [note for frames in source.data.values() for note in frames.notes if note not in source.notes]
+    return (*source.notes, *dict.fromkeys(late), *writer.finish())
 
 
 def _steps(source: Source, writer: Writer, pool: ThreadPoolExecutor) -> Iterator[_Step]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import lru_cache
 from typing import Any, Protocol, TypeVar
 
@@ -153,6 +153,16 @@ class Frame(Mapping[str, NDArray[Any]]):
         """(4, 4), takes points of the optical frame to the map; metres."""
         pose = self.pose
         return world_from_optical(tuple(pose.position_m), tuple(pose.quaternion_xyzw))  # type: ignore[arg-type]
+
+    @property
+    def labelled(self) -> Collection[str]:
+        """Layers of the camera whose labels were recorded."""
+        return self._open().topics.labels.keys()
+
+    @property
+    def has_scene(self) -> bool:
+        """Whether descriptions of rooms were recorded."""
+        return len(self._open().starts) > 0
 
     @property
     def scene(self) -> SceneDescription:

@@ -93,8 +93,8 @@ class FormatWriter(Writer):
         chunks = {layer: _chunk(frame[layer]) for layer in self.source.layers}
         texts = {}
         if number == 0:
-            texts["labels"] = json_bytes(label_tables(frame, self.source.layers)).decode()
-            if (scene := scene_text(frame)) is not None:
+            texts["labels"] = json_bytes(label_tables(frame, self.source.layers, self.tell)).decode()
+            if (scene := scene_text(frame, self.tell)) is not None:
                 texts["scene"] = scene
         return _Encoded(frame_record(frame), chunks, texts)
 

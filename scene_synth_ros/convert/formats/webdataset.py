@@ -42,12 +42,12 @@ class FormatWriter(Writer):
         """Return key and members of a sample, by name."""
         files = {"frame.json": json_bytes(frame_record(frame))}
         if id_layers(self.source.layers):
-            files["labels.json"] = json_bytes(label_tables(frame, self.source.layers))
+            files["labels.json"] = json_bytes(label_tables(frame, self.source.layers, self.tell))
         for layer in self.source.layers:
             suffix, data = picture_file(frame, layer) or ("npy", npy_file(frame[layer]))
             files[f"{layer}.{suffix}"] = data
             self._members[layer] = f"{layer}.{suffix}"
-        if number == 0 and state.place == 0 and (scene := scene_text(frame)) is not None:
+        if number == 0 and state.place == 0 and (scene := scene_text(frame, self.tell)) is not None:
             (self.out / "rooms" / f"{state.folder}.json").write_text(scene, encoding="utf-8")
         return f"{state.name}_{frame.number:06d}", sorted(files.items())
 
