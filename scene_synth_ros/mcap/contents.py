@@ -22,6 +22,7 @@ from scene_synth_ros.mcap.records import (
     RecordError,
     crc32,
     decode,
+    decode_definition,
     look_through,
     message_at,
     open_chunk,
@@ -188,7 +189,7 @@ class McapContents:
         left = self._size
         for record in read_records(self._file, start, end):
             if record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                definitions.append(decode(Schema if record.opcode == Opcode.SCHEMA else Channel, record.body))
+                definitions.append(decode_definition(record.opcode, record.body))
             elif record.opcode == Opcode.CHUNK_INDEX:
                 chunks.append(decode(ChunkIndex, record.body))
             elif record.opcode == Opcode.STATISTICS:

@@ -155,6 +155,15 @@ def decode(kind: type[R], body: bytes) -> R:
         raise RecordError(f"no {kind.__name__} record: {' '.join(str(error).split())[:100] or 'cut off'}") from None
 
 
+def decode_definition(opcode: int, body: bytes) -> Schema | Channel:
+    """Decode the body of a schema record, or of a channel record.
+
+    Raises:
+        RecordError: the body is none.
+    """
+    return decode(Schema, body) if opcode == Opcode.SCHEMA else decode(Channel, body)
+
+
 def open_chunk(body: bytes) -> OpenChunk:
     """Decompress, verify and look through the body of a chunk record.
 
@@ -185,7 +194,7 @@ def look_through(records: bytes, most: int) -> OpenChunk:
             channel_id, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(records, start)
             messages += _PLACED.pack(log_ns, offset, channel_id)
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            definitions.append(decode(Schema if opcode == Opcode.SCHEMA else Channel, records[start : start + length]))
+            definitions.append(decode_definition(opcode, records[start : start + length]))
     return OpenChunk(records, np.frombuffer(messages, PLACED), definitions)
 
 
