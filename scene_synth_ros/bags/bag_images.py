@@ -16,6 +16,7 @@ from scene_synth_ros.messages.streams import find_images
 
 Item = TypeVar("Item")
 
+
 def layer_topics(types: Mapping[str, str]) -> dict[str, str]:
     """Return layer -> topic of the first camera."""
     first: dict[str, str] = {}

@@ -4,7 +4,8 @@ All images, camera infos, poses, annotations and detections of a camera must hav
 the topic ``scene``; within it frames must be evenly spaced, and every frame that its camera path announces must be there.  Only the last
 room may be cut short, as happens when a run is stopped.  A scene that is logged later than its first frame was is repeated from before (in
 a snapshot, in a later file of a split bag): of its frames those from then on must be there.  Where log times are not stamps, as in bags of
-other recorders, those from the bag's first frame on must be there.
+other recorders, those from the bag's first frame on must be there.  A bag that begins with the first room of its run lacks what the
+run's parameters, which it holds, promise and it does not have.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
+from scene_synth_ros.bags.run_info import PARAMETERS_NAME, read_promise
 from scene_synth_ros.bags.whole_frames import FRAME_TYPES, cameras, label_topics
-from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
+from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
 from scene_synth_ros.messages.streams import SCENE, find_streams, has_own_stamps
 
 MAX_GAP_PERIODS = 1.5
@@ -51,7 +53,10 @@ class TopicReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InspectReport:
-    """What a bag holds; ``faults`` and ``notes`` are lines for people, no faults mean that all is well."""
+    """What a bag holds.
+
+    Lines for people: ``faults`` on what is wrong with it, ``lacking`` on what its run promised and it does not have, ``notes``.
+    """
 
     path: Path
     files: int
@@ -62,6 +67,7 @@ class InspectReport:
     topics: tuple[TopicReport, ...]
     custom_data: Mapping[str, str]
     faults: tuple[str, ...]
+    lacking: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -88,7 +94,7 @@ def inspect_bag(path: str | Path) -> InspectReport:
         BagReadError: there is no bag at ``path``.
     """
     with BagReader(path) as reader:
-        tallies, rooms, backwards = _read_all(reader)
+        tallies, rooms, first, backwards = _read_all(reader)
         summary = reader.summary
         stamps = {name: np.frombuffer(tally.stamps, np.int64) for name, tally in tallies.items()}
         room_starts = np.array(sorted(rooms), np.int64)
@@ -110,17 +116,19 @@ def inspect_bag(path: str | Path) -> InspectReport:
         topics=topics,
         custom_data=dict(summary.custom_data),
         faults=tuple(faults),
+        lacking=tuple(_lacking(summary, topics, stamps, first)),
         notes=tuple(_last_room_notes(topics, stamps, announced[-1:])),
     )
 
 
-def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]], str]:
+def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]], AnnouncedRoom | None, str]:
     """Read every message.
 
     Returns:
-        The tallies by topic; start of every room -> stamps of the frames that must come; a line on log times that decrease, or none.
+        The tallies by topic; start of every room -> stamps of the frames that must come; the first room with these stamps, None without
+        rooms; a line on log times that decrease, or none.
     """
-    scenes: dict[int, tuple[int, list[int]]] = {}
+    scenes: dict[int, tuple[int, AnnouncedRoom]] = {}
     first_frame: tuple[int, int] | None = None
     tallies = {topic.name: _Tally() for topic in reader.summary.topics}
     scene_topics = find_streams(reader.types, SCENE)
@@ -134,7 +142,7 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
             tally.stamps.append(stamp)
         if message.topic in scene_topics:
             start_ns = min(message.log_ns, NO_TIME_NS) if stamp is None else stamp
-            scenes.setdefault(start_ns, (message.log_ns, announced_room(message.data).stamps_ns))
+            scenes.setdefault(start_ns, (message.log_ns, announced_room(message.data)))
         if first_frame is None and stamp is not None and message.type_name in FRAME_TYPES:
             first_frame = message.log_ns, stamp
         if message.log_ns < last_ns:
@@ -143,10 +151,11 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
         last_ns = message.log_ns
     logged_by_stamp = first_frame is None or first_frame[0] == first_frame[1]
     rooms = {}
-    for start_ns, (log_ns, stamps) in scenes.items():
+    for start_ns, (log_ns, room) in scenes.items():
         due_ns = log_ns if logged_by_stamp or first_frame is None else first_frame[1]
-        rooms[start_ns] = [announced for announced in stamps if announced >= due_ns]
-    return tallies, rooms, f"log time decreases {faults} times, first {first_fault}" if faults else ""
+        rooms[start_ns] = [announced for announced in room.stamps_ns if announced >= due_ns]
+    first = AnnouncedRoom(scenes[min(scenes)][1].index, rooms[min(scenes)]) if scenes else None
+    return tallies, rooms, first, f"log time decreases {faults} times, first {first_fault}" if faults else ""
 
 
 def _topic_report(topic: TopicInfo, tally: _Tally, stamps: Stamps, room_starts: Stamps) -> TopicReport:
@@ -211,6 +220,20 @@ def _camera_faults(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], 
     return faults
 
 
+def _lacking(summary: BagSummary, topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], first: AnnouncedRoom | None) -> list[str]:
+    """Return what the parameters in a bag promise of each camera and is not there; nothing of a bag that begins later than its run."""
+    promise = read_promise(summary.attachments.get(PARAMETERS_NAME, b""))
+    if promise is None or (first is not None and (first.index != promise.first_index or len(first.stamps_ns) < promise.frames_per_room)):
+        return []
+    promised = promise.rooms * promise.frames_per_room
+    found = {
+        camera: np.unique(np.concatenate([stamps[name] for name in streams])).size for camera, streams in cameras(_types(topics)).items()
+    }
+    of_run = {camera: count for camera, count in found.items() if camera in promise.cameras} if found else {"the run": 0}
+    told = f"of the {promised} frames that its parameters promise, {promise.rooms} rooms x {promise.frames_per_room}"
+    return [f"{camera}: {count} {told}; the run or the recording ended early" for camera, count in of_run.items() if count < promised]
+
+
 def _last_room_notes(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], announced: Sequence[Stamps]) -> list[str]:
     """Return a line for every camera whose last room was cut short."""
     notes = []
@@ -258,7 +281,8 @@ def render_report(report: InspectReport) -> str:
         right = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:], strict=True)]
         lines.append("  " + "  ".join(left + right))
     lines += [f"note: {note}" for note in report.notes]
-    lines += [f"fault: {fault}" for fault in report.faults] or ["no faults"]
+    lines += [f"lacking: {line}" for line in report.lacking]
+    lines += [f"fault: {fault}" for fault in report.faults] or ["no faults" + ", but not all that was promised" * bool(report.lacking)]
     return "\n".join(_printable(line) for line in lines)
 
 

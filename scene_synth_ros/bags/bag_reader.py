@@ -129,7 +129,7 @@ class BagReader:
             for message in contents.messages(start_ns, file_order=file_order):
                 channel = contents.channels[message.channel_id]
                 if topics is None or channel.topic in topics:
-                    yield BagMessage(channel.topic, channel.type_name, message.log_ns, message.publish_ns, message.data)
+                    yield BagMessage(channel.topic, channel.type_name, message.log_ns, message.publish_ns, bytes(message.data))
         except OSError as error:
             self._report(f"{contents.path.name}: {error.strerror or error}")
 

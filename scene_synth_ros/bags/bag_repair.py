@@ -46,9 +46,9 @@ def repaired_name(bag: Path) -> Path:
 
 
 def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Callable[[int], None] = lambda _: None) -> RepairReport:
-    """Write everything that can be read of a bag, file by file, into a new bag; the old one is only read.
+    """Write everything that can be read of a bag, file by file, into a new bag; the old one is only read, twice.
 
-    The frame in which a file was cut is left out, so that the new bag has whole frames only.
+    Frames of which something is missing are left out, so that the new bag has whole frames only.
 
     ``out`` must not exist, and has another name until it is whole; ``progress`` is told how many messages are saved.
 
@@ -64,24 +64,51 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
         if not reader.summary.topics:
             raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{_first(reader.summary.faults)}")
         whole = WholeFrames(reader.summary.topics)
+        whole.note(reader.messages(file_order=True))
+        whole.judge()
         saved = _copy(reader, whole, unfinished, compression, progress)
         if not sum(saved.values()):
             raise BagReadError(f"{bag}: no whole frame is left, there is nothing to save{_first(whole.cut or reader.faults)}")
         return RepairReport(bag=out, saved=saved, faults=tuple(reader.faults), cut=tuple(whole.cut))
 
 
+def refuse_taken_place(bag: Path) -> None:
+    """Refuse to put a repaired bag in the place of one beside which something has a name that is needed for that.
+
+    Raises:
+        BagWriteError: something has.
+    """
+    needed = _aside(bag) if bag.is_dir() else _finished(bag)
+    if needed != bag and os.path.lexists(needed):
+        raise BagWriteError(f"{needed}: exists already; move it away, or repair with --out in place of --in-place")
+
+
+def _aside(bag: Path) -> Path:
+    """Return where a folder waits while another gets its name."""
+    return bag.with_name(f".{bag.name}.old")
+
+
+def _finished(bag: Path) -> Path:
+    return bag.with_name(bag.name.removesuffix(".active"))
+
+
 def replace_bag(bag: Path, repaired: Path) -> None:
-    """Put a repaired bag in the place of the old one, folder or single file."""
-    old = bag.with_name(f".{bag.name}.old")
-    bag.rename(old)
-    if old.is_dir():
+    """Put a repaired bag in the place of the old one, folder or single file.
+
+    Raises:
+        BagWriteError: a name that is needed is taken; both bags stay.
+    """
+    refuse_taken_place(bag)
+    if bag.is_dir():
+        bag.rename(_aside(bag))
         repaired.rename(bag)
-        shutil.rmtree(old)
+        shutil.rmtree(_aside(bag))
     else:
         (file,) = repaired.glob("*.mcap")
-        file.rename(bag.with_name(bag.name.removesuffix(".active")))
+        file.rename(_finished(bag))
+        if _finished(bag) != bag:
+            bag.unlink()
         shutil.rmtree(repaired)
-        old.unlink()
 
 
 def _first(lines: Sequence[str]) -> str:

@@ -281,7 +281,11 @@ def _compressed_like(message: BagMessage, image: object, jpeg_quality: int) -> C
 
 def _detail(recorded: Any, made: Any) -> str:
     """Say in words what is different."""
-    if isinstance(made, Image) and (recorded.width, recorded.height, recorded.encoding) == (made.width, made.height, made.encoding):
+    if (
+        isinstance(made, Image)
+        and all(getattr(recorded, name) == getattr(made, name) for name in ("width", "height", "encoding", "step", "is_bigendian"))
+        and len(recorded.data) == len(made.data)
+    ):
         a, b = msg_to_image(recorded), msg_to_image(made)
         pixels = (a != b) & ~((a != a) & (b != b))
         differing = np.count_nonzero(pixels.any(-1) if pixels.ndim == 3 else pixels)

@@ -8,9 +8,11 @@ from collections.abc import Mapping
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
+
+from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 
 RECORD_NAME = "scene_synth"
 JPEG_QUALITY = "jpeg_quality"
@@ -20,6 +22,9 @@ PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "embreex", "trimesh", "mcap",
 MADE_BY = "scene_synth.parameters="
 """Begins the note of a bag, in its ``custom_data``, that tells the parameters of the run as they were given."""
 _MACHINE = ("python", "system", "processor")
+
+_MAX_YAML = 200_000
+"""Bytes of a parameter file that are read."""
 
 NodeValues = Mapping[str, Mapping[str, Any]]
 """Fully qualified node name -> parameter name with dots -> value."""
@@ -70,3 +75,37 @@ def parameters_file(nodes: NodeValues) -> bytes:
     said = {name: {key: value for key, value in sorted(values.items()) if value != []} for name, values in sorted(nodes.items())}
     document = {name: {"ros__parameters": values} for name, values in said.items()}
     return yaml.safe_dump(document, sort_keys=False, allow_unicode=True).encode()
+
+
+def read_parameters(text: bytes) -> dict[str, Mapping[Any, Any]]:
+    """Return node -> parameter -> value of a ROS parameter file of whatever origin; nothing where it is none, or a very large one."""
+    try:
+        document = load_yaml(text) if len(text) <= _MAX_YAML else None
+    except BagYamlError:
+        document = None
+    nodes = document.items() if isinstance(document, Mapping) else ()
+    found = {str(node): content.get("ros__parameters") for node, content in nodes if isinstance(content, Mapping)}
+    return {node: values for node, values in found.items() if isinstance(values, Mapping)}
+
+
+class Promise(NamedTuple):
+    """What the parameters of a run say that its bag will hold: so many rooms from an index on, so many frames of each, of some cameras."""
+
+    rooms: int
+    first_index: int
+    frames_per_room: int
+    cameras: frozenset[str]
+
+
+def read_promise(parameters: bytes) -> Promise | None:
+    """Return what a parameter file says of the bag that it lies in; None of one that says no number of rooms."""
+    nodes = read_parameters(parameters)
+    grammar = next((name for name in sorted(nodes) if name.rpartition("/")[2] == "grammar_node"), None)
+    if grammar is None:
+        return None
+    numbers = [nodes[grammar].get(name) for name in ("rooms", "first_index", "frames_per_room")]
+    rooms, first_index, frames = (value if isinstance(value, int) and value >= 0 else 0 for value in numbers)
+    namespace = grammar.rpartition("/")[0]
+    renderers = [values for name, values in nodes.items() if name.startswith(f"{namespace}/renderer_node")]
+    cameras = frozenset(f"{namespace}/{values.get('streams.camera')}" for values in renderers)
+    return Promise(rooms, first_index, frames, cameras) if rooms and frames else None

@@ -18,6 +18,7 @@ from scene_description import CameraPose
 from scene_description.poses import world_from_optical
 from scene_synth_ros.convert.writer import ConvertError
 from scene_synth_ros.dataset import Camera, Frame
+from scene_synth_ros.messages.image_reader import MAX_PIXELS
 
 HALF_PIXEL = 0.5
 _MODELS = {"plumb_bob": "brown_conrady", "rational_polynomial": "rational", "equidistant": "kannala_brandt"}
@@ -71,9 +72,12 @@ def lens_of(camera: Camera) -> Lens:
     """Return the lens of a camera.
 
     Raises:
-        ConvertError: its distortion model is none of ours.
+        ConvertError: its distortion model is none of ours, has coefficients that ours has no place for, or it is not calibrated; or its
+            images are larger than any.
     """
     width, height = int(camera.width), int(camera.height)
+    if not 0 < width * height <= MAX_PIXELS:
+        raise ConvertError(f"camera {camera.name}: expected an image of 1 to {MAX_PIXELS} pixels, got {width}x{height}")
     if camera.model == _PANORAMA:
         centre = 0.5 * (width - 1), 0.5 * (height - 1)
         return Lens(_PANORAMA, width, height, width / (2.0 * np.pi), height / np.pi, *centre, ())
@@ -82,9 +86,16 @@ def lens_of(camera: Camera) -> Lens:
         raise ConvertError(f"camera {camera.name}: expected a distortion model of {known}, got '{str(camera.model)[:40]}'")
     told = tuple(float(item) for item in camera.D)
     model = _MODELS[camera.model] if any(told) or camera.model == "equidistant" else "pinhole"
-    coefficients = (*told, *(0.0,) * 8)[: LENSES[model].coefficients]
-    k = camera.K
-    return Lens(model, width, height, float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2]), coefficients)
+    count, k = LENSES[model].coefficients, camera.K
+    beyond = sum(map(bool, told[count:]))
+    if beyond:
+        expected = f"expected at most {count} coefficients of {camera.model}, got {beyond} more that are not 0"
+        raise ConvertError(f"camera {camera.name}: {expected}, which no format carries; rectify the images, or calibrate without them")
+    fx, fy = float(k[0, 0]), float(k[1, 1])
+    if not (np.isfinite([*k.ravel(), *told]).all() and fx > 0.0 and fy > 0.0):
+        expected = "expected finite numbers in K and D and focal lengths above 0"
+        raise ConvertError(f"camera {camera.name}: {expected}, got fx {fx:g}, fy {fy:g}; calibrate the camera")
+    return Lens(model, width, height, fx, fy, float(k[0, 2]), float(k[1, 2]), (*told, *(0.0,) * 8)[:count])
 
 
 def refuse_lens(lens: Lens, camera: str, form: str, expected: str, instead: str) -> ConvertError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,20 +51,30 @@ def id_layers(layers: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(layer for layer in layers if layer in LAYERS and LAYERS[layer].labels is not None)
 
 
-def label_tables(frame: Frame, layers: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    """Return layer -> id as text -> what it means, of the layers whose pixels are ids and whose labels were recorded."""
+def label_tables(frame: Frame, layers: tuple[str, ...], tell: Callable[[str], None]) -> dict[str, dict[str, Any]]:
+    """Return layer -> id as text -> what it means, of the layers whose pixels are ids and whose labels were recorded.
+
+    ``tell`` gets a line for each table that is left out because it is damaged.
+    """
     tables = {}
     for layer in id_layers(layers):
-        with suppress(DatasetError):
-            tables[layer] = {str(number): row for number, row in frame.labels(layer).items()}
+        if layer in frame.labelled:
+            try:
+                tables[layer] = {str(number): row for number, row in frame.labels(layer).items()}
+            except DatasetError as error:
+                tell(f"{error}; its labels are left out")
     return tables
 
 
-def scene_text(frame: Frame) -> str | None:
-    """Return the description of a frame's room as JSON; None where none was recorded."""
-    with suppress(DatasetError):
+def scene_text(frame: Frame, tell: Callable[[str], None]) -> str | None:
+    """Return the description of a frame's room as JSON; None where none was recorded, or where it is damaged, which ``tell`` is told."""
+    if not frame.has_scene:
+        return None
+    try:
         return scene_to_json(frame.scene)
-    return None
+    except DatasetError as error:
+        tell(f"{error}; its description is left out")
+        return None
 
 
 def json_bytes(value: Any) -> bytes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
@@ -153,12 +152,11 @@ def choose_frames(data: Mapping[str, Dataset], choice: Choice, source: str) -> t
     if not found:
         asked = "none" if choice.rooms is None else f"none in rooms {choice.rooms[0]} to {choice.rooms[1] - 1}"
         raise ConvertError(f"{source}: expected frames with all layers of the format, got {asked}; see scene_synth inspect")
-    short = {camera: camera.rsplit("/", 1)[-1] for camera in data}
-    names = short if len(set(short.values())) == len(short) else {camera: camera.strip("/") for camera in data}
+    names = _camera_names(list(data))
     return tuple(
         Sequence(
             folder=room_name(room, again),
-            name=room_name(room, again) + (f"_{_word(names[camera])}" if len(data) > 1 else ""),
+            name=room_name(room, again) + (f"_{names[camera]}" if len(data) > 1 else ""),
             room=room,
             camera=camera,
             place=place,
@@ -185,8 +183,12 @@ def room_name(room: int, again: int = 1) -> str:
     return f"room_{room:04d}" + (f"_{again}" if again > 1 else "")
 
 
-def _word(text: str) -> str:
-    return re.sub(r"[^A-Za-z0-9-]", "_", text)
+def _camera_names(cameras: Items[str]) -> dict[str, str]:
+    """Return camera -> its name without its namespace, with it where another is called the same, with a number where those are equal."""
+    short = [camera.rpartition("/")[2] for camera in cameras]
+    names = short if len(set(short)) == len(short) else [camera.strip("/").replace("/", "_") for camera in cameras]
+    unique = names if len(set(names)) == len(names) else [f"{name}_{place}" for place, name in enumerate(names)]
+    return dict(zip(cameras, unique, strict=True))
 
 
 def _recorded(layer: str, recorded: Items[str], source: str, name: str) -> str:

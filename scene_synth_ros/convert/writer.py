@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from scene_description import SceneSynthError
+from scene_synth_ros.convert.files import beyond_note
 from scene_synth_ros.dataset import Camera, Dataset, Frame
 
 
@@ -105,6 +106,9 @@ class Source:
         return self.data[sequence.camera].frame(sequence.frames[number])
 
 
+MAX_NOTES = 100
+
+
 class Writer(ABC):
     """Writes one format; made anew for each conversion.
 
@@ -113,14 +117,23 @@ class Writer(ABC):
         out: the folder, new and empty.
         source: what is converted.
         notes: lines for people, each once: what the format has no place for.
+        steps_a_metre: of its depth, where it stores that in whole steps.
+        beyond: pixels so far whose depth is larger than any that it stores.
     """
 
     out: Path
     source: Source
+    steps_a_metre = 1.0
 
     def __init__(self, name: str = "") -> None:
         self.name = name
         self.notes: dict[str, None] = {}
+        self.beyond = 0
+
+    def tell(self, line: str) -> None:
+        """Keep a line for people, once; of very many the first."""
+        if len(self.notes) < MAX_NOTES:
+            self.notes[line] = None
 
     def begin(self, out: Path, source: Source) -> None:
         """Take the folder and the source.
@@ -152,7 +165,7 @@ class Writer(ABC):
 
     def finish(self) -> tuple[str, ...]:
         """Write what belongs to the whole; return lines for people, as what the format could not hold of single pixels."""
-        return tuple(self.notes)
+        return (*self.notes, *beyond_note(self.name, self.beyond, self.steps_a_metre))
 
 
 _AHEAD = 2
@@ -195,7 +208,8 @@ def convert(
             progress(done)
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-    return source.notes + writer.finish()
+    late = [note for frames in source.data.values() for note in frames.notes if note not in source.notes]
+    return (*source.notes, *dict.fromkeys(late), *writer.finish())
 
 
 def _steps(source: Source, writer: Writer, pool: ThreadPoolExecutor) -> Iterator[_Step]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import lru_cache
 from typing import Any, Protocol, TypeVar
 
@@ -81,7 +81,7 @@ class Frame(Mapping[str, NDArray[Any]]):
                 raise KeyError(f"{self}: expected one of {', '.join(part.topics.images)}, got layer '{layer}'")
             topic = part.topics.images[layer]
             try:
-                image = read_image(part.bag.types[topic], self._message(topic), topic)
+                image = read_image(part.bag.types[topic], self._message(topic), topic, self._size(layer))
             except CodecError as error:
                 raise DatasetError(f"{self}, layer {layer}: {error}") from None
             self._decoded[layer] = _metres(image.pixels) if layer.startswith("depth") else image.pixels
@@ -153,6 +153,16 @@ class Frame(Mapping[str, NDArray[Any]]):
         """(4, 4), takes points of the optical frame to the map; metres."""
         pose = self.pose
         return world_from_optical(tuple(pose.position_m), tuple(pose.quaternion_xyzw))  # type: ignore[arg-type]
+
+    @property
+    def labelled(self) -> Collection[str]:
+        """Layers of the camera whose labels were recorded."""
+        return self._open().topics.labels.keys()
+
+    @property
+    def has_scene(self) -> bool:
+        """Whether descriptions of rooms were recorded."""
+        return len(self._open().starts) > 0
 
     @property
     def scene(self) -> SceneDescription:
@@ -235,6 +245,16 @@ class Frame(Mapping[str, NDArray[Any]]):
         data = self._decode(topic, read_compressed)
         form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)
         return None if form is None else (data, form)
+
+    def _size(self, layer: str) -> tuple[int, int] | None:
+        """Return height and width of a layer as its camera info tells them; None where it does not, or cannot be read."""
+        part = self._open()
+        topic = part.topics.infos.get(layer, "")
+        try:
+            camera = self._decode(topic, lambda data: read_camera(part.camera, data)) if (topic, self.stamp_ns) in part.bag else None
+        except DatasetError:
+            return None
+        return (camera.height, camera.width) if camera is not None and camera.height and camera.width else None
 
     def _open(self) -> Part:
         return self._dataset.part(self._part)

@@ -79,6 +79,7 @@ class Part:
         report: Callable[[str], None],
     ) -> None:
         faults: list[str] = []
+        self._name, self._report = name, report
 
         def tell(line: str) -> None:
             faults.append(line)
@@ -100,7 +101,8 @@ class Part:
         self.cameras = find_cameras(types)
         self.camera, self.topics = self._choose(name, layers, camera)
         self.layers = tuple(self.topics.images if layers is None else layers)
-        return [*(self.topics.images[layer] for layer in self.layers), *sorted(find_streams(types, SCENE))]
+        infos = [self.topics.infos[layer] for layer in self.layers if layer in self.topics.infos]
+        return [*(self.topics.images[layer] for layer in self.layers), *infos, *sorted(find_streams(types, SCENE))]
 
     def _choose(self, name: str, layers: Sequence[str] | None, camera: str | None) -> tuple[str, CameraTopics]:
         fitting = {key: row for key, row in self.cameras.items() if camera in (None, key, key.rsplit("/", 1)[-1])}
@@ -134,9 +136,13 @@ class Part:
 
     def _room(self, start: int, number: int) -> RoomInfo:
         try:
-            return room_of_scene(self.scene_message(start), number)
-        except MessageReadError:
-            return replace(UNKNOWN_ROOM, index=number)
+            room = room_of_scene(self.scene_message(start), number)
+            fault = "" if room.scene_id else f"{self._name}: room {number}: expected a scene description in JSON, got other text"
+        except MessageReadError as error:
+            room, fault = replace(UNKNOWN_ROOM, index=number), str(error)
+        if fault:
+            self._report(f"{fault}; the type of the room is unknown")
+        return room
 
     def scene_message(self, start: int) -> memoryview:
         """Return the serialised description of the room that begins at a stamp.

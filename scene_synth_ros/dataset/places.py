@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -29,6 +30,8 @@ from scene_synth_ros.mcap.stored_file import StoredFile
 
 _ENDINGS = (".mcap", ".mcap.active")
 _MAX_SHARD = 2**30
+_SPLIT_NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
+"""Those of ``scene_synth split``; they become parts of paths."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,6 +166,8 @@ def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[
         DatasetError: there is no such split, or it does not fit.
         OSError: it cannot be read.
     """
+    if not _SPLIT_NAME.fullmatch(name):
+        raise DatasetError(f"{folder}: expected the name of a split of letters, digits, - and _, got {name!r:.100}")
     if SPLITS_NAME not in (folder.names() or ()):
         raise DatasetError(f"{folder}: expected {SPLITS_NAME} for the split '{name}', got none; make it with scene_synth split")
     file = folder.file(SPLITS_NAME)

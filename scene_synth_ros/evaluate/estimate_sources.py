@@ -101,11 +101,7 @@ class AlgorithmEstimates:
         if unknown:
             raise EvaluateError(f"--algorithm {self._algorithm.words}: expected tasks of {', '.join(TASK_STREAMS)}, got '{unknown[0]}'")
         values = {task: found.get(task, found.get(TASK_STREAMS[task].name)) for task in self._tasks}
-        return {
-            task: _tried(returned_estimate, task, value, stamp_ns)
-            for task, value in values.items()
-            if value is not None
-        }
+        return {task: _tried(returned_estimate, task, value, stamp_ns) for task, value in values.items() if value is not None}
 
     def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> AlgorithmFrame:
         images = {name: read_message(topic.type_name, messages[topic.name], topic.name).value for name, topic in self._images.items()}

@@ -109,9 +109,7 @@ _ROWS = (
     TaskStream(name="flow", role=RAW, layer="flow", convert=_flow, encoding="32FC2"),
     TaskStream(name="poses", role=POSE, types=POSES, convert=_as_it_is),
     TaskStream(name="detections", role=DETECTIONS_2D, types=(DETECTIONS_2D.type_name,), convert=_as_it_is),
-    TaskStream(
-        name="points", role=POINTS, types=(POINTS.type_name,), convert=_as_it_is, own=Stream("", POINTS_SENSED), frame_matters=True
-    ),
+    TaskStream(name="points", role=POINTS, types=(POINTS.type_name,), convert=_as_it_is, own=Stream("", POINTS_SENSED), frame_matters=True),
 )
 _STREAM_OF = {"depth_aligned": "depth", "depth_affine": "depth"}
 """Task -> what it judges, where that has another name."""

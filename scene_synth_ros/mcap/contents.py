@@ -4,33 +4,43 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from types import TracebackType
 from typing import BinaryIO, Literal, NamedTuple, Protocol
 
+import numpy as np
 from mcap.opcode import Opcode
-from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
+from mcap.records import Attachment, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
 
 from scene_description import SceneSynthError
 from scene_synth_ros.mcap.records import (
     PREFIX_SIZE,
-    ChunkContent,
+    OpenChunk,
     RawMessage,
     RecordError,
     crc32,
     decode,
+    decode_definition,
+    look_through,
+    message_at,
     open_chunk,
+    prefix_of,
     read_prefix,
     read_record,
     read_records,
-    take_record,
 )
 
 MAX_ATTACHMENT_SIZE = 64 * 2**20
+MAX_DEFINITIONS_SIZE = 64 * 2**20
+"""Bytes of all schemas and channels of a file."""
 MAGIC = b"\x89MCAP0\r\n"
 
 _MOST = {int(Opcode.ATTACHMENT): MAX_ATTACHMENT_SIZE}
+_INDEXED = {int(Opcode.METADATA_INDEX): Opcode.METADATA, int(Opcode.ATTACHMENT_INDEX): Opcode.ATTACHMENT}
+"""Record of the index -> what it points to."""
+_OFFSET = struct.Struct("<Q")
 _FOOTER_SIZE = PREFIX_SIZE + 20
 _CHUNK_TIMES = struct.Struct("<QQ")
 
@@ -92,7 +102,8 @@ class McapContents:
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, bytes] = {}
         self._report = report
-        self._schemas: dict[int, Schema] = {}
+        self._schemas: dict[int, tuple[str, str]] = {}
+        self._room_for_definitions = MAX_DEFINITIONS_SIZE
         self._chunks: list[ChunkIndex] | None = None
         with ExitStack() as undo:
             try:
@@ -174,21 +185,21 @@ class McapContents:
             raise RecordError("index damaged, its checksum does not match")
 
     def _take_summary(self, start: int, end: int) -> bool:
-        content, chunks, statistics = ChunkContent([], []), [], None
+        definitions, chunks, statistics = list[Schema | Channel](), list[ChunkIndex](), None
+        left = self._size
         for record in read_records(self._file, start, end):
             if record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                take_record(content, record.opcode, record.body)
+                definitions.append(decode_definition(record.opcode, record.body))
             elif record.opcode == Opcode.CHUNK_INDEX:
                 chunks.append(decode(ChunkIndex, record.body))
             elif record.opcode == Opcode.STATISTICS:
                 statistics = decode(Statistics, record.body)
-            elif record.opcode == Opcode.METADATA_INDEX:
-                self._take_indexed_metadata(record.body)
-            elif record.opcode == Opcode.ATTACHMENT_INDEX:
-                self._take_indexed_attachment(decode(AttachmentIndex, record.body))
+            elif record.opcode in _INDEXED:
+                left -= self._take_indexed(_INDEXED[record.opcode], record.body, left)
         if statistics is None or len(chunks) != statistics.chunk_count or (statistics.message_count and not chunks):
             return False
-        self._define(content)
+        self._verify_places(chunks, start)
+        self._define(definitions)
         self._chunks = chunks
         self.counts = dict.fromkeys(self.channels, 0)
         for channel_id, count in statistics.channel_message_counts.items():
@@ -197,53 +208,74 @@ class McapContents:
             self.time_range_ns = (statistics.message_start_time, statistics.message_end_time)
         return True
 
-    def _take_indexed_metadata(self, body: bytes) -> None:
-        (offset,) = struct.unpack_from("<Q", body) if len(body) >= 8 else (self._size,)
-        record = read_record(self._file, offset, self._size)
-        if record.opcode != Opcode.METADATA:
-            raise RecordError(f"index damaged, no metadata record at byte {offset}")
-        self._take_metadata(record.body)
+    def _verify_places(self, chunks: Sequence[ChunkIndex], end: int) -> None:
+        """Refuse an index whose chunks, with what the index says of each, do not lie one after the other before ``end``."""
+        free = self._data_start
+        for chunk in sorted(chunks, key=lambda chunk: chunk.chunk_start_offset):
+            if chunk.chunk_start_offset < free:
+                raise RecordError(f"index damaged, no chunk can begin at byte {chunk.chunk_start_offset}")
+            free = chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length
+        if free > end:
+            raise RecordError(f"index damaged, a chunk is said to end at byte {free}, beyond {end}")
 
-    def _take_metadata(self, body: bytes) -> None:
-        metadata = decode(Metadata, body)
-        self.metadata[metadata.name] = metadata.metadata
+    def _take_indexed(self, opcode: Opcode, index: bytes, left: int) -> int:
+        """Take the metadata record or attachment that an index record points to; return its bytes, at most ``left``.
 
-    def _take_indexed_attachment(self, index: AttachmentIndex) -> None:
-        opcode, length = read_prefix(self._file, index.offset, self._size)
-        if opcode != Opcode.ATTACHMENT:
-            raise RecordError(f"index damaged, no attachment at byte {index.offset}")
-        if length <= MAX_ATTACHMENT_SIZE:
-            self._take_attachment(read_record(self._file, index.offset, self._size).body)
+        All that the index points to is no larger than the file, however often it points to the same.
+        """
+        if len(index) < _OFFSET.size:
+            raise RecordError(f"index damaged, the place of a {opcode.name.lower()} record is cut off")
+        (offset,) = _OFFSET.unpack_from(index)
+        found, length = read_prefix(self._file, offset, self._size)
+        if found != opcode or length > left:
+            raise RecordError(f"index damaged, no {opcode.name.lower()} record at byte {offset}")
+        if length <= _MOST.get(opcode, length):
+            self._take_extra(opcode, read_record(self._file, offset, self._size).body)
+        return length
 
-    def _take_attachment(self, body: bytes) -> None:
-        attachment = decode(Attachment, body)
-        self.attachments[attachment.name] = attachment.data
+    def _take_extra(self, opcode: int, body: bytes) -> None:
+        """Take a metadata record or an attachment."""
+        if opcode == Opcode.METADATA:
+            metadata = decode(Metadata, body)
+            self.metadata[metadata.name] = metadata.metadata
+        else:
+            attachment = decode(Attachment, body)
+            self.attachments[attachment.name] = attachment.data
 
-    def _define(self, content: ChunkContent) -> None:
-        """Take over schemas and channels; the first definition of an id holds."""
-        for definition in content.definitions:
+    def _define(self, definitions: Iterable[Schema | Channel]) -> None:
+        """Take over schemas and channels; the first definition of an id holds.
+
+        Raises:
+            RecordError: they are larger than ``MAX_DEFINITIONS_SIZE``.
+        """
+        for definition in definitions:
             if isinstance(definition, Schema):
-                self._schemas.setdefault(definition.id, definition)
+                if definition.id not in self._schemas:
+                    self._schemas[definition.id] = definition.name, definition.data.decode(errors="replace")
+                    self._room_for_definitions -= len(definition.name) + len(definition.data)
             elif definition.id not in self.channels:
                 self.channels[definition.id] = self._channel_info(definition)
+                texts = definition.topic, definition.message_encoding, *definition.metadata.keys(), *definition.metadata.values()
+                self._room_for_definitions -= sum(map(len, texts))
+            if self._room_for_definitions < 0:
+                raise RecordError(f"its schemas and channels are larger than {MAX_DEFINITIONS_SIZE} bytes")
 
     def _channel_info(self, channel: Channel) -> ChannelInfo:
-        schema = self._schemas.get(channel.schema_id)
-        if schema is None:
+        if channel.schema_id not in self._schemas:
             self._report(f"{self.path.name}: topic {channel.topic[:100]} has no schema")
-        name, text = (schema.name, schema.data.decode(errors="replace")) if schema else ("", "")
+        name, text = self._schemas.get(channel.schema_id, ("", ""))
         return ChannelInfo(channel.topic, name, channel.message_encoding, channel.metadata, text)
 
     def _scan(self) -> None:
         """Find out by reading through the file what its index does not say."""
-        self.channels, self._schemas = {}, {}
-        counts: dict[int, int] = {}
+        self.channels, self._schemas, self._room_for_definitions = {}, {}, MAX_DEFINITIONS_SIZE
+        counts: Counter[int] = Counter()
         times: list[int] = []
-        for content in self._read_through(report=self._report):
-            for message in content.messages:
-                counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
-            if content.messages:
-                ends = [message.log_ns for message in content.messages] + times
+        for chunk in self._read_through(first=True):
+            if len(chunk.messages):
+                ids, found = np.unique(chunk.messages["channel_id"], return_counts=True)
+                counts.update(dict(zip(ids.tolist(), found.tolist(), strict=True)))
+                ends = [*times, int(chunk.messages["log_ns"].min()), int(chunk.messages["log_ns"].max())]
                 times = [min(ends), max(ends)]
         self.counts = {**dict.fromkeys(self.channels, 0), **counts}
         self.time_range_ns = (times[0], times[1]) if times else None
@@ -256,17 +288,17 @@ class McapContents:
         """
         chunks = self._read_through(start_ns) if self._chunks is None else self._read_indexed(start_ns, file_order)
         unknown = 0
-        for content in chunks:
-            messages = content.messages if file_order else sorted(content.messages, key=lambda message: message.log_ns)
-            for message in messages:
-                if message.channel_id not in self.channels:
-                    unknown += 1
-                elif message.log_ns >= start_ns:
-                    yield message
+        for chunk in chunks:
+            found = chunk.messages if file_order else chunk.messages[np.argsort(chunk.messages["log_ns"], kind="stable")]
+            known = np.isin(found["channel_id"], list(self.channels))
+            unknown += len(known) - int(known.sum())
+            for offset in found["offset"][known & (found["log_ns"] >= start_ns)].tolist():
+                yield message_at(chunk.records, offset)
+            del chunk
         if unknown:
             self._report(f"{self.path.name}: {unknown} messages of channels that are not defined")
 
-    def _read_indexed(self, start_ns: int, file_order: bool) -> Iterator[ChunkContent]:
+    def _read_indexed(self, start_ns: int, file_order: bool) -> Iterator[OpenChunk]:
         def order(index: ChunkIndex) -> tuple[int, int]:
             return (0 if file_order else index.message_start_time, index.chunk_start_offset)
 
@@ -282,33 +314,31 @@ class McapContents:
             except RecordError as error:
                 self._report(f"{self.path.name}: at byte {offset}: {error}")
 
-    def _read_through(self, start_ns: int = 0, report: Callable[[str], None] = lambda _: None) -> Iterator[ChunkContent]:
-        """Yield what the file holds, chunk by chunk, up to its end or to the last whole record."""
+    def _read_through(self, start_ns: int = 0, *, first: bool = False) -> Iterator[OpenChunk]:
+        """Yield what the file holds, chunk by chunk, up to its end or to the last whole record.
+
+        ``first``: take over what is no message, and report what is damaged.
+        """
+        report = self._report if first else lambda _: None
         try:
             for record in read_records(self._file, self._data_start, self._size, _MOST):
                 if record.opcode == Opcode.DATA_END:
                     return
-                if record.opcode == Opcode.METADATA:
-                    self._take_metadata(record.body)
-                elif record.opcode == Opcode.ATTACHMENT:
-                    self._take_attachment(record.body)
-                elif record.opcode != Opcode.CHUNK:
-                    content = ChunkContent([], [])
-                    take_record(content, record.opcode, record.body)
-                    self._define(content)
-                    yield content
-                elif len(record.body) < _CHUNK_TIMES.size or _CHUNK_TIMES.unpack_from(record.body)[1] >= start_ns:
-                    yield from self._open_found(record.offset, record.body, report)
+                is_chunk = record.opcode == Opcode.CHUNK
+                if is_chunk and len(record.body) >= _CHUNK_TIMES.size and _CHUNK_TIMES.unpack_from(record.body)[1] < start_ns:
+                    continue
+                try:
+                    if record.opcode in _INDEXED.values():
+                        if first:
+                            self._take_extra(record.opcode, record.body)
+                        continue
+                    chunk = open_chunk(record.body) if is_chunk else look_through(prefix_of(record) + record.body, 1)
+                except RecordError as error:
+                    report(f"{self.path.name}: at byte {record.offset}: {error}")
+                    continue
+                self._define(chunk.definitions)
+                yield chunk
         except RecordError as error:
             report(f"{self.path.name}: {error}; nothing after that is read")
         except OSError as error:
             report(f"{self.path.name}: {error.strerror or error}; nothing after that is read")
-
-    def _open_found(self, offset: int, body: bytes, report: Callable[[str], None]) -> Iterator[ChunkContent]:
-        try:
-            content = open_chunk(body)
-        except RecordError as error:
-            report(f"{self.path.name}: at byte {offset}: {error}")
-            return
-        self._define(content)
-        yield content

@@ -14,7 +14,7 @@ from mcap.records import ChunkIndex
 from numpy.typing import NDArray
 
 from scene_synth_ros.mcap.contents import MAGIC, ChannelInfo, McapContents
-from scene_synth_ros.mcap.records import PREFIX_SIZE, RecordError, chunk_records, message_at, read_records, records_in
+from scene_synth_ros.mcap.records import PREFIX_SIZE, RecordError, chunk_records, look_through, read_records
 from scene_synth_ros.mcap.stored_file import Span, StoredFile
 
 PLACE = np.dtype([("log_ns", "<i8"), ("block", "<i4"), ("offset", "<i4")])
@@ -80,8 +80,8 @@ def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], r
     parts: dict[str, list[Places]] = {}
     if index.chunks is None:
         blocks: list[Span] = []
-        for block, records in _read_through(file):
-            _take(parts, wanted, _walk(records), len(blocks))
+        for block, messages in _read_through(file):
+            _take(parts, wanted, _by_channel(messages), len(blocks))
             blocks.append(block)
     else:
         chunks = sorted(index.chunks, key=lambda chunk: chunk.chunk_start_offset)
@@ -91,7 +91,7 @@ def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], r
         )
         for number, (chunk, data) in enumerate(zip(chunks, told, strict=True)):
             try:
-                entries = _indexed(data, chunk, wanted) if chunk.message_index_length else _walk(read_block(file, blocks[number]))
+                entries = _indexed(data, chunk, wanted) if chunk.message_index_length else _by_channel(_messages_in(file, blocks[number]))
                 _take(parts, wanted, entries, number)
             except RecordError as error:
                 report(f"{file.name}: at byte {chunk.chunk_start_offset}: {error}")
@@ -124,7 +124,8 @@ def _take(parts: dict[str, list[Places]], wanted: Mapping[int, str], entries: It
 
 
 def _indexed(data: bytes, chunk: ChunkIndex, wanted: Mapping[int, str]) -> Iterator[tuple[int, NDArray[np.void]]]:
-    """Yield channel id and entries of the message index records behind a chunk, those that are wanted."""
+    """Yield channel id and entries of the message index records behind a chunk, those that are wanted; they share no bytes."""
+    left = len(data)
     for told, offset in chunk.message_index_offsets.items():
         if told not in wanted:
             continue
@@ -133,24 +134,24 @@ def _indexed(data: bytes, chunk: ChunkIndex, wanted: Mapping[int, str]) -> Itera
             raise RecordError(f"index damaged, no places of messages at byte {offset}")
         channel_id, size = _INDEX_HEAD.unpack_from(data, start)
         start += _INDEX_HEAD.size
-        if channel_id != told or size > len(data) - start or size % _ENTRY.itemsize:
+        left -= size
+        if channel_id != told or left < 0 or size > len(data) - start or size % _ENTRY.itemsize:
             raise RecordError(f"index damaged, no places of messages at byte {offset}")
         yield channel_id, np.frombuffer(data, _ENTRY, size // _ENTRY.itemsize, start)
 
 
-def _walk(records: bytes) -> Iterator[tuple[int, NDArray[np.void]]]:
-    """Yield channel id and entries of the messages in a chunk without an index."""
-    found: dict[int, list[tuple[int, int]]] = {}
-    for record in records_in(records):
-        if record.opcode == Opcode.MESSAGE:
-            message = message_at(records, record.offset)
-            found.setdefault(message.channel_id, []).append((message.log_ns, record.offset))
-    for channel_id, entries in found.items():
-        yield channel_id, np.array(entries, _ENTRY)
+def _messages_in(file: StoredFile, block: Span) -> NDArray[np.void]:
+    return look_through(read_block(file, block), block.length).messages
 
 
-def _read_through(file: StoredFile) -> Iterator[tuple[Span, bytes]]:
-    """Yield blocks with their records up to the last whole record; what is damaged was told when the index was read."""
+def _by_channel(messages: NDArray[np.void]) -> Iterator[tuple[int, NDArray[np.void]]]:
+    """Yield channel id and entries of the messages in a block without an index."""
+    for channel_id in np.unique(messages["channel_id"]):
+        yield int(channel_id), messages[messages["channel_id"] == channel_id]
+
+
+def _read_through(file: StoredFile) -> Iterator[tuple[Span, NDArray[np.void]]]:
+    """Yield blocks with their messages up to the last whole record; what is damaged was told when the index was read."""
     with file.open("rb") as stream:
         size = stream.seek(0, 2)
         try:
@@ -160,9 +161,10 @@ def _read_through(file: StoredFile) -> Iterator[tuple[Span, bytes]]:
                 if record.opcode in (Opcode.CHUNK, Opcode.MESSAGE):
                     block = Span(record.offset, PREFIX_SIZE + len(record.body))
                     try:
-                        yield block, read_block(file, block)
+                        messages = _messages_in(file, block)
                     except RecordError:
                         continue
+                    yield block, messages
         except RecordError:
             return
 

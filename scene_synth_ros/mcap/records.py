@@ -12,11 +12,13 @@ from types import MappingProxyType
 from typing import BinaryIO, NamedTuple, TypeVar
 
 import lz4.frame
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Schema
+from numpy.typing import NDArray
 
 from scene_description import SceneSynthError
 
@@ -26,10 +28,15 @@ except ImportError:
     from zlib import crc32 as crc32
 
 MAX_RECORD_SIZE = 2**30
+MAX_CHUNK_SIZE = 2**26
+"""Bytes that a chunk may hold beside its largest record: recorders write a chunk when it is larger than they were told to make it."""
 PREFIX_SIZE = 9
+PLACED = np.dtype([("log_ns", "<u8"), ("offset", "<u8"), ("channel_id", "<u2")])
+"""A message of a chunk: its log time, where its record begins in the chunk's records (bytes), its channel."""
 
 _PREFIX = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_PLACED = struct.Struct("<QQH")
 _UNKNOWN_CONTENT_SIZE = 2**64 - 1
 
 R = TypeVar("R", bound=McapRecord)
@@ -48,12 +55,12 @@ class Record(NamedTuple):
 
 
 class RawMessage(NamedTuple):
-    """A message record."""
+    """A message record; ``data`` is a view of what it was read from."""
 
     channel_id: int
     log_ns: int
     publish_ns: int
-    data: bytes
+    data: memoryview
 
 
 class PlacedRecord(NamedTuple):
@@ -64,19 +71,17 @@ class PlacedRecord(NamedTuple):
     length: int
 
 
-class PlacedMessage(NamedTuple):
-    """A message record that was found by its place."""
+class OpenChunk(NamedTuple):
+    """A chunk in memory: its records, one after the other; its messages, (messages,) of ``PLACED``; its schemas and channels in order."""
 
-    channel_id: int
-    log_ns: int
-    data: memoryview
-
-
-class ChunkContent(NamedTuple):
-    """What a chunk holds, in its order."""
-
+    records: bytes
+    messages: NDArray[np.void]
     definitions: list[Schema | Channel]
-    messages: list[RawMessage]
+
+
+def prefix_of(record: Record) -> bytes:
+    """Return opcode and length of a record, as they stand before its body."""
+    return _PREFIX.pack(record.opcode, len(record.body))
 
 
 def read_prefix(file: BinaryIO, offset: int, end: int) -> tuple[int, int]:
@@ -150,17 +155,47 @@ def decode(kind: type[R], body: bytes) -> R:
         raise RecordError(f"no {kind.__name__} record: {' '.join(str(error).split())[:100] or 'cut off'}") from None
 
 
-def open_chunk(body: bytes) -> ChunkContent:
-    """Decompress, verify and take apart the body of a chunk record.
+def decode_definition(opcode: int, body: bytes) -> Schema | Channel:
+    """Decode the body of a schema record, or of a channel record.
 
     Raises:
-        RecordError: the chunk is damaged or compressed in an unknown way.
+        RecordError: the body is none.
     """
-    data = chunk_records(body)
-    content = ChunkContent([], [])
-    for record in records_in(data):
-        take_record(content, record.opcode, data[record.offset + PREFIX_SIZE : record.offset + PREFIX_SIZE + record.length])
-    return content
+    return decode(Schema, body) if opcode == Opcode.SCHEMA else decode(Channel, body)
+
+
+def open_chunk(body: bytes) -> OpenChunk:
+    """Decompress, verify and look through the body of a chunk record.
+
+    Raises:
+        RecordError: the chunk is damaged, compressed in an unknown way, or larger than its messages ask for.
+    """
+    return look_through(chunk_records(body), len(body))
+
+
+def look_through(records: bytes, most: int) -> OpenChunk:
+    """Find the messages, schemas and channels among records.
+
+    Args:
+        records: one after the other.
+        most: how many there may be, the bytes that they have in the file: each is different, so none can be stored in less than one.
+
+    Raises:
+        RecordError: they are damaged, or more.
+    """
+    messages, definitions = bytearray(), list[Schema | Channel]()
+    for number, (opcode, offset, length) in enumerate(records_in(records)):
+        if number == most:
+            raise RecordError(f"chunk: expected at most {most} records in {most} bytes of the file, got more")
+        start = offset + PREFIX_SIZE
+        if opcode == Opcode.MESSAGE:
+            if length < _MESSAGE_HEAD.size:
+                raise RecordError("message: it is cut off")
+            channel_id, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(records, start)
+            messages += _PLACED.pack(log_ns, offset, channel_id)
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            definitions.append(decode_definition(opcode, records[start : start + length]))
+    return OpenChunk(records, np.frombuffer(messages, PLACED), definitions)
 
 
 def chunk_records(body: bytes) -> bytes:
@@ -195,8 +230,8 @@ def records_in(data: bytes) -> Iterator[PlacedRecord]:
         offset += PREFIX_SIZE + length
 
 
-def message_at(data: bytes, offset: int) -> PlacedMessage:
-    """Return the message record that begins at ``offset`` of decompressed records; its data are a view of them.
+def message_at(data: bytes, offset: int) -> RawMessage:
+    """Return the message record that begins at ``offset`` of decompressed records.
 
     Raises:
         RecordError: there is none.
@@ -207,41 +242,44 @@ def message_at(data: bytes, offset: int) -> PlacedMessage:
     start = offset + PREFIX_SIZE
     if opcode != Opcode.MESSAGE or not _MESSAGE_HEAD.size <= length <= len(data) - start:
         raise RecordError(f"no message at byte {offset} of a chunk")
-    channel_id, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(data, start)
-    return PlacedMessage(channel_id, log_ns, memoryview(data)[start + _MESSAGE_HEAD.size : start + length])
-
-
-def take_record(content: ChunkContent, opcode: int, body: bytes) -> None:
-    """Add a schema, channel or message record to ``content``; others are passed over.
-
-    Raises:
-        RecordError: the body is no such record.
-    """
-    if opcode == Opcode.MESSAGE:
-        if len(body) < _MESSAGE_HEAD.size:
-            raise RecordError("message: it is cut off")
-        channel_id, _, log_ns, publish_ns = _MESSAGE_HEAD.unpack_from(body)
-        content.messages.append(RawMessage(channel_id, log_ns, publish_ns, body[_MESSAGE_HEAD.size :]))
-    elif opcode == Opcode.SCHEMA:
-        content.definitions.append(decode(Schema, body))
-    elif opcode == Opcode.CHANNEL:
-        content.definitions.append(decode(Channel, body))
+    channel_id, _, log_ns, publish_ns = _MESSAGE_HEAD.unpack_from(data, start)
+    return RawMessage(channel_id, log_ns, publish_ns, memoryview(data)[start + _MESSAGE_HEAD.size : start + length])
 
 
 def _decompress(chunk: Chunk) -> bytes:
-    size = chunk.uncompressed_size
+    size, data = chunk.uncompressed_size, chunk.data
     if size > MAX_RECORD_SIZE:
         raise RecordError(f"chunk of {size} bytes; at most {MAX_RECORD_SIZE} are read")
     try:
         if chunk.compression == "":
-            return chunk.data
+            return data
         if chunk.compression == "zstd":
-            content_size = zstandard.get_frame_parameters(chunk.data).content_size
+            content_size = zstandard.get_frame_parameters(data).content_size
             if content_size not in (size, _UNKNOWN_CONTENT_SIZE):
                 raise RecordError(f"chunk: expected {size} bytes, got {content_size}")
-            return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=size) if size else b""
+            _refuse_bomb(zstandard.ZstdDecompressor().stream_reader(data), size)
+            return zstandard.ZstdDecompressor().decompress(data, max_output_size=size) if size else b""
         if chunk.compression == "lz4":
-            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size))
+            _refuse_bomb(lz4.frame.LZ4FrameFile(BytesIO(data)), size)
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size))
     except (zstandard.ZstdError, RuntimeError, MemoryError, EOFError) as error:
         raise RecordError(f"chunk: {chunk.compression}: {' '.join(str(error).split())[:100]}") from None
     raise RecordError(f"chunk: expected compression zstd, lz4 or none, got {chunk.compression[:40]!r}")
+
+
+def _refuse_bomb(records: BinaryIO, size: int) -> None:
+    """Refuse a compressed chunk of ``size`` bytes that is larger than its largest record and ``MAX_CHUNK_SIZE``, without holding it.
+
+    Raises:
+        RecordError: it is.
+    """
+    offset = largest = 0
+    while size > MAX_CHUNK_SIZE + largest and size - offset >= PREFIX_SIZE:
+        records.seek(offset)
+        prefix = records.read(PREFIX_SIZE)
+        if len(prefix) < PREFIX_SIZE:
+            break
+        length = PREFIX_SIZE + int(_PREFIX.unpack(prefix)[1])
+        largest, offset = max(largest, min(length, size - offset)), offset + length
+    if size > MAX_CHUNK_SIZE + largest:
+        raise RecordError(f"chunk of {size} bytes whose largest record has {largest}; at most {MAX_CHUNK_SIZE} beside that are read")

@@ -60,6 +60,7 @@ class LocalFile:
         """Return pieces of it; those that go beyond its end are short."""
         file = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC)
         try:
-            return [os.pread(file, span.length, span.start) for span in spans]
+            size = os.fstat(file).st_size
+            return [os.pread(file, min(span.length, size - span.start), span.start) if span.start < size else b"" for span in spans]
         finally:
             os.close(file)

@@ -30,17 +30,13 @@ from scene_description.poses import (
     multiply_quaternions,
     quaternion_from_yaw,
 )
+from scene_synth_ros.messages.image_reader import ENCODINGS, raw_pixels
 from scene_synth_ros.messages.stamps import NANOSECONDS
 
 ENCODING_CHANNELS: dict[str, tuple[type[np.generic], int]] = {
-    "rgb8": (np.uint8, 3),
-    "mono8": (np.uint8, 1),
-    "16UC1": (np.uint16, 1),
-    "32FC1": (np.float32, 1),
-    "32FC2": (np.float32, 2),
-    "32FC3": (np.float32, 3),
+    name: (np.dtype(ENCODINGS[name][0]).type, ENCODINGS[name][1]) for name in ("rgb8", "mono8", "16UC1", "32FC1", "32FC2", "32FC3")
 }
-"""Image encoding -> dtype and channels, the names of sensor_msgs/image_encodings.hpp."""
+"""Encoding of images that this package makes -> dtype and channels."""
 _ENCODINGS = {(np.dtype(dtype).name, channels): encoding for encoding, (dtype, channels) in ENCODING_CHANNELS.items()}
 
 
@@ -93,10 +89,12 @@ def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame
 
 
 def msg_to_image(message: Image) -> NDArray[np.generic]:
-    """Return the pixels of a message as a read-only view, (height, width) or (height, width, channels)."""
-    dtype, channels = ENCODING_CHANNELS[message.encoding]
-    shape = (message.height, message.width) if channels == 1 else (message.height, message.width, channels)
-    view = np.frombuffer(message.data, dtype).reshape(shape)
+    """Return the pixels of a message as a read-only view, (height, width) or (height, width, channels).
+
+    Raises:
+        CodecError: the encoding is unknown, or the data is too short.
+    """
+    view = raw_pixels(message.encoding, message.height, message.width, message.data, message.step)
     view.flags.writeable = False
     return view
 

@@ -117,9 +117,7 @@ def _camera_switches() -> Iterator[tuple[str, object, bool]]:
                 yield name, Annotated[bool, limits], False
 
 
-_CameraSwitches: type = make_dataclass(
-    "_CameraSwitches", _camera_switches(), bases=(_StreamForms,), frozen=True, slots=True, kw_only=True
-)
+_CameraSwitches: type = make_dataclass("_CameraSwitches", _camera_switches(), bases=(_StreamForms,), frozen=True, slots=True, kw_only=True)
 """A bool for each role of a camera, after the rest."""
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,14 +16,18 @@ from PIL import Image as Picture
 
 from scene_description import SceneSynthError
 from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, Header
-from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE, TRANSPORTS
+from scene_synth_ros.messages.streams import IMAGE_TYPE, TRANSPORTS
 
-_ENCODINGS: Mapping[str, tuple[str, int]] = {
+ENCODINGS: Mapping[str, tuple[str, int]] = {
     "mono8": ("u1", 1), "8UC1": ("u1", 1), "mono16": ("u2", 1), "16UC1": ("u2", 1), "16SC1": ("i2", 1), "32SC1": ("i4", 1),
     "32FC1": ("f4", 1), "64FC1": ("f8", 1), "32FC2": ("f4", 2), "64FC2": ("f8", 2), "32FC3": ("f4", 3), "64FC3": ("f8", 3),
     "rgb8": ("u1", 3), "bgr8": ("u1", 3), "8UC3": ("u1", 3),
 }  # fmt: skip
 """Image encoding -> kind and size of a number, numbers a pixel."""
+MAX_PIXELS = 8192 * 8192
+"""Of an image whose camera is not known: those of the largest camera of this package."""
+_PLAIN_MODES = ("L", "RGB", "I;16", "I;16B", "I")
+"""What Pillow calls pixels that are kept as they are; others become red, green, blue."""
 _DEPTH_HEAD = struct.Struct("<iff")
 
 
@@ -39,18 +43,23 @@ class ReadImage(NamedTuple):
     pixels: NDArray[Any]
 
 
-def read_image(type_name: str, data: bytes | memoryview, topic: str) -> ReadImage:
+def read_image(type_name: str, data: bytes | memoryview, topic: str, size: tuple[int, int] | None = None) -> ReadImage:
     """Return the image in a serialised message; ``bgr8`` as red, green, blue.
 
-    The topic says of a compressed image whether it is depth.
+    Args:
+        type_name: of the message, Image or CompressedImage.
+        data: the message.
+        topic: says of a compressed image whether it is depth.
+        size: height and width that it must have, those of its camera; None for any of up to ``MAX_PIXELS``.
 
     Raises:
-        CodecError: the message is cut off, or its pixels cannot be decoded.
+        CodecError: the message is cut off, its pixels cannot be decoded, or they are of another size.
     """
     try:
-        return IMAGE_READERS[type_name](CdrReader(data), topic)
+        reader = CdrReader(data)
+        return _read_raw(reader, size) if type_name == IMAGE_TYPE else _read_compressed(reader, topic, size)
     except CdrReadError as error:
-        raise CodecError(f"{topic}: {error}") from None
+        raise CodecError(str(error)) from None
 
 
 def read_compressed(data: bytes | memoryview) -> bytes:
@@ -65,48 +74,75 @@ def read_compressed(data: bytes | memoryview) -> bytes:
     return bytes(reader.octets())
 
 
-def _read_raw(reader: CdrReader, topic: str) -> ReadImage:
+def _read_raw(reader: CdrReader, size: tuple[int, int] | None) -> ReadImage:
     head, height, width, encoding = reader.header(), reader.number("I"), reader.number("I"), reader.text()
     order, step = ">" if reader.number("B") else "<", reader.number("I")
-    if encoding not in _ENCODINGS:
-        raise CodecError(f"expected an image encoded as one of {', '.join(_ENCODINGS)}, got '{encoding[:40]}'")
-    kind, channels = _ENCODINGS[encoding]
+    _refuse_size((height, width), size)
+    pixels = raw_pixels(encoding, height, width, reader.octets(), step, order)
+    own = np.array(pixels[..., ::-1] if encoding == "bgr8" else pixels, pixels.dtype.newbyteorder("="), order="C")
+    return ReadImage(head, encoding, own)
+
+
+def raw_pixels(encoding: str, height: int, width: int, octets: Any, step: int = 0, order: str = "<") -> NDArray[Any]:
+    """Return the pixels of an Image, (height, width) or (height, width, channels), as it has them; a view where rows have no gaps.
+
+    Args:
+        encoding: key of ``ENCODINGS``.
+        height: rows.
+        width: columns.
+        octets: its data, a buffer of bytes.
+        step: bytes of a row; 0 for as many as its pixels have.
+        order: of the bytes of a number, ``<`` or ``>``.
+
+    Raises:
+        CodecError: the encoding is none of these, or the data is too short.
+    """
+    if encoding not in ENCODINGS:
+        raise CodecError(f"expected an image encoded as one of {', '.join(ENCODINGS)}, got '{encoding[:40]}'")
+    kind, channels = ENCODINGS[encoding]
     dtype = np.dtype(f"{order}{kind}")
-    octets, row = reader.octets(), width * channels * dtype.itemsize
+    row = width * channels * dtype.itemsize
     step = step or row
     if step < row or len(octets) < step * height:
         raise CodecError(f"expected {height} rows of {row} bytes ({encoding}), got {len(octets)} bytes in rows of {step}")
     rows = np.frombuffer(octets, np.uint8, step * height).reshape(height, step)[:, :row]
-    pixels = rows.copy().view(dtype).astype(dtype.newbyteorder("="), copy=False)
-    shaped = pixels if channels == 1 else pixels.reshape(height, width, channels)
-    return ReadImage(head, encoding, np.ascontiguousarray(shaped[..., ::-1]) if encoding == "bgr8" else shaped)
+    pixels = np.ascontiguousarray(rows).view(dtype)
+    return pixels if channels == 1 else pixels.reshape(height, width, channels)
 
 
-def _read_compressed(reader: CdrReader, topic: str) -> ReadImage:
+def _read_compressed(reader: CdrReader, topic: str, size: tuple[int, int] | None) -> ReadImage:
     head, form = reader.header(), reader.text()
-    return ReadImage(head, form, decode_pixels(topic, reader.octets()))
+    return ReadImage(head, form, decode_pixels(topic, reader.octets(), size))
 
 
-IMAGE_READERS: Mapping[str, Callable[[CdrReader, str], ReadImage]] = {IMAGE_TYPE: _read_raw, COMPRESSED_TYPE: _read_compressed}
-"""Message type -> what reads it."""
+def _refuse_size(found: tuple[int, int], size: tuple[int, int] | None) -> None:
+    height, width = found
+    if size is not None and found != size:
+        raise CodecError(f"expected {size[1]}x{size[0]} pixels, as camera_info says, got {width}x{height}")
+    if not 0 < height * width <= MAX_PIXELS:
+        raise CodecError(f"expected an image of 1 to {MAX_PIXELS} pixels, got {width}x{height}")
 
 
-def decode_pixels(topic: str, data: bytes | memoryview) -> NDArray[Any]:
+def decode_pixels(topic: str, data: bytes | memoryview, size: tuple[int, int] | None = None) -> NDArray[Any]:
     """Return the pixels of a compressed image.
 
-    The compressed topic says whether it is depth.
+    The compressed topic says whether it is depth; ``size`` is as :func:`read_image` has it.
 
     Raises:
-        CodecError: it is neither PNG nor JPEG.
+        CodecError: it is neither PNG nor JPEG, damaged, or of another size, which is found before its pixels are decoded.
     """
-    a = b = 0.0
-    if topic.endswith(TRANSPORTS[2]):
-        a, b, data = split_depth(data)
+    is_depth = topic.endswith(TRANSPORTS[2])
+    a, b, data = split_depth(data) if is_depth else (0.0, 0.0, data)
     try:
         with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
-            pixels = np.array(picture)
-    except (OSError, ValueError, Picture.DecompressionBombError) as error:
-        raise CodecError(f"{topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
+            _refuse_size((picture.height, picture.width), size)
+            pixels = np.array(picture if picture.mode in _PLAIN_MODES else picture.convert("RGB"))
+    except CodecError:
+        raise
+    except Exception as error:  # of files that were damaged, or made to do harm, Pillow raises whatever its parts meet
+        raise CodecError(f"expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
+    if is_depth and pixels.ndim != 2:
+        raise CodecError("compressedDepth: expected a PNG of one channel, got one of colours")
     return depth_from_codes(pixels, a, b)
 
 

@@ -27,7 +27,7 @@ ESTIMATES = "/estimates"
 FRAME_PREFIX = r"[A-Za-z0-9_/]*"
 """Pattern of what may stand before frame names."""
 
-_PART = re.compile(r"[A-Za-z0-9_]+")
+_PART = re.compile(r"[A-Za-z0-9_]{1,100}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,9 +75,7 @@ ANNOTATIONS = Role(
 )  # fmt: skip
 DETECTIONS_2D = Role(name="detections_2d", type_name=DETECTIONS_2D_TYPE, of="camera", made_of="annotations", switch="annotations")
 DETECTIONS_3D = Role(name="detections_3d", type_name=DETECTIONS_3D_TYPE, of="camera", made_of="annotations", switch="annotations")
-POINTS = Role(
-    name="points", type_name=CLOUD_TYPE, of="camera", switch="points", summary="points: the view as an organised cloud, with ids"
-)
+POINTS = Role(name="points", type_name=CLOUD_TYPE, of="camera", switch="points", summary="points: the view as an organised cloud, with ids")
 POINTS_SENSED = Role(
     name="points_sensed", type_name=CLOUD_TYPE, of="camera", switch="points_sensed",
     summary="points_sensed: the same cloud of what depth_sensor reads",
@@ -174,7 +172,7 @@ class Stream(NamedTuple):
 def parse(topic: str, type_name: str = "") -> Stream | None:
     """Return what a topic carries.
 
-    None where no row has the topic's end with its type (any type where none is given), or where a part of the name is not of letters,
+    None where no row has the topic's end with its type (any type where none is given), or where a part of the name is not 1 to 100 letters,
     digits and underscores: names come from files, and parts become names of files, of layers, of cameras.
     """
     parts = topic.split("/")[topic.startswith("/") :]

@@ -120,9 +120,7 @@ class Playback:
         ended: future of the thread; it has the exception if one ended it.
     """
 
-    def __init__(
-        self, reader: BagReader, publishers: Mapping[str, Publisher], config: Callable[[], ReplayConfig], logger: Logger
-    ) -> None:
+    def __init__(self, reader: BagReader, publishers: Mapping[str, Publisher], config: Callable[[], ReplayConfig], logger: Logger) -> None:
         self._publishers, self._config, self._logger = publishers, config, logger
         start = config()
         self.player = Player(

@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the report; return 1 if the bag has a fault."""
+    """Print the report; return 1 if the bag has a fault, or lacks what its run promised."""
     report = inspect_bag(arguments.bag)
     sys.stdout.write(render_report(report) + "\n")
-    return 1 if report.faults else 0
+    return 1 if report.faults or report.lacking else 0

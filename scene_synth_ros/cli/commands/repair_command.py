@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from scene_synth_ros.bags.bag_repair import RepairReport, repair_bag, repaired_name, replace_bag
+from scene_synth_ros.bags.bag_repair import RepairReport, refuse_taken_place, repair_bag, repaired_name, replace_bag
 from scene_synth_ros.cli.lines import first_of, printable, say_progress
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.mcap.file import COMPRESSIONS
@@ -24,6 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Repair; return 0 if a bag could be made."""
     if arguments.in_place and arguments.out:
         raise UsageError("--in-place and --out: expected one of them")
+    if arguments.in_place:
+        refuse_taken_place(arguments.bag)
     out = arguments.out or repaired_name(arguments.bag)
     compression = arguments.compression
     report = repair_bag(arguments.bag, out, compression=compression, progress=lambda messages: say_progress(f"{messages} messages"))

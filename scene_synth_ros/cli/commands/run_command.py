@@ -179,5 +179,3 @@ def _truth(arguments: argparse.Namespace, catalog_dir: Path | None) -> str:
 
 _MADE: dict[str, Callable[[argparse.Namespace, Path | None], str]] = {"contact_sheet": _contact_sheet, "show": _page, "truth": _truth}
 """Option -> what makes the file that it asks for, and says so; each loads its modules itself: they take longer than a short run's check."""
-
-

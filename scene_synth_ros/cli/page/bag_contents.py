@@ -9,27 +9,23 @@ from typing import Any
 import numpy as np
 from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo
 
 from renderer import LAYERS
 from renderer.film.false_color import OBJECTS
 from scene_description import FieldError, SceneSynthError, scene_from_json
-from scene_synth_ros.bags.bag_images import read_pixels
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
 from scene_synth_ros.messages.cdr import json_object, read_text
-from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.image_reader import read_image
 from scene_synth_ros.messages.poses import read_pose
 from scene_synth_ros.messages.stamps import stamp_ns
-from scene_synth_ros.messages.streams import IMAGE_TYPE, INFO, LABELS, MAP, POSE, SCENE, find_streams
+from scene_synth_ros.messages.streams import INFO, LABELS, MAP, POSE, SCENE, find_streams
 
 MAX_NOTES = 40
 MAX_LABELS = 70_000
-_OTHER_FORMS = {"rgb8": "picture", "bgr8": "picture", "mono8": "picture", "16UC1": "distance", "32FC1": "distance"}
-"""Encoding of an image that is none of our layers -> its form; REP 118 keeps distances in the last two."""
-
 _UNREADABLE = (SceneSynthError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
@@ -162,22 +158,12 @@ class BagContents:
         camera = self._camera_at(stamp, stream.camera)
         if camera is None or stream.layer in camera["images"]:
             return
-        form, pixels = _other_image(message) if stream.camera == OTHERS else (form_of(LAYERS[stream.layer]), read_pixels(message))
+        pixels = read_image(message.type_name, message.data, message.topic).pixels
+        other = "picture" if pixels.dtype == np.uint8 else "distance"
+        form = other if stream.camera == OTHERS else form_of(LAYERS[stream.layer])
         image = page_image(pixels, form, LAYERS.get(stream.layer), self._max_size) | {"form": form}
         self._left -= len(image["data"])
         camera["images"][stream.layer] = image
-
-
-def _other_image(message: BagMessage) -> tuple[str, np.ndarray[Any, np.dtype[np.generic]]]:
-    image = deserialize_message(message.data, Image) if message.type_name == IMAGE_TYPE else None
-    if image is None or image.encoding not in _OTHER_FORMS:
-        known = ", ".join(_OTHER_FORMS)
-        raise PageImageError(f"expected an encoding of {known}, got {image.encoding[:40]!r}" if image else "a compressed image of no layer")
-    form, swapped = _OTHER_FORMS[image.encoding], image.encoding == "bgr8"
-    if swapped:
-        image.encoding = "rgb8"
-    pixels = msg_to_image(image)
-    return form, pixels[..., ::-1] if swapped else pixels
 
 
 def _layer_row(layer: str, topic: str) -> dict[str, str]:

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 from renderer.film.false_color import DEPTH_STOPS, FAR_M
 from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
-from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
-from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
+from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME, NodeValues, read_parameters
 from scene_synth_ros.cli.page.bag_contents import BagContents
 from scene_synth_ros.cli.page.bag_index import PageIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
@@ -102,7 +101,7 @@ NODE_GROUPS: dict[str, dict[str, type]] = {
 }
 """How the name of a node begins -> prefix of its parameters -> dataclass that defines them."""
 
-MAX_TEXT, MAX_PARAMETERS, MAX_YAML = 400, 500, 200_000
+MAX_TEXT, MAX_PARAMETERS = 400, 500
 
 
 def run_facts(summary: BagSummary, index: PageIndex) -> list[tuple[str, str]]:
@@ -132,25 +131,17 @@ def changed_parameters(summary: BagSummary) -> list[tuple[str, str, str, str]]:
 
     A default is that of this program; a parameter that it does not know is told with the default ``?``.
     """
-    text = summary.attachments.get(PARAMETERS_NAME, b"")
-    try:
-        document = load_yaml(text) if len(text) <= MAX_YAML else None
-    except BagYamlError:
-        document = None
-    return list(_changed(document))[:MAX_PARAMETERS]
+    return list(_changed(read_parameters(summary.attachments.get(PARAMETERS_NAME, b""))))[:MAX_PARAMETERS]
 
 
-def _changed(document: object) -> Iterator[tuple[str, str, str, str]]:
-    for node, content in document.items() if isinstance(document, Mapping) else ():
-        values = content.get("ros__parameters") if isinstance(content, Mapping) else None
-        if not isinstance(values, Mapping):
-            continue
-        short = str(node).rsplit("/", 1)[-1]
+def _changed(nodes: NodeValues) -> Iterator[tuple[str, str, str, str]]:
+    for node, values in nodes.items():
+        short = node.rpartition("/")[2]
         known = next((_defaults(groups) for name, groups in NODE_GROUPS.items() if short.startswith(name)), {})
         for name, value in values.items():
             default = known.get(str(name), "?")
             if default != value:
-                yield str(node)[:MAX_TEXT], str(name)[:MAX_TEXT], _text(value), _text(default)
+                yield node[:MAX_TEXT], str(name)[:MAX_TEXT], _text(value), _text(default)
 
 
 def _defaults(groups: Mapping[str, type]) -> dict[str, Any]:

@@ -52,8 +52,8 @@ class FormatWriter(Writer):
             else:
                 self.write_floats(path, layer, frame[layer])
         if number == 0:
-            (state.folder / "labels.json").write_bytes(json_bytes(label_tables(frame, self.source.layers)))
-            if (scene := scene_text(frame)) is not None:
+            (state.folder / "labels.json").write_bytes(json_bytes(label_tables(frame, self.source.layers, self.tell)))
+            if (scene := scene_text(frame, self.tell)) is not None:
                 (state.folder / "scene.json").write_text(scene, encoding="utf-8")
         return frame_record(frame) | {"files": names}
 

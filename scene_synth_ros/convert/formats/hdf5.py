@@ -33,6 +33,8 @@ _COLUMNS = {
     "world_from_optical": np.float64,
 }
 """Key of a frame's record -> dtype of the array that holds it for all frames."""
+_TEXTS = ("labels", "scene")
+"""Of a whole room."""
 _CONSTANTS = ("room", "room_type", "seed", "camera", "width", "height", "distortion_model", "row_time_s")
 """Keys of a frame's record that are attributes of the group."""
 
@@ -68,8 +70,11 @@ class FormatWriter(Writer):
         """Take folder and source.
 
         Raises:
-            ConvertError: the library is missing.
+            ConvertError: the library is missing, or a layer is called like what the file has beside layers.
         """
+        for layer in source.layers:
+            if layer in (*_COLUMNS, *_TEXTS):
+                raise ConvertError(f"hdf5: layer {layer}: the name is taken; name the layers that you want: --layers NAME ...")
         try:
             import h5py
         except ImportError:
@@ -88,8 +93,8 @@ class FormatWriter(Writer):
         chunks = {layer: _chunk(frame[layer]) for layer in self.source.layers}
         texts = {}
         if number == 0:
-            texts["labels"] = json_bytes(label_tables(frame, self.source.layers)).decode()
-            if (scene := scene_text(frame)) is not None:
+            texts["labels"] = json_bytes(label_tables(frame, self.source.layers, self.tell)).decode()
+            if (scene := scene_text(frame, self.tell)) is not None:
                 texts["scene"] = scene
         return _Encoded(frame_record(frame), chunks, texts)
 
@@ -128,8 +133,10 @@ class FormatWriter(Writer):
                 raise ConvertError(f"hdf5: {state.sequence.name}: expected one {key} in a room, got {', '.join(sorted(map(str, values)))}")
             group.attrs[key] = values.pop()
         for key, dtype in _COLUMNS.items():
-            column = np.array([record[key] for record in state.records], dtype)
-            group.create_dataset(key, data=column, track_times=False)
+            column = [record[key] for record in state.records]
+            if len(set(map(np.shape, column))) > 1:
+                raise ConvertError(f"hdf5: {state.sequence.name}: expected as many numbers of {key} in all frames, got other counts")
+            group.create_dataset(key, data=np.array(column, dtype), track_times=False)
 
     def finish(self) -> tuple[str, ...]:
         """Close the file."""

@@ -182,7 +182,10 @@ class FormatWriter(Writer):
         poses = np.array([record["world_from_optical"] for record in records])
         distortion = np.zeros((count, schema.DISTORTION_LENGTH))
         for row, record in zip(distortion, records, strict=True):
-            row[: len(record["D"])] = record["D"]
+            if any(record["D"][schema.DISTORTION_LENGTH :]):
+                expected = f"expected at most {schema.DISTORTION_LENGTH} coefficients of the lens, got {len(record['D'])}"
+                raise ConvertError(f"lerobot: camera {record['camera']}: {expected}; rectify the images")
+            row[: len(record["D"])] = record["D"][: schema.DISTORTION_LENGTH]
         state = [[*record["position_m"], *record["quaternion_xyzw"]] for record in records]
         values: dict[str, Any] = {
             "observation.state": np.array(state, np.float32),

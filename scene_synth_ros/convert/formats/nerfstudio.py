@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_synth_ros.convert.camera import HALF_PIXEL, Lens, camera_pose, lens_of, refuse_lens, refuse_rolling_shutter, world_from_opengl
-from scene_synth_ros.convert.files import beyond_note, depth_steps, ply_points, write_json, write_picture, write_png
+from scene_synth_ros.convert.files import depth_steps, ply_points, write_json, write_picture, write_png
 from scene_synth_ros.convert.sparse_points import Cells, Glimpse, SparsePoints, cells_of, glimpse
-from scene_synth_ros.convert.writer import Sequence, Source, Writer
+from scene_synth_ros.convert.writer import Sequence, Writer
 from scene_synth_ros.dataset import Frame
 
 STEPS_A_METRE = 1000.0
@@ -55,10 +55,7 @@ class _Item(NamedTuple):
 class FormatWriter(Writer):
     """Writes folders for nerfstudio."""
 
-    def begin(self, out: Path, source: Source) -> None:
-        """Begin with no pixel too far away."""
-        super().begin(out, source)
-        self._beyond = 0
+    steps_a_metre = STEPS_A_METRE
 
     def begin_sequence(self, sequence: Sequence) -> _Folder:
         """Make the folders of a sequence.
@@ -99,7 +96,7 @@ class FormatWriter(Writer):
     def take(self, item: _Item, state: _Folder) -> None:
         """Keep the row, and the points."""
         state.frames.append(item.row)
-        self._beyond += item.beyond
+        self.beyond += item.beyond
         if item.seen is not None:
             state.points.add(item.seen)
 
@@ -110,10 +107,6 @@ class FormatWriter(Writer):
             (state.path / _POINTS).write_bytes(ply_points(state.points.points_m, state.points.colors))
             meta["ply_file_path"] = _POINTS
         write_json(state.path / "transforms.json", meta | {"frames": state.frames})
-
-    def finish(self) -> tuple[str, ...]:
-        """Tell of pixels that are too far away."""
-        return (*super().finish(), *beyond_note(self.name, self._beyond, STEPS_A_METRE))
 
 
 def camera_entries(lens: Lens) -> dict[str, Any]:

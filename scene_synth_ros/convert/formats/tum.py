@@ -13,9 +13,9 @@ from pathlib import Path
 
 from scene_description import CameraPose
 from scene_synth_ros.convert.camera import camera_pose, lens_of, refuse_lens, shutter_notes
-from scene_synth_ros.convert.files import beyond_note, depth_steps, write_picture, write_png
+from scene_synth_ros.convert.files import depth_steps, write_picture, write_png
 from scene_synth_ros.convert.tum_trajectory import stamp_text, trajectory_to_tum
-from scene_synth_ros.convert.writer import Sequence, Source, Writer
+from scene_synth_ros.convert.writer import Sequence, Writer
 from scene_synth_ros.dataset import Frame
 
 STEPS_A_METRE = 5000.0
@@ -33,10 +33,7 @@ class _Folder:
 class FormatWriter(Writer):
     """Writes TUM RGB-D sequences."""
 
-    def begin(self, out: Path, source: Source) -> None:
-        """Begin with no pixel too far away."""
-        super().begin(out, source)
-        self._beyond = 0
+    steps_a_metre = STEPS_A_METRE
 
     def begin_sequence(self, sequence: Sequence) -> _Folder:
         """Make the folders of a sequence, and write its intrinsics.
@@ -68,7 +65,7 @@ class FormatWriter(Writer):
     def take(self, item: tuple[CameraPose, int], state: _Folder) -> None:
         """Keep the pose."""
         state.poses.append(item[0])
-        self._beyond += item[1]
+        self.beyond += item[1]
 
     def end_sequence(self, state: _Folder) -> None:
         """Write the lists and the trajectory."""
@@ -84,7 +81,3 @@ class FormatWriter(Writer):
         joined = "".join(f"{stamp} rgb/{stamp}.png {stamp} depth/{stamp}.png\n" for stamp in stamps)
         (state.path / "associations.txt").write_text(joined, encoding="utf-8")
         (state.path / "groundtruth.txt").write_text(trajectory_to_tum(state.poses), encoding="utf-8")
-
-    def finish(self) -> tuple[str, ...]:
-        """Tell of pixels that are too far away, and of rolling shutters."""
-        return (*super().finish(), *beyond_note(self.name, self._beyond, STEPS_A_METRE))

@@ -42,12 +42,12 @@ class FormatWriter(Writer):
         """Return key and members of a sample, by name."""
         files = {"frame.json": json_bytes(frame_record(frame))}
         if id_layers(self.source.layers):
-            files["labels.json"] = json_bytes(label_tables(frame, self.source.layers))
+            files["labels.json"] = json_bytes(label_tables(frame, self.source.layers, self.tell))
         for layer in self.source.layers:
             suffix, data = picture_file(frame, layer) or ("npy", npy_file(frame[layer]))
             files[f"{layer}.{suffix}"] = data
             self._members[layer] = f"{layer}.{suffix}"
-        if number == 0 and state.place == 0 and (scene := scene_text(frame)) is not None:
+        if number == 0 and state.place == 0 and (scene := scene_text(frame, self.tell)) is not None:
             (self.out / "rooms" / f"{state.folder}.json").write_text(scene, encoding="utf-8")
         return f"{state.name}_{frame.number:06d}", sorted(files.items())
 
@@ -81,7 +81,7 @@ class FormatWriter(Writer):
         self._close_shard()
         self._path = self.out / f"shard-{len(self._shards):06d}.tar"
         self._file = _HashedFile(self._path)
-        self._tar = tarfile.open(fileobj=cast("IO[bytes]", self._file), mode="w|", format=tarfile.USTAR_FORMAT)
+        self._tar = tarfile.open(fileobj=cast("IO[bytes]", self._file), mode="w|", format=tarfile.PAX_FORMAT)
         self._size = self._samples = 0
 
     def _close_shard(self) -> None:

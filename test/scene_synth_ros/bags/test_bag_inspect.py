@@ -6,6 +6,8 @@ from bag_samples import PERIOD_NS, START_NS, TOPICS, camera_info, frame_messages
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag, render_report
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.bags.run_info import parameters_file
+from scene_synth_ros.cli.command_line import main
 
 COLOR = "/synth/camera/color/image_raw"
 DEPTH = "/synth/camera/depth/image_raw"
@@ -163,3 +165,61 @@ def test_statistics_that_disagree_with_the_chunks(tmp_path):
 def test_control_characters_do_not_reach_the_terminal(tmp_path):
     report = report_on(tmp_path / "bag", [scene(0, 1), *frames(0)], custom_data={"note": "\x1b[31mred"})
     assert "note: ?[31mred" in render_report(report)
+
+
+def promised(folder, messages, *, rooms=3, frames_of_each=4, first_index=0, camera="camera", text=None):
+    nodes = {
+        "/synth/grammar_node": {"rooms": rooms, "frames_per_room": frames_of_each, "first_index": first_index},
+        "/synth/renderer_node": {"streams.camera": camera},
+    }
+    with BagWriter(folder) as writer:
+        writer.set_attachment("parameters.yaml", parameters_file(nodes) if text is None else text)
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        for topic, log_ns, data in messages:
+            writer.write(topic, data, log_ns, log_ns)
+    return inspect_bag(folder)
+
+
+def room(index, count=4):
+    path = [{"stamp_ns": START_NS + (count * index + i) * PERIOD_NS} for i in range(count)]
+    return [
+        ("/synth/scene", path[0]["stamp_ns"], text({"index": index, "camera_path": path})),
+        *frames(*range(count * index, count * index + count)),
+    ]
+
+
+def test_a_bag_that_lacks_what_its_parameters_promise_says_so(tmp_path):
+    whole = [*room(0), *room(1), *room(2)]
+    assert promised(tmp_path / "whole", whole).lacking == ()
+    for number, (messages, left) in enumerate([([*room(0), *room(1)], 8), ([*room(0), *room(1)[:5]], 5), (room(0)[:5], 1), ([], 0)]):
+        report = promised(tmp_path / f"{number}", messages)
+        assert report.lacking == (
+            f"/synth/camera: {left} of the 12 frames that its parameters promise, 3 rooms x 4; the run or the recording ended early",
+        )
+        assert f"lacking: {report.lacking[0]}" in render_report(report).splitlines()
+        assert "no faults" not in render_report(report).splitlines()
+
+
+@pytest.mark.parametrize(
+    ("messages", "promise"),
+    [
+        ([*room(1), *room(2)], {}),
+        ([scene(0, 4, START_NS + 2 * PERIOD_NS), *frames(2, 3), *room(1), *room(2)], {}),
+        ([*room(0)], {"rooms": 0}),
+        ([*room(0)], {"camera": "other"}),
+        ([*room(0)], {"text": b"a: ["}),
+        ([*room(0)], {"text": b"/synth/grammar_node: {ros__parameters: {rooms: x, frames_per_room: [1]}}"}),
+        ([*room(1), *room(2)], {"first_index": 1, "rooms": 2}),
+    ],
+)
+def test_parts_of_runs_and_runs_without_end_promise_nothing(tmp_path, messages, promise):
+    assert promised(tmp_path / "bag", messages, **promise).lacking == ()
+
+
+def test_the_command_fails_where_something_is_lacking(tmp_path, capsys):
+    promised(tmp_path / "bag", room(0))
+    with pytest.raises(SystemExit) as status:
+        main(["inspect", str(tmp_path / "bag")])
+    assert status.value.code == 1
+    assert capsys.readouterr().out.splitlines()[-2].startswith("lacking: /synth/camera: 4 of the 12 frames")

@@ -16,6 +16,7 @@ from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_repair import repair_bag, replace_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.command_line import main
 
 FRAMES, CHUNK = 40, 6000
 CUTS = 50
@@ -176,3 +177,94 @@ def test_a_bag_cut_in_its_first_frame_has_nothing_to_save_and_leaves_no_folder(t
     with pytest.raises(BagReadError, match="no whole frame is left, there is nothing to save; the frame at 1700000000"):
         repair_bag(tmp_path / "cut.mcap", tmp_path / "new")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bag", "cut.mcap"]
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("beside", ["x.mcap", "x_repaired", ".x.mcap.active.repairing", "x_repaired.repairing", ".x_repaired.partial"])
+def test_a_file_repaired_in_place_touches_nothing_beside_it(
+    whole: Path, tmp_path: Path, beside: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = tmp_path / "x.mcap.active"
+    bag.write_bytes((whole / "bag_0.mcap").read_bytes()[:50_000])
+    if "repair" in beside:
+        (tmp_path / beside).mkdir()
+    (tmp_path / beside / "mine" if "repair" in beside else tmp_path / beside).write_bytes(b"mine")
+    before = files_of(tmp_path)
+    with pytest.raises(SystemExit) as status:
+        main(["repair", str(bag), "--in-place"])
+    told = capsys.readouterr().err.strip()
+    if beside in ("x.mcap", "x_repaired"):
+        assert status.value.code == 2 and f"{tmp_path / beside}: exists already; " in told.splitlines()[-1]
+        assert files_of(tmp_path) == before
+    else:
+        assert not status.value.code, told
+        after = files_of(tmp_path)
+        assert {name: data for name, data in after.items() if name != "x.mcap"} == {k: v for k, v in before.items() if k != bag.name}
+
+
+def test_a_folder_repaired_in_place_touches_nothing_beside_it(whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = cut_bag(whole, tmp_path / "bag", 50_000, active=True)
+    (tmp_path / ".bag.old").mkdir()
+    before = files_of(tmp_path)
+    with pytest.raises(SystemExit) as status:
+        main(["repair", str(folder), "--in-place"])
+    assert status.value.code == 2 and f"{tmp_path / '.bag.old'}: exists already; " in capsys.readouterr().err.strip().splitlines()[-1]
+    assert files_of(tmp_path) == before and sorted(path.name for path in tmp_path.iterdir()) == [".bag.old", "bag"]
+
+
+def stamps_of(bag: Path) -> dict[str, list[int]]:
+    """Return stream of the camera -> log times of its messages."""
+    found: dict[str, list[int]] = {topic: [] for topic in TOPICS if topic.startswith("/synth/camera/") and "labels" not in topic}
+    for topic, log_ns, _ in content(bag):
+        if topic in found:
+            found[topic].append(log_ns)
+    return found
+
+
+@pytest.mark.parametrize("indexed", [True, False])
+@pytest.mark.parametrize("flips", [1, 2, 4, 8])
+def test_damage_within_a_bag_leaves_whole_frames_and_what_is_beside_them(whole: Path, tmp_path: Path, flips: int, indexed: bool) -> None:
+    data = bytearray((whole / "bag_0.mcap").read_bytes())
+    draw = random.Random(flips)
+    for place in draw.sample(range(1000, len(data) - 12_000), flips):
+        data[place] ^= 0xFF
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.mcap").write_bytes(data if indexed else data[:-100])
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    times = list(stamps_of(report.bag).values())
+    assert all(own == times[0] for own in times) and FRAMES - 4 * flips <= len(times[0]) < FRAMES
+    assert report.cut and all(line.startswith("the frame at 17000000") for line in report.cut)
+    damaged = set(content(tmp_path / "bag"))
+    lost = damaged - set(content(report.bag))
+    assert {topic for topic, _, _ in lost} <= set(stamps_of(report.bag)) | {"/synth/camera/semantic/labels"}
+
+
+@pytest.mark.parametrize("last", [1, 3])
+def test_half_a_frame_at_the_end_of_a_finished_bag_is_a_fault_and_is_cut_away(tmp_path: Path, last: int) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        for index in range(5):
+            for topic, stamp, data in frame_messages(index)[: last if index == 4 else None]:
+                writer.write(topic, data, stamp, stamp)
+    assert [fault for fault in inspect_bag(tmp_path / "bag").faults if "1 of 5 frames of its camera are missing" in fault]
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    assert len(report.cut) == 1 and f"only {last} messages" in report.cut[0]
+    assert inspect_bag(report.bag).faults == () and {len(times) for times in stamps_of(report.bag).values()} == {4}
+
+
+def test_streams_of_others_at_their_own_rates_stay_as_they_are(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        for index in range(12):
+            for topic, stamp, data in frame_messages(index):
+                late = {"color": 3, "depth": 8}.get(topic.split("/")[3] if topic.startswith("/synth/camera") else "", 5)
+                if index % 2 or "depth" not in topic:
+                    writer.write(topic, data, stamp + late, stamp + late)
+    before = content(tmp_path / "bag")
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    assert content(report.bag) == before and report.cut == ()

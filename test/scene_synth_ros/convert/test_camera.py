@@ -54,3 +54,38 @@ def test_a_rolling_shutter_is_told_from_the_settings():
     for frame in GLOBAL:
         refuse_rolling_shutter(frame, "left", "bop")
         assert not shutter_notes(frame, "left", "tum")
+
+
+@pytest.mark.parametrize("beyond", [(1e-4,), (0.0, 0.0, 0.0, 1e-4), (0.0, 0.0, 0.0, 0.0, 0.02, 0.0)])
+def test_a_rational_lens_with_a_thin_prism_or_a_tilt_is_refused_and_zeros_are_none(beyond):
+    camera = recorded(RATIONAL)
+    told = dataclasses.replace(camera, D=np.array([*camera.D, *beyond]))
+    with pytest.raises(
+        ConvertError, match=r"^camera camera: expected at most 8 coefficients of rational_polynomial, got .* more that are not 0"
+    ):
+        lens_of(told)
+    assert lens_of(dataclasses.replace(camera, D=np.array([*camera.D, *(0.0 for _ in beyond)]))) == lens_of(camera)
+
+
+@pytest.mark.parametrize(("config", "count"), [(BROWN_K3, 5), (FISHEYE, 4)])
+def test_coefficients_that_a_model_has_no_place_for_are_refused(config, count):
+    camera = recorded(config)
+    with pytest.raises(ConvertError, match=rf"expected at most {count} coefficients of .*, got 1 more that are not 0"):
+        lens_of(dataclasses.replace(camera, D=np.array([*camera.D, 1.0])))
+
+
+@pytest.mark.parametrize(("width", "height"), [(100_000, 100_000), (0, 48), (64, 0), (2**32 - 1, 2**32 - 1)])
+def test_a_camera_of_a_size_that_no_picture_has_is_refused_before_it_takes_memory(width, height):
+    with pytest.raises(ConvertError, match=rf"^camera camera: expected an image of 1 to 67108864 pixels, got {width}x{height}$"):
+        lens_of(dataclasses.replace(recorded(PINHOLE), width=width, height=height))
+
+
+@pytest.mark.parametrize("value", [0.0, -70.0, float("nan"), float("inf")])
+def test_a_camera_that_is_not_calibrated_is_refused(value):
+    camera = recorded(PINHOLE)
+    k = camera.K.copy()
+    k[0, 0] = value
+    with pytest.raises(
+        ConvertError, match=r"^camera camera: expected finite numbers in K and D and focal lengths above 0, got fx .*; calibrate"
+    ):
+        lens_of(dataclasses.replace(camera, K=k))

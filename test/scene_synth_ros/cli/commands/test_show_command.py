@@ -173,7 +173,8 @@ def test_a_bag_without_messages_and_one_that_others_made(tmp_path: Path) -> None
         "the bag holds no colour",
         "the bag holds no scene description: no plan of the room, no objects",
         "the bag holds no camera poses: the camera is not on the plan",
-        "/front/bayer_rggb8: a message cannot be shown (expected an encoding of rgb8, bgr8, mono8, 16UC1, 32FC1, got 'bayer_rggb8')",
+        "/front/bayer_rggb8: a message cannot be shown (expected an image encoded as one of mono8, 8UC1, mono16, 16UC1, 16SC1, 32SC1,"
+        " 32FC1, 64FC1, 32FC2, 64FC2, 32FC3, 64FC3, rgb8, bgr8, 8UC3, got 'bayer_rggb8')",
     )
     (entry,) = data["rooms"][0]["frames"][0]["cameras"]["other images"]["images"].values()
     assert np.abs(decoded(entry).astype(int) - pixels[..., ::-1]).mean() < 8.0
