@@ -154,8 +154,7 @@ class RecorderNode(SuiteNode):
         try:
             self._recording.close()
         except BagWriteError as error:
-            if self._state != "failed":
-                self.fail(str(error))
+            self._end_recording(str(error))
             self.exit_code = FAULT_STATUS if self.faults.count else 1
         if self._accounting.lost:
             self.get_logger().error(f"{sum(self._accounting.lost.values())} messages lost: {dict(self._accounting.lost)}")
@@ -182,25 +181,30 @@ class RecorderNode(SuiteNode):
             self._rooms.take_status(status)
         if status.role == "renderer":
             self._connections.take_status(status)
-        elif status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
+        elif status.role == "grammar" and status.state in ("finished", "failed") and self._ends_with_run and not self.leaving:
             self._finish_asked = status.state
 
     def _tick(self) -> None:
         if self._closed:
             return
-        if self._recording.fault and self._state != "failed":
-            self.fail(self._recording.fault)
+        if self._recording.fault:
+            self._end_recording(self._recording.fault)
         self._rooms.step(time.monotonic(), self._settings[""].loss_timeout_s)
         self._publish_status()
-        if self._state == "failed" or self._finish_asked:
+        if self._recording.fault or self._finish_asked:
             self.close()
             bad = self._state == "failed" or self._finish_asked == "failed" or bool(self._accounting.lost)
             self.exit_code = self.exit_code or (FAULT_STATUS if self.faults.count else int(bad))
 
+    def _end_recording(self, fault: str) -> None:
+        """Say once why nothing is written any more."""
+        if self._reason != fault:
+            self.get_logger().error(fault)
+            self.fail(fault)
+
     def fail(self, reason: str) -> None:
-        """Say that the node records nothing any more."""
+        """Tell the peers that the node records nothing any more."""
         self._state, self._reason = "failed", reason
-        self.get_logger().error(reason)
         self._diagnostics.publish()
         self._publish_status()
 

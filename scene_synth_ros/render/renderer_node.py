@@ -134,7 +134,7 @@ class RendererNode(SuiteNode):
         self._inbox.take_status(status, self._output.published)
         if status.role == "grammar" and status.run != self._output.status.run:
             self._output.tell(run=status.run, done_scene=-1, refused_scene=-1)
-        if status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
+        if status.role == "grammar" and status.state in ("finished", "failed") and self._ends_with_run:
             self.exit_code = 0 if status.state == "finished" else 1
         self._tick()
 

@@ -176,7 +176,7 @@ class StreamPublishers:
         with self._lock:
             self._closed = True
         deadline = time.monotonic() + seconds
-        for publisher in self._publishers.values():
+        for publisher in (*self._publishers.values(), self._status_publisher):
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
     def _send_transforms(self, pose: CameraPose) -> None:

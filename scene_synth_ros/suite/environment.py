@@ -1,10 +1,13 @@
-"""Environment variables for a while."""
+"""Environment variables: for a while, and what processes of this package tell each other by them."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 from collections.abc import Iterator, Mapping
+
+SUPERVISED = "SCENE_SYNTH_SUPERVISED"
+"""Set in nodes that ``scene_synth run`` has started: it watches them, and ends them itself when the run is over."""
 
 
 @contextlib.contextmanager

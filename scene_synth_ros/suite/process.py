@@ -19,6 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from scene_description import error_line
+from scene_synth_ros.suite.environment import SUPERVISED
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.parameters import ParameterError
@@ -49,9 +50,10 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     The node has ``exit_code``, None while it runs, and ``close()``, which frees what it holds and is called once, after spinning has ended.
     If it has ``arrivals``, a count of messages, it gets those that are on their way to it when the signal comes.
 
-    SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``.  One of ``REFUSALS`` while the node is made (a refused
-    parameter, a folder that exists) ends it with code 2 and one line on stderr; a fault of the program with ``FAULT_STATUS`` and its
-    traceback.  Threads that still work end with the process.
+    SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``, and ``leave``, where it has that, tells the peers.  Whoever
+    watches a node of ``scene_synth run`` sees it ended by the signal itself, after ``close``.  One of ``REFUSALS`` while the node is made
+    (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr; a fault of the program with ``FAULT_STATUS``
+    and its traceback.  Threads that still work end with the process.
     """
     code = FAULT_STATUS
     try:
@@ -79,8 +81,8 @@ def _run(make: Callable[[], Node], args: list[str] | None) -> int:
     try:
         while not caught and node.exit_code is None:
             executor.spin_once(timeout_sec=_LISTEN_S)
-        if node.exit_code is None and hasattr(node, "arrivals"):
-            _take_what_comes(executor, node)
+        if node.exit_code is None:
+            _take_leave(executor, node, caught[0])
     except ExternalShutdownException:
         caught.append(signal.SIGTERM)
     except Exception as error:
@@ -90,7 +92,12 @@ def _run(make: Callable[[], Node], args: list[str] | None) -> int:
     executor.shutdown(timeout_sec=0.5)
     node.destroy_node()
     rclpy.try_shutdown()
-    return node.exit_code or 0
+    return node.exit_code or end_status(caught)
+
+
+def end_status(caught: Sequence[int]) -> int:
+    """Return what a process that has done its work ends with: 0, or a signal's number below 0 for who watches the nodes of a run."""
+    return -caught[0] if caught and SUPERVISED in os.environ else 0
 
 
 def _make(make: Callable[[], Node], args: list[str] | None, caught: list[int]) -> tuple[Node | None, str]:
@@ -126,17 +133,22 @@ def close_node(node: Any) -> None:
         node.exit_code = FAULT_STATUS
 
 
-def _take_what_comes(executor: SingleThreadedExecutor, node: Any) -> None:
-    """Spin on until nothing more arrives, so that what DDS holds for the node is not lost."""
+def _take_leave(executor: SingleThreadedExecutor, node: Any, number: int) -> None:
+    """Let a node say that a signal ends it, and spin on until nothing more arrives, so that what DDS holds for it is not lost."""
+    if hasattr(node, "leave"):
+        node.leave("" if SUPERVISED in os.environ else f"ended by {signal.Signals(number).name}")
     end, before = time.monotonic() + SETTLE_S, -1
-    while time.monotonic() < end and node.arrivals != before:
+    while hasattr(node, "arrivals") and time.monotonic() < end and node.arrivals != before:
         before, quiet = node.arrivals, time.monotonic() + QUIET_S
         while time.monotonic() < quiet:
             executor.spin_once(timeout_sec=0.01)
 
 
 def end_process(code: int) -> None:
-    """End the process now; a worker thread deep in a kernel or a compilation must not hold it up."""
+    """End the process now, below 0 by a signal; a worker thread deep in a kernel or a compilation must not hold it up."""
     sys.stdout.flush()
     sys.stderr.flush()
+    if code < 0:
+        signal.signal(-code, signal.SIG_DFL)
+        os.kill(os.getpid(), -code)
     os._exit(code)

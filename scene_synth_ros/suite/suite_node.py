@@ -6,13 +6,14 @@
 | activate | the node works: rooms go out, frames are rendered, messages are recorded |
 | deactivate | it pauses after what it has in hand; everything stays connected |
 | cleanup | everything made by *configure* is taken down; parameters stay |
-| shutdown | the process ends, as after SIGTERM |
+| shutdown | the process ends; before its run is over with status 1 |
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -29,6 +30,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from scene_description import FieldError, SceneSynthError, error_line
+from scene_synth_ros.suite.environment import SUPERVISED
 from scene_synth_ros.suite.faults import FAULT_STATUS, Faults
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.rclpy_internals import RCL_ERRORS, ChangeState, wrap_change_state
@@ -78,6 +80,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
     Attributes:
         active: whether it is in the state *active*.
         exit_code: None while the node runs; what its process shall end with.
+        leaving: whether somebody has ended the node.
         faults: the faults of the program that have come up in this node.
     """
 
@@ -85,6 +88,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         super().__init__(name, **options)
         self.active = False
         self.exit_code: int | None = None
+        self.leaving = False
         self.faults = Faults(lambda text: self.get_logger().error(text))
         self._faults_seen = 0
         self._warning, self._warned_s = "", 0.0
@@ -129,6 +133,23 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
 
     def fail(self, reason: str) -> None:
         """Tell the peers that the node has failed; its process ends next."""
+
+    def leave(self, how: str) -> None:
+        """Take that somebody ends the node; where its run shall end by itself, tell the peers, who would wait for it for ever.
+
+        Args:
+            how: it is ended, as ``ended by SIGTERM``; empty where somebody watches the nodes and ends the run.
+        """
+        self.leaving = True
+        if how and self._ends_with_run:
+            reason = f"{how} before the run was over"
+            self.get_logger().warning(reason)
+            self.fail(reason)
+
+    @property
+    def _ends_with_run(self) -> bool:
+        """Whether the node ends by itself when its run is over."""
+        return self.has_parameter("exit_when_done") and self.get_parameter("exit_when_done").value is True
 
     def at_work(self) -> str:
         """Return the room at work, with its seed, as a fault's report names it; empty if there is none."""
@@ -203,8 +224,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         if self.faults.count == self._faults_seen:
             return
         self._faults_seen = self.faults.count
-        ends = self.has_parameter("exit_when_done") and self.get_parameter("exit_when_done").value is True
-        if ends and self.exit_code is None:
+        if self._ends_with_run and self.exit_code is None:
             self.exit_code = FAULT_STATUS
             self.fail(self.faults.last)
 
@@ -249,7 +269,9 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the process."""
         self.active = False
-        self.exit_code = self.exit_code or 0
+        if self.exit_code is None:
+            self.leave("shut down")
+            self.exit_code = int(self._ends_with_run or SUPERVISED in os.environ)
         return SUCCESS
 
     def _try(self, step: Callable[[], None]) -> TransitionCallbackReturn:

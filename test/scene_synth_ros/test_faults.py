@@ -102,15 +102,16 @@ def test_ctrl_c_ends_everything_and_leaves_a_whole_bag(tmp_path: Path) -> None:
         stop(process)
 
 
-def test_a_killed_renderer_ends_the_run_and_keeps_the_bag(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("node", "number"), [("renderer_node", signal.SIGKILL), ("recorder_node", signal.SIGTERM)])
+def test_a_node_that_somebody_ends_ends_the_run_and_the_bag_is_whole(tmp_path: Path, node: str, number: signal.Signals) -> None:
     bag = tmp_path / "bag"
     process, marker = start_long_run(bag)
     try:
         wait_for_frames(bag, process)
-        os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
+        os.kill(node_pids(marker)[node], number)
         output, errors = process.communicate(timeout=60)
         assert process.returncode == 1
-        assert "renderer_node was ended by SIGKILL" in output
+        assert f"run: {node} was ended by {number.name}" in output
         assert "Traceback" not in errors
         assert not node_pids(marker)
         with BagReader(bag) as reader:

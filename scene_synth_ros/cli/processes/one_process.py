@@ -19,7 +19,7 @@ from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.processes.supervisor import NODES
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import limit_arenas
-from scene_synth_ros.suite.process import close_node, end_process, init_ros
+from scene_synth_ros.suite.process import close_node, end_process, end_status, init_ros
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
 
@@ -75,7 +75,7 @@ def run(names: dict[str, str], namespace: str) -> int:
         executor.spin_once(timeout_sec=0.05)
     for node in recorders:
         close_node(node)
-    return code or max((node.exit_code or 0 for node in nodes), default=0)
+    return code or max((node.exit_code or 0 for node in nodes), default=0) or end_status(caught)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from scene_synth_ros.suite.environment import SUPERVISED
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
@@ -69,7 +70,7 @@ class Interrupts:
 
 
 def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, log_level: str = "info") -> Outcome:
-    """Run nodes until all have ended, one has failed, or a signal comes; then end the others.
+    """Run nodes until all have ended, one has failed or was ended by somebody, or a signal comes; then end the others.
 
     What fails in one node makes others fail too, perhaps before it has ended itself: the outcome names the one at fault, after a fault of
     the program that one, and not a recorder where another node has failed.
@@ -120,7 +121,7 @@ def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
         "RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{name}] {message}",
         "PYTHONUNBUFFERED": "1",
     }
-    return {**defaults, **outer}
+    return {**defaults, **outer, SUPERVISED: "1"}
 
 
 def _start(node: NodeProcess, namespace: str, environment: Mapping[str, str], log_level: str) -> subprocess.Popen[bytes]:

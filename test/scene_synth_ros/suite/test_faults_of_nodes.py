@@ -115,6 +115,13 @@ def test_a_fault_ends_a_run_that_shall_end(context: Context) -> None:
     assert world.faulty.exit_code == FAULT_STATUS and "ValueError" in world.faulty.failed_because
 
 
+@pytest.mark.parametrize(("shall_end", "reason"), [(True, "ended by SIGTERM before the run was over"), (False, "")])
+def test_who_is_ended_tells_the_peers_of_a_run_that_shall_end(context: Context, shall_end: bool, reason: str) -> None:
+    world = World(context, Parameter("exit_when_done", value=shall_end))
+    world.faulty.leave("ended by SIGTERM")
+    assert world.faulty.leaving and world.faulty.failed_because == reason
+
+
 def test_a_fault_in_a_transition_is_told(context: Context) -> None:
     world = World(context)
     world.faulty.trigger_deactivate()

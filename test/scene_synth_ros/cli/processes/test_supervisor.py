@@ -1,0 +1,81 @@
+"""Nodes that somebody ends while the run goes on, in real processes."""
+
+import os
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+from scene_synth_ros_suite import environment, wait_until
+
+from scene_synth_ros.cli.processes.supervisor import Interrupts, NodeProcess, Outcome, run_nodes
+
+NODE = """
+import os, sys
+from rclpy.lifecycle import LifecycleNode
+from scene_synth_ros.suite.process import run_node
+from scene_synth_ros.suite.suite_node import SuiteNode
+
+class Idle(SuiteNode):
+    def __init__(self):
+        super().__init__("idle")
+        self.declare_parameter("exit_when_done", True)
+        self.begin(True)
+        open(sys.argv[1] + "/" + sys.argv[2] + "_" + str(os.getpid()), "w").close()
+        if sys.argv[3:]:
+            self.create_timer(0.1, self.trigger_shutdown)
+
+run_node(Idle, [])
+"""
+
+
+def processes(folder: Path, **words: tuple[str, ...]) -> list[NodeProcess]:
+    (folder / "idle_node_of_a_test.py").write_text(NODE)
+    (folder / "pids").mkdir()
+    return [
+        NodeProcess(name=name, module="idle_node_of_a_test", parameters=folder, words=(str(folder / "pids"), name, *more))
+        for name, more in words.items()
+    ]
+
+
+@pytest.fixture(autouse=True)
+def surroundings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in environment().items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]]))
+
+
+def run(nodes: list[NodeProcess], work: threading.Thread | None = None) -> Outcome:
+    """Run nodes; fail instead of waiting for ever where nobody ends them."""
+    interrupts = Interrupts()
+    watch = threading.Timer(30.0, lambda: setattr(interrupts, "count", 1))
+    watch.start()
+    if work is not None:
+        work.start()
+    try:
+        return run_nodes(nodes, "/synth", interrupts)
+    finally:
+        watch.cancel()
+
+
+@pytest.mark.parametrize(("node", "number"), [("recorder_node", signal.SIGTERM), ("renderer_node", signal.SIGINT)])
+def test_a_node_that_is_ended_by_a_signal_ends_the_run(
+    tmp_path: Path, node: str, number: signal.Signals, capfd: pytest.CaptureFixture[str]
+) -> None:
+    nodes = processes(tmp_path, recorder_node=(), renderer_node=(), grammar_node=())
+
+    def end() -> None:
+        wait_until(lambda: len(list((tmp_path / "pids").iterdir())) == 3, 30, "the nodes")
+        (mine,) = (tmp_path / "pids").glob(f"{node}_*")
+        os.kill(int(mine.name.rpartition("_")[2]), number)
+
+    outcome = run(nodes, threading.Thread(target=end))
+    assert outcome == Outcome(code=1, reason=f"{node} was ended by {number.name}", at=node)
+    assert "before the run was over" not in capfd.readouterr().err, "the run's own line names the node, and no other line any node"
+
+
+def test_a_node_that_is_shut_down_ends_the_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    outcome = run(processes(tmp_path, recorder_node=(), renderer_node=("shut down",)))
+    assert outcome == Outcome(code=1, reason="renderer_node ended with code 1, for the reason told above", at="renderer_node")
+    (line,) = (line for line in capfd.readouterr().err.splitlines() if "idle" in line)
+    assert line == "[idle] shut down before the run was over"
