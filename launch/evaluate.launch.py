@@ -3,16 +3,11 @@
 ros2 launch scene_synth_ros evaluate.launch.py tasks:=depth,normals estimates:=depth:=/my/depth,normals:=/my/normals out:=evaluation.json
 """
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch_ros.actions import Node
-
-from launch import LaunchDescription
-from scene_synth_ros.cli.processes.launching import Arguments, ending_with
+from scene_synth_ros.cli.processes.launching import NAMESPACE, SuiteEnd, described, suite_node
 
 
-def nodes(context):
-    """Return the node, once every argument is known to fit."""
-    arguments = Arguments(context)
+def nodes(arguments):
+    """Return the node."""
     lists = {name: [word for word in arguments.text(name).split(",") if word] for name in ("tasks", "estimates", "truth")}
     parameters = {
         **{name: words for name, words in lists.items() if words},
@@ -20,21 +15,11 @@ def nodes(context):
         "breakdown": arguments.flag("breakdown"),
         "out": arguments.text("out"),
     }
-    return [
-        Node(
-            package="scene_synth_ros",
-            executable="evaluator_node",
-            name="evaluator_node",
-            namespace=arguments.text("namespace"),
-            parameters=[parameters],
-            output="screen",
-            on_exit=ending_with("evaluator_node", when_done=True),
-        )
-    ]
+    end = SuiteEnd(["evaluator_node"], by_themselves=True)
+    return [suite_node("evaluator_node", end, namespace=arguments.text("namespace"), parameters=[parameters])]
 
 
-ARGUMENTS = {
-    "namespace": ("/synth", "Namespace of the node and of the truth's topics"),
+ARGUMENTS = NAMESPACE | {
     "tasks": ("depth", "What is judged, with commas between"),
     "estimates": ("", "Topics of estimates as TASK:=/TOPIC, with commas between; empty: /estimates/depth/image_raw and so on"),
     "truth": ("", "Topics of truth as TASK:=/TOPIC, with commas between; empty: those of the camera"),
@@ -45,9 +30,4 @@ ARGUMENTS = {
 
 
 def generate_launch_description():
-    return LaunchDescription(
-        [
-            *(DeclareLaunchArgument(name, default_value=value, description=text) for name, (value, text) in ARGUMENTS.items()),
-            OpaqueFunction(function=nodes),
-        ]
-    )
+    return described(nodes, ARGUMENTS)

@@ -1,4 +1,4 @@
-"""What the launch files share: everything is checked before the first node starts, and a node that fails ends the whole launch.
+"""What the launch files share: everything is checked before the first node starts, and a node that ends early ends the whole launch.
 
 Imports ROS 2's launch, so only launch files import this.
 """
@@ -6,16 +6,18 @@ Imports ROS 2's launch, so only launch files import this.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
-from launch.actions import Shutdown
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
 
-from launch import LaunchContext
+from launch import LaunchContext, LaunchDescription
+from scene_description.share import config_path
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.parameters.run_profile import find_profile, load_profile
 
@@ -50,6 +52,13 @@ class Arguments:
             raise UsageError(f"{name}: expected a whole number, got '{text}'")
         return int(text)
 
+    def new_folder(self, name: str) -> str:
+        """Return the path of a folder that does not exist yet."""
+        text = self.text(name)
+        if Path(text).exists():
+            raise UsageError(f"{name} {text}: exists already; choose another folder or remove it")
+        return text
+
     def log_level(self, name: str) -> str:
         """Return a level that ROS knows."""
         text = self.text(name).lower()
@@ -83,21 +92,73 @@ class Arguments:
         return True
 
 
-def ending_with(name: str, *, when_done: bool) -> Callable[[ProcessExited, LaunchContext], Any]:
-    """Return what to do when a node's process has ended: if it has failed, end the launch with exit status 1.
+class SuiteEnd:
+    """When a launch is over: with the last node of the suite, or early, with exit status 1, with one that ends before its time.
+
+    Threading: launch's event loop calls everything.
 
     Args:
-        name: of the node.
-        when_done: whether its ordinary end is that of the launch, too.
+        nodes: names of the suite's nodes.
+        by_themselves: whether they end when their work is done; nodes that do not are ended by somebody when they end with status 0.
+        with_last: whether the launch ends with the last of them, whatever runs beside them.
     """
 
-    def on_exit(event: ProcessExited, context: LaunchContext) -> Any:
-        if event.returncode == 0:
-            return [Shutdown(reason=f"{name} is done")] if when_done else None
-        reason = f"{name} has ended with exit status {event.returncode}"
-        if not context.is_shutdown:
-            # launch counts what its event loop's handler is told as an error, and returns 1 after an orderly end
-            context.asyncio_loop.call_exception_handler({"message": reason})
-        return [Shutdown(reason=reason)]
+    def __init__(self, nodes: Iterable[str], *, by_themselves: bool, with_last: bool = True) -> None:
+        self._running, self._by_themselves, self._with_last = set(nodes), by_themselves, with_last
 
-    return on_exit
+    def of(self, name: str) -> Callable[[ProcessExited, LaunchContext], Any]:
+        """Return what launch shall do when the process of a node has ended."""
+
+        def on_exit(event: ProcessExited, context: LaunchContext) -> Any:
+            self._running.discard(name)
+            if event.returncode == 0 and self._by_themselves:
+                return [Shutdown(reason="all nodes are done")] if self._with_last and not self._running else None
+            how = f"with exit status {event.returncode}" if event.returncode else "before the run was over"
+            reason = f"{name} has ended {how}"
+            if not context.is_shutdown:
+                # launch counts what its event loop's handler is told as an error, and returns 1 after an orderly end
+                context.asyncio_loop.call_exception_handler({"message": reason})
+            return [Shutdown(reason=reason)]
+
+        return on_exit
+
+
+NAMESPACE = {"namespace": ("/synth", "Namespace of nodes and topics")}
+BAG = {"bag_path": ("synth_bag", "Folder of the bag; must not exist")}
+RVIZ = {"rviz": ("false", "Start RViz with the view of this package")}
+"""Arguments that several launches have: name -> default and meaning."""
+
+
+def described(nodes: Callable[[Arguments], list[Any]], declared: Mapping[str, tuple[str | None, str]]) -> LaunchDescription:
+    """Return a launch of the nodes that a function makes of its arguments, once every argument is known to fit.
+
+    Args:
+        nodes: makes them.
+        declared: argument -> default, None where it must be given, and meaning.
+    """
+    return LaunchDescription(
+        [
+            *(DeclareLaunchArgument(name, default_value=value, description=text) for name, (value, text) in declared.items()),
+            OpaqueFunction(function=lambda context: nodes(Arguments(context))),
+        ]
+    )
+
+
+def suite_node(name: str, end: SuiteEnd, *, namespace: str, executable: str = "", **options: Any) -> Node:
+    """Return a node of this package; ``executable`` where it is called otherwise than its program."""
+    program = executable or name
+    return Node(
+        package="scene_synth_ros",
+        executable=program,
+        name=name,
+        namespace=namespace,
+        output="screen",
+        on_exit=end.of(name),
+        **options,
+    )
+
+
+def rviz_node(*, simulated: bool) -> Node:
+    """Return RViz with the view of this package; ``simulated``: by the time of ``/clock``."""
+    view = ["-d", str(config_path("views/synth.rviz"))]
+    return Node(package="rviz2", executable="rviz2", arguments=view, parameters=[{"use_sim_time": simulated}])
