@@ -151,11 +151,13 @@ class Finding(NamedTuple):
     wanted_hz: float
     typical: FrameTime
     """Medians of the window."""
+    total_s: float
+    """Median of whole frames (s); those of their parts need not add up to it."""
 
     @property
     def held_hz(self) -> float:
         """The rate that is reached (Hz)."""
-        return min(self.wanted_hz, 1.0 / self.typical.total_s)
+        return min(self.wanted_hz, 1.0 / self.total_s)
 
 
 class RateWatch:
@@ -195,7 +197,8 @@ class RateWatch:
         if not period_s:
             return False
         self._frames.append(frame)
-        self.finding = Finding(names, 1.0 / period_s, FrameTime(*map(median, zip(*self._frames, strict=True))))
+        total_s = median(taken.total_s for taken in self._frames)
+        self.finding = Finding(names, 1.0 / period_s, FrameTime(*map(median, zip(*self._frames, strict=True))), total_s)
         late = sum(taken.total_s > period_s for taken in self._frames)
         if late >= FEWEST and 2 * late > len(self._frames) and self.late != names:
             self.late = names
@@ -216,7 +219,7 @@ def late_line(finding: Finding, quality: Quality, resizable: bool) -> str:
     frame, period_s = finding.typical, 1.0 / finding.wanted_hz
     rate = f"grammar_node rate_hz {proposed_rate_hz(frame):g}"
     settings = ""
-    if frame.rendering_s > period_s or max(frame.waiting_s, frame.publishing_s) < frame.total_s - period_s:
+    if frame.rendering_s > period_s or frame.rendering_s > frame.waiting_s + frame.publishing_s:
         settings = proposed_settings(frame, quality, period_s, resizable=resizable)
         why = f"a frame takes {frame.rendering_s:.3g} s to render"
     elif frame.waiting_s > frame.publishing_s:
@@ -224,8 +227,16 @@ def late_line(finding: Finding, quality: Quality, resizable: bool) -> str:
     else:
         why = f"publishing takes {frame.publishing_s:.3g} of {frame.total_s:.3g} s a frame, fewer or faster subscribers would help"
     remedy = f"{settings} of the renderer would about hold it, or {rate}" if settings else f"{rate} would about hold"
-    held_hz = round(finding.held_hz, 1 if finding.held_hz >= 1.0 else 2)
-    return f"{_named(finding.layers)}: {finding.wanted_hz:g} Hz asked for, {held_hz:g} reached; {why}: {remedy}"
+    return f"{_named(finding.layers)}: {finding.wanted_hz:g} Hz {_reached(finding)}; {why}: {remedy}"
+
+
+def _reached(finding: Finding) -> str:
+    """Return how near a rate is; what is short of it is never rounded up to it."""
+    if finding.held_hz == finding.wanted_hz:
+        return "only just reached"
+    step = 10 if finding.held_hz >= 1.0 else 100
+    held_hz = round(finding.held_hz * step) / step
+    return f"asked for, {held_hz if held_hz < finding.wanted_hz else math.floor(finding.held_hz * step) / step:g} reached"
 
 
 def _named(layers: Collection[str]) -> str:

@@ -80,3 +80,25 @@ def test_a_recorder_and_subscribers_are_told_apart_from_rendering() -> None:
     assert "publishing takes 0.15 of 0.25 s a frame, fewer or faster subscribers would help: grammar_node" in line(
         FrameTime(0.1, 0.09, publishing_s=0.15)
     )
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        ([0.201] * 4, "5 Hz asked for, 4.9 reached; a frame takes 0.201 s to render"),
+        ([0.21, 0.21] + [0.19] * 5, "5 Hz only just reached; a frame takes 0.19 s to render"),
+    ],
+)
+def test_a_rate_that_is_nearly_held_is_told_as_it_is(seconds: list[float], words: str) -> None:
+    watch = RateWatch()
+    news(watch, [0.1, *seconds])
+    assert watch.late == ("color",)
+    assert late_line(watch.finding, LIVE, True).startswith(f"color: {words}")
+
+
+def test_frames_that_are_late_in_turns_are_told_as_late() -> None:
+    watch = RateWatch()
+    turns = [FrameTime(0.15, publishing_s=0.06), FrameTime(0.06, publishing_s=0.15), FrameTime(0.06, publishing_s=0.06, waiting_s=0.1)]
+    for frame in [FrameTime(0.1), *turns]:
+        watch.take(["color"], PERIOD_S, frame)
+    assert watch.late == ("color",) and watch.finding.held_hz == pytest.approx(1 / 0.21)
