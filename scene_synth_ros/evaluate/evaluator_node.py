@@ -172,13 +172,14 @@ class EvaluatorNode(SuiteNode):
             return (
                 "nothing was measured; no results are written" if config.out else f"{len(frames)} results; out is empty, no file is written"
             )
+        foreign = sum(counts["foreign"] for counts in self._scores.counts().values())
         evaluation = make_evaluation(
             frames,
             title=config.title,
             algorithm=config.algorithm or ", ".join(sorted(set(self._estimate_names.values()))),
             created_with="ros2 run scene_synth_ros evaluator_node",
             seed=_SEED,
-            missing={name.replace("_", " "): count for name, count in self._drops().items() if count},
+            missing={name.replace("_", " "): count for name, count in (self._drops() | {"foreign": foreign}).items() if count},
         )
         write_evaluation(Path(config.out), evaluation)
         return f"{config.out}: {len(frames)} results"

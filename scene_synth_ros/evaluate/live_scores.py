@@ -136,12 +136,12 @@ class LiveScores:
             self._note(task, error)
             reading = None
         if reading is None:
-            with self._lock:
-                self._foreign[task] += estimate is not None
+            if estimate is not None:
+                self._take_foreign(task, stamp_ns)
             return
         if TASKS[task].whole_rooms:
-            poses = estimate.value if estimate is not None else (None,)
-            self._keep(task, _OfFrame(stamp_ns, truth=reading.value[0], estimate=poses[0]), there=estimate is not None)
+            poses = (*(estimate.value if estimate is not None else ()), None)
+            self._keep(task, _OfFrame(stamp_ns, truth=reading.value[0], estimate=poses[0]), there=poses[0] is not None)
             return
         measurement = None
         try:
@@ -149,6 +149,14 @@ class LiveScores:
         except (EstimateError, EvaluateError, EvaluationError) as error:
             self._note(task, error, stamp_ns)
         self._keep(task, _OfFrame(stamp_ns, measurement), there=measurement is not None)
+
+    def _take_foreign(self, task: str, stamp_ns: int) -> None:
+        """Count an estimate at a stamp whose truth has not come."""
+        with self._lock:
+            self._foreign[task] += 1
+            name = self._estimates[task].name
+        line = f"{name}: expected estimates at the stamps of the truth, got one at a stamp that no truth has; copy the stamp of the image"
+        self._note(task, EstimateError(line), stamp_ns)
 
     def _whole_room(self, task: str, frames: Sequence[_OfFrame]) -> Measurement | None:
         try:

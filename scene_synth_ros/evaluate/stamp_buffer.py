@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections import Counter, OrderedDict, deque
+from collections import Counter, OrderedDict
 from collections.abc import Callable, Collection
 from typing import Generic, NamedTuple, TypeVar
 
@@ -29,13 +29,14 @@ class StampBuffer(Generic[Item]):
     A stamp is whole when each of ``names`` has brought it; of more than ``window`` stamps the one that came first is given up.
 
     Attributes:
-        counts: what was left out: ``late``, messages of a stamp that was whole or given up before; ``repeated``, of one that waits.
+        counts: what was left out: ``repeated``, messages of a name that its stamp has brought before; ``late``, other messages of a stamp
+            that was given up before.
     """
 
     def __init__(self, names: Collection[str], window: int) -> None:
         self._names, self._window = frozenset(names), window
         self._waiting: OrderedDict[int, dict[str, Item]] = OrderedDict()
-        self._past: deque[int] = deque(maxlen=_REMEMBERED * window)
+        self._past: OrderedDict[int, set[str]] = OrderedDict()
         self.counts: Counter[str] = Counter()
 
     @property
@@ -46,7 +47,8 @@ class StampBuffer(Generic[Item]):
     def add(self, name: str, stamp_ns: int, item: Item) -> Gathered[Item] | None:
         """Take a message; return the stamp that it makes whole, or that is given up for it."""
         if stamp_ns in self._past:
-            self.counts["late"] += 1
+            self.counts["repeated" if name in self._past[stamp_ns] else "late"] += 1
+            self._past[stamp_ns].add(name)
             return None
         items = self._waiting.setdefault(stamp_ns, {})
         if name in items:
@@ -62,8 +64,11 @@ class StampBuffer(Generic[Item]):
         return [self._release(stamp) for stamp in sorted(self._waiting)]
 
     def _release(self, stamp_ns: int) -> Gathered[Item]:
-        self._past.append(stamp_ns)
-        return Gathered(stamp_ns, self._waiting.pop(stamp_ns))
+        items = self._waiting.pop(stamp_ns)
+        self._past[stamp_ns] = set(items)
+        if len(self._past) > _REMEMBERED * self._window:
+            self._past.popitem(last=False)
+        return Gathered(stamp_ns, items)
 
 
 class MeasuringThread(Generic[Item]):

@@ -39,7 +39,13 @@ def test_a_stamp_counts_once() -> None:
     buffer.add("estimate", 1, "again")
     assert buffer.add("truth", 1, "t") == Gathered(1, {"truth": "t", "estimate": "first"})
     buffer.add("estimate", 1, "after all")
-    assert buffer.counts == {"repeated": 1, "late": 1}
+    assert buffer.counts == {"repeated": 2}
+    buffer.add("truth", 2, "t")
+    for stamp in (3, 4):
+        buffer.add("truth", stamp, "t")
+    for _ in range(2):
+        buffer.add("estimate", 2, "given up before")
+    assert buffer.counts == {"repeated": 3, "late": 1}
 
 
 def test_stamps_of_bags_are_matched_before_anything_is_decoded() -> None:
