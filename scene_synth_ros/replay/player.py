@@ -23,12 +23,21 @@ class Timeline:
         self._rate = rate
         self._paused = paused
         self._anchor_log_ns = 0
-        self._anchor_clock_ns = 0
+        self._anchor_clock_ns: int | None = None
 
     @property
     def paused(self) -> bool:
         """Whether log time stands still."""
         return self._paused
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether log time has ever passed, or stood still in a pause after that."""
+        return self._anchor_clock_ns is not None
+
+    def stand(self, log_ns: int) -> None:
+        """Let log time stand at ``log_ns`` until it begins."""
+        self._anchor_log_ns, self._anchor_clock_ns = log_ns, None
 
     def begin(self, log_ns: int, clock_ns: int) -> None:
         """Let log time be ``log_ns`` at ``clock_ns``."""
@@ -36,30 +45,35 @@ class Timeline:
 
     def position_ns(self, clock_ns: int) -> int:
         """Return the log time at ``clock_ns``."""
-        if self._paused:
+        if self._paused or self._anchor_clock_ns is None:
             return self._anchor_log_ns
         return self._anchor_log_ns + round((clock_ns - self._anchor_clock_ns) * self._rate)
 
     def due_ns(self, log_ns: int) -> int | None:
-        """Return the clock time of ``log_ns``; None while paused."""
-        if self._paused:
+        """Return the clock time of ``log_ns``; None while paused, and before time has begun."""
+        if self._paused or self._anchor_clock_ns is None:
             return None
         return self._anchor_clock_ns + round((log_ns - self._anchor_log_ns) / self._rate)
 
     def set_rate(self, rate: float, clock_ns: int) -> None:
         """Go on at another rate from where log time is."""
-        self.begin(self.position_ns(clock_ns), clock_ns)
+        self._go_on(clock_ns)
         self._rate = rate
 
     def pause(self, clock_ns: int) -> None:
         """Stop log time; once paused, harmless."""
-        self.begin(self.position_ns(clock_ns), clock_ns)
+        self._go_on(clock_ns)
         self._paused = True
 
     def resume(self, clock_ns: int) -> None:
         """Let log time go on; while it runs, harmless."""
-        self.begin(self.position_ns(clock_ns), clock_ns)
+        self._go_on(clock_ns)
         self._paused = False
+
+    def _go_on(self, clock_ns: int) -> None:
+        """Count from here on, if time has begun."""
+        if self.has_begun:
+            self.begin(self.position_ns(clock_ns), clock_ns)
 
 
 MAX_LATCHED = 1000
@@ -100,7 +114,7 @@ class Player:
         self._begin_ns = reader.summary.start_ns or 0
         self._start_ns = self._begin_ns + start_offset_ns
         self._timeline = Timeline(rate, paused=paused)
-        self._timeline.begin(self._start_ns, time.monotonic_ns())
+        self._timeline.stand(self._start_ns)
         self._loop = loop
         self._stopped = False
         self._seek_ns: int | None = None
@@ -112,6 +126,11 @@ class Player:
     def paused(self) -> bool:
         """Whether playing is paused."""
         return self._timeline.paused
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether messages have begun to be handed out: from then on log time passes."""
+        return self._timeline.has_begun
 
     def position_s(self) -> float:
         """Return the log time from the beginning of the bag, in seconds."""
@@ -147,7 +166,10 @@ class Player:
         end_ns = self._reader.summary.end_ns or self._begin_ns
         with self._change:
             self._seek_ns = min(max(self._begin_ns + round(position_s * NANOSECONDS), self._begin_ns), end_ns)
-            self._timeline.begin(self._seek_ns, time.monotonic_ns())
+            if self._timeline.has_begun:
+                self._timeline.begin(self._seek_ns, time.monotonic_ns())
+            else:
+                self._timeline.stand(self._seek_ns)
             self._change.notify_all()
             return (self._seek_ns - self._begin_ns) / NANOSECONDS
 

@@ -130,6 +130,9 @@ class ReplayNode(Node):  # type: ignore[misc]
             self.get_logger().warning(f"~/seek: expected seconds, got {message.data}")
 
     def _publish_clock(self) -> None:
+        """Publish the log time that is reached, once it has begun to pass."""
+        if not self._player.has_begun:
+            return
         self._clock_publisher.publish(clock_to_msg(self._player.log_time_ns()))
 
 

@@ -238,3 +238,18 @@ def test_it_can_be_sought_after_a_paused_end(bag):
     assert not run.thread.is_alive()
     assert {m.log_ns for m in run.played[before:] if "image" in m.topic} == {START_NS + 7 * PERIOD_NS}
     run.reader.close()
+
+
+def test_time_begins_with_the_first_message(bag, monkeypatch):
+    folder, _ = bag
+    clock = Clock(monkeypatch)
+    times = []
+    with BagReader(folder) as reader:
+        player = Player(reader, lambda _: times.append((player.has_begun, player.log_time_ns())), topics=TOPICS)
+        for change in (lambda: None, lambda: player.set_rate(2.0), player.pause, player.resume, lambda: player.seek(0.0)):
+            change()
+            clock.now_ns += 3 * 10**9  # it waits for subscribers
+            assert not player.has_begun and player.log_time_ns() == START_NS
+        player.run()
+    assert all(begun for begun, _ in times[1:]) and times[0][1] == START_NS
+    assert [now for _, now in times] == sorted(now for _, now in times)
