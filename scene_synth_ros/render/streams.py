@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Collection
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSHistoryPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
@@ -27,7 +29,7 @@ from scene_synth_ros.messages.streams import IMAGE_TYPE, camera_frames
 from scene_synth_ros.render.room_scans import DueScan, scan_messages, scans_wanted
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, TF, TF_STATIC, StreamTopic, TFMessage, stream_topics
 from scene_synth_ros.suite.connections import identity_of, publishers_of
-from scene_synth_ros.suite.qos import PROFILES, latched_qos
+from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_to_json
 
 
@@ -82,7 +84,8 @@ class StreamPublishers:
 
     def _add(self, topic: StreamTopic) -> None:
         overrides = QoSOverridingOptions.with_default_policies()
-        publisher = self._node.create_publisher(topic.message_type, topic.name, topic.qos, qos_overriding_options=overrides)
+        qos = copy(topic.qos)  # rclpy writes the overrides of one topic into it
+        publisher = self._node.create_publisher(topic.message_type, topic.name, qos, qos_overriding_options=overrides)
         self._publishers[topic.name] = publisher
         self.counts[publisher.topic_name] = 0
 
@@ -93,8 +96,9 @@ class StreamPublishers:
 
     @property
     def depth(self) -> int:
-        """How many frames the publishers keep for subscribers that have not taken them yet."""
-        return int(PROFILES[self._config.qos].depth)
+        """How many frames every publisher keeps for subscribers that have not taken them yet."""
+        offered = [publisher.qos_profile for name, publisher in self._publishers.items() if name != TF_STATIC]
+        return min((int(qos.depth) for qos in offered if qos.history == QoSHistoryPolicy.KEEP_LAST), default=1000)
 
     @property
     def start(self) -> str:
