@@ -211,7 +211,8 @@ class RecorderNode(SuiteNode):
     def _publish_status(self) -> None:
         """Publish where the recorder stands, and which renderers may begin because none of their messages would be lost."""
         known = self._inputs.known
-        counts = {topic: -1 if count < 0 else self._recording.taken[topic] for topic, count in sorted(known.items())}
+        topics = sorted(self._accounting.topics & known.keys())
+        counts = {topic: -1 if known[topic] < 0 else self._recording.taken[topic] for topic in topics}
         status = NodeStatus(
             node=self.get_fully_qualified_name(),
             role="recorder",

@@ -41,6 +41,11 @@ class Accounting:
             self._uncounted[name] = Counter({topic: count - self.received[topic] for topic, count in status.counts.items()})
         self._renderers[name] = status
 
+    @property
+    def topics(self) -> set[str]:
+        """The topics that renderers say they publish."""
+        return {topic for status in self._renderers.values() for topic in status.counts}
+
     def done_scene(self, run: str) -> int:
         """Return the last room of a run that every known renderer has finished or refused, -1 if there is none."""
         return min((done_in_run(status, run) for status in self._renderers.values()), default=-1)

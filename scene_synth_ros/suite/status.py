@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
 
-MAX_TEXT_LENGTH = 100_000
+MAX_TEXT_LENGTH, MAX_TOPICS = 2_000_000, 10_000
 NodeState = Literal["starting", "ready", "failed", "finished"]
 
 
@@ -25,9 +25,9 @@ class NodeStatus:
     grammar node has sent its last room and every peer has finished it).  ``done_scene`` is the index of the last room that the node has
     finished, -1 for none (of the grammar node: that all renderers and recorders have finished); ``refused_scene`` of the last one that a
     renderer could not render, with the ``reason``.  ``counts`` are the messages by topic, since its start, that a renderer has published
-    or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.  ``start`` names one life of a renderer: the identity
-    (GID, hexadecimal) of its first publisher, a new one whenever it starts; ``connected`` are the starts whose every topic reaches a
-    recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
+    or a recorder has taken of renderers' topics; -1 marks a topic that a recorder leaves out on purpose.  ``start`` names one life of a
+    renderer: the identity (GID, hexadecimal) of its first publisher, a new one whenever it starts; ``connected`` are the starts whose every
+    topic reaches a recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
     ``clock``: what the stamps of the grammar node's rooms follow.
 
     ``run`` names the run that the indices of rooms belong to.  The grammar node gives a new name whenever a run begins, the others repeat
@@ -40,7 +40,7 @@ class NodeStatus:
     done_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     refused_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     reason: Annotated[str, Limits(max_length=1000)] = ""
-    counts: Annotated[Mapping[str, int], Limits(max_length=500)] = field(default_factory=dict)
+    counts: Annotated[Mapping[str, int], Limits(max_length=MAX_TOPICS)] = field(default_factory=dict)
     start: Annotated[str, Limits(max_length=64)] = ""
     connected: Annotated[tuple[Annotated[str, Limits(max_length=64)], ...], Limits(max_length=500)] = ()
     lock_step: bool = False

@@ -11,14 +11,15 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from scene_synth_ros_suite import claim_domain, dds_context, wait_until
-from sensor_msgs.msg import CompressedImage, Image
-from std_msgs.msg import Header
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.recorder_node import RecorderNode
 from scene_synth_ros.suite.faults import FAULT_STATUS
-from scene_synth_ros.suite.qos import stream_qos
+from scene_synth_ros.suite.qos import latched_qos, stream_qos
+from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -89,6 +90,8 @@ def peer(node: RecorderNode) -> Iterator[Peer]:
 
 
 def test_a_pose_that_cannot_be_read_ends_nothing(node: RecorderNode, peer: Peer) -> None:
+    info = peer.other.create_publisher(CameraInfo, "camera/color/camera_info", stream_qos())
+    peer.spin_until(info.get_subscription_count, "the recorder")
     peer.poses.publish(b"\x00\x01\x00\x00" + b"\xff" * 9)
     peer.poses.publish(PoseStamped())
     peer.spin_until(lambda: node.arrivals == 2, "both poses")
@@ -127,3 +130,17 @@ def test_a_fault_of_the_program_while_writing_ends_the_node_with_what_was_writte
     assert writing_threads() == []
     with BagReader(tmp_path / "bag") as reader:
         assert reader.summary.finished and "/synth/camera/pose" in {message.topic for message in reader.messages()}
+
+
+def test_a_recorder_of_thousands_of_topics_is_understood(node: RecorderNode, peer: Peer) -> None:
+    heard: list[str] = []
+    peer.other.create_subscription(String, "status", lambda message: heard.append(message.data), latched_qos(100))
+    peer.executor.add_node(peer.other)
+    cameras = {f"/synth/camera_{number}/{name}" for number in range(40) for name in ("pose", *(f"layer_{n}/image_raw" for n in range(25)))}
+    renderer = NodeStatus(node="/synth/renderer_node", role="renderer", state="starting", counts=dict.fromkeys(sorted(cameras), 0))
+    node._on_status(status_from_json(status_to_json(renderer)))
+    node._inputs.known |= dict.fromkeys((f"/robots/{number}/joint_states_of_this_robot" for number in range(5000)), 0)
+    node._inputs.known |= dict.fromkeys(cameras, 0)
+    node._inputs.known["/synth/camera_3/pose"] = -1
+    peer.spin_until(lambda: heard and len(status_from_json(heard[-1]).counts) == len(cameras), "a status with the topics of the cameras")
+    assert status_from_json(heard[-1]).counts["/synth/camera_3/pose"] == -1
