@@ -67,7 +67,7 @@ class RecordingOptions:
 
 @dataclass(slots=True)
 class BagNumbers:
-    """How many bags and snapshots were begun; it outlives a recording, so that the next one chooses other names."""
+    """How many names of bags and snapshots were used up; it outlives a recording, so that the next one chooses other names."""
 
     bags: int = 0
     snapshots: int = 0
@@ -135,16 +135,18 @@ class BagOutput:
             self._add_channel(self._writer, topic)
 
     def begin(self, base: Path) -> str:
-        """Open the next bag, ``base``, then ``base_2`` and so on; return its folder.
+        """Open the next bag, ``base``, then ``base_2`` and so on without names that are taken; return its folder.
 
         Raises:
             BagWriteError: one is open already, or it cannot be begun.
         """
         if self._writer is not None:
             raise BagWriteError("a bag is open already")
-        folder = base if not self._numbers.bags else base.with_name(f"{base.name}_{self._numbers.bags + 1}")
+        numbers = self._numbers
+        while (folder := base.with_name(f"{base.name}_{numbers.bags + 1}") if numbers.bags else base).exists() and numbers.bags:
+            numbers.bags += 1
         writer = self._make_writer(folder)
-        self._numbers.bags += 1
+        numbers.bags += 1
         self._prepare(writer)
         self._writer, self.writing = writer, True
         self._file_start_ns, self._file_rooms = None, 0
@@ -188,13 +190,13 @@ class BagOutput:
 
     def write(self, entry: Entry) -> None:
         """Write a message into the open bag and keep it for snapshots."""
+        self._ring.add(KeptMessage(entry.topic, entry.log_ns, entry.data))
+        if self._writer is None:
+            return
         try:
             topic, data = self._kept_form(entry.topic, entry.data)
         except CodecError as error:
             self._warn(str(error))
-            return
-        self._ring.add(KeptMessage(entry.topic, entry.log_ns, entry.data))
-        if self._writer is None:
             return
         if entry.first:
             self._split_if_due(self._writer, entry)
@@ -202,7 +204,7 @@ class BagOutput:
         self._written.add(topic)
 
     def snapshot(self, base: Path) -> str:
-        """Write the last seconds into a bag of their own, ``base_0`` and so on; return what it holds, in words.
+        """Write the last seconds into a bag of their own, ``base_0`` and so on without names that are taken; return what it holds.
 
         Raises:
             BagWriteError: nothing is kept, or it cannot be written.
@@ -210,12 +212,17 @@ class BagOutput:
         messages = list(self._ring.content())
         if not messages:
             raise BagWriteError("no snapshot: nothing is kept yet" if self._options.snapshot_s else "no snapshot: snapshot_s is 0")
-        folder = base.with_name(f"{base.name}_{self._numbers.snapshots}")
+        while (folder := base.with_name(f"{base.name}_{self._numbers.snapshots}")).exists():
+            self._numbers.snapshots += 1
         with self._make_writer(folder) as writer:
             self._numbers.snapshots += 1
             self._prepare(writer)
             for kept in messages:
-                topic, data = self._kept_form(kept.topic, kept.data)
+                try:
+                    topic, data = self._kept_form(kept.topic, kept.data)
+                except CodecError as error:
+                    self._warn(str(error))
+                    continue
                 writer.write(topic, data, kept.log_ns, kept.log_ns)
         seconds = (messages[-1].log_ns - messages[0].log_ns) / NANOSECONDS
         return f"{folder}: {len(messages)} messages, {seconds:.3f} s"

@@ -10,13 +10,18 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PointStamped
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.messages.image_codec import ImageCompression
+from scene_synth_ros.messages.streams import IMAGE_TYPE
+from scene_synth_ros.record import bag_output
 from scene_synth_ros.record.bag_output import RecordingOptions
 from scene_synth_ros.record.recording import Recording
 
 POINT = "geometry_msgs/msg/PointStamped"
+COLOR = "/synth/camera/color/image_raw"
 DEADLINE_S = 20.0
 
 
@@ -135,3 +140,30 @@ def test_both_threads_count_what_is_taken_and_none_is_forgotten(tmp_path: Path) 
     recording.close()
     assert recording.taken["/a"] == 6000
     assert recording.written.copy() == {"/a": 3000}
+
+
+def test_names_that_are_taken_are_passed_over(tmp_path: Path) -> None:
+    for name in ("snapshot_0", "snapshot_2", "bag_2"):
+        (tmp_path / name).mkdir()
+    recording = Recording(BagWriter, RecordingOptions(snapshot_s=100.0))
+    recording.add_topic("/a", POINT, [QoSProfile(depth=10)])
+    recording.add("/a", point(1))
+    for number in (1, 3):
+        assert recording.snapshot(tmp_path / "snapshot").result(DEADLINE_S).startswith(f"{tmp_path}/snapshot_{number}: ")
+    for name in ("bag", "bag_3"):
+        assert recording.begin(tmp_path / "bag").result(DEADLINE_S) == str(tmp_path / name)
+        recording.end().result(DEADLINE_S)
+    recording.close()
+    assert not list((tmp_path / "bag_2").iterdir())
+
+
+def test_an_image_is_compressed_where_a_bag_is_open_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compressed: list[str] = []
+    monkeypatch.setattr(bag_output, "compress", lambda data, topic, *_: compressed.append(topic) or data)
+    recording = Recording(BagWriter, RecordingOptions(compression=ImageCompression(color="png"), snapshot_s=1.0))
+    recording.add_topic(COLOR, IMAGE_TYPE, [QoSProfile(depth=10)])
+    for second in (1, 2):
+        recording.add(COLOR, bytes(serialize_message(Image(header=Header(stamp=Time(sec=second))))))
+        recording.flush()
+        assert len(compressed) == second - 1
+        recording.begin(tmp_path / "bag").result(DEADLINE_S) if second == 1 else recording.close()
