@@ -109,6 +109,10 @@ class FrameIntake:
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
         return released
 
+    def is_own(self, topic: str) -> bool:
+        """Return whether the messages of a topic are known to be the suite's."""
+        return self._origins[topic] is Origin.SUITE
+
     def begin_suite(self) -> None:
         """Let time begin anew with the suite's first frame, whatever has left before that."""
         self._sorter.restart_clock()
@@ -172,15 +176,12 @@ class FrameIntake:
         return self._sorter.flush(end_ns)
 
     def flush_unexpected(self) -> list[OrderedMessage]:
-        """Let out what waits if there are no frames for which it could wait."""
-        return [] if self._expected else self._sorter.flush()
+        """Let out what only follows frames, or everything if no frames are expected; a frame goes on waiting for all of it."""
+        return self._sorter.flush_following() if self._expected else self._sorter.flush()
 
-    def flush_complete(self) -> list[OrderedMessage]:
-        """Let out the complete frames that wait, what is before them, and what only follows; everything, if no frames are expected."""
-        if not self._expected:
-            return self._sorter.flush()
-        complete = [stamp for stamp, missing in self._sorter.missing().items() if not missing]
-        return self._sorter.flush(max(complete, default=-1)) + self._sorter.flush_following()
+    def finish(self) -> list[OrderedMessage]:
+        """Let out, when nothing more will come, whole frames and what is of none."""
+        return self._sorter.finish()
 
     def _note(self, topic: str, stamp: int, data: bytes) -> None:
         """Take the time of a frame from a message that is certainly the suite's, and a room from its description."""

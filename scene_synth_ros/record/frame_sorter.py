@@ -160,21 +160,40 @@ class FrameSorter:
         """Say whether a topic only follows the clock, also of what waits; at first no topic does."""
         (self._followers.add if follows else self._followers.discard)(topic)
         for group in self._groups.values():
-            group.leads = any(known not in self._followers for known, _ in group.messages)
+            self._judge(group)
 
     def take_back(self, topic: str) -> list[tuple[int, bytes]]:
         """Return what waits of a topic, as stamps (ns) and messages, and hold it no more."""
-        taken = []
-        for stamp in sorted(self._groups):
-            group = self._groups[stamp]
-            taken += [(stamp, data) for known, data in group.messages if known == topic]
-            group.messages = [message for message in group.messages if message[0] != topic]
-            size = sum(len(data) for _, data in [*group.messages, *group.aside])
-            self.waiting_bytes -= group.size - size
-            group.size = size
-            if not group.messages and not group.aside:
-                del self._groups[stamp]
+        return [message for stamp in sorted(self._groups) for message in self._take_out(stamp, {topic})]
+
+    def finish(self) -> list[OrderedMessage]:
+        """Return, when nothing more will come, the complete groups that wait, what is before them, and what only follows.
+
+        Of groups that miss something, what is expected of every group is left out.
+        """
+        if self._expected is None:
+            return self.flush()
+        for stamp in [stamp for stamp, group in self._groups.items() if group.missing]:
+            self._take_out(stamp, self._expected)
+        last = max((stamp for stamp, group in self._groups.items() if not group.missing), default=-1)
+        return self.flush(last) + self.flush_following()
+
+    def _take_out(self, stamp_ns: int, topics: Collection[str]) -> list[tuple[int, bytes]]:
+        """Return what waits of some topics with a stamp, as stamps (ns) and messages, and hold it no more."""
+        group = self._groups[stamp_ns]
+        taken = [(stamp_ns, data) for topic, data in group.messages if {topic, self._stand_in(topic)} & set(topics)]
+        group.messages = [message for message in group.messages if not {message[0], self._stand_in(message[0])} & set(topics)]
+        size = sum(len(data) for _, data in [*group.messages, *group.aside])
+        self.waiting_bytes -= group.size - size
+        group.size = size
+        self._judge(group)
+        if not group.messages and not group.aside:
+            del self._groups[stamp_ns]
         return taken
+
+    def _judge(self, group: _Group) -> None:
+        """Say anew whether a group leads."""
+        group.leads = any(topic not in self._followers for topic, _ in group.messages)
 
     def restart_clock(self) -> None:
         """Forget the time of the bag: the next group that leaves is not late, whatever its stamp."""

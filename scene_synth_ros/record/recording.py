@@ -13,7 +13,7 @@ from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, NodeValues, parameters_file, run_record
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.messages.stamps import sent_before
-from scene_synth_ros.messages.streams import SCENE, SETTINGS, parse
+from scene_synth_ros.messages.streams import LASER, POSE, SCENE, SETTINGS, Stream, parse
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, TopicCounts, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.derived_messages import NOT_DERIVED, DerivedMessage, Deriver
@@ -66,6 +66,7 @@ class Recording:
         self._early: list[tuple[str, bytes, int]] = []
         self._deriver = Deriver(options.frame_prefix if options else "")
         self._last_ns = -1
+        self._suite_is_present = False
         self._brought = 0
 
     @property
@@ -96,8 +97,11 @@ class Recording:
         return self._thread.ask(self._output.begin, base)
 
     def end(self) -> Future[str]:
-        """Close the bag after everything received so far; the future is what became of it, in words, or a BagWriteError."""
-        self._enqueue(self.intake.flush())
+        """Close the bag after every whole frame received so far; the future is what became of it, in words, or a BagWriteError.
+
+        A frame of which only a part has come goes into the next bag.
+        """
+        self._enqueue(self.intake.flush_unexpected())
         return self._thread.ask(self._output.end)
 
     def split(self) -> None:
@@ -132,7 +136,7 @@ class Recording:
     def begin_suite(self) -> None:
         """Let time begin anew with the suite's first frame, whatever has been recorded before that."""
         self.intake.begin_suite()
-        self._last_ns = -1
+        self._last_ns, self._suite_is_present = -1, True
 
     def expect(self, topics: Collection[str], alike: Mapping[str, str]) -> None:
         """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there."""
@@ -151,7 +155,7 @@ class Recording:
         return True
 
     def taker(self, topic: str, type_name: str, namespace: str) -> Callable[[bytes], None]:
-        """Return what takes a message of a topic that was added, with what is derived of it."""
+        """Return what takes a message of a topic that was added, with what is derived of it while it is the suite's."""
         derive = self._deriver.of_topic(topic, type_name, namespace)
         stream = parse(topic, type_name)
         own_stamps = stream is not None and stream.has_own_stamps
@@ -160,7 +164,7 @@ class Recording:
         def take(data: bytes) -> None:
             if is_settings and (sent := sent_before(data)) is not None:  # the frame waits for what was sent before it
                 self.intake.wait_for(sent.stamp_ns, {namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
-            if self.add(topic, data) and derive is not None:
+            if self.add(topic, data) and derive is not None and self._is_the_suites(topic, stream):
                 try:
                     for message in derive(data):
                         self._add_derived(message)
@@ -170,6 +174,14 @@ class Recording:
                 self._enqueue(self.intake.reach(topic, data))
 
         return take
+
+    def _is_the_suites(self, topic: str, stream: Stream | None) -> bool:
+        """Return whether a topic is of this suite's cameras; where no suite is heard, as with a replay, poses beside images are."""
+        if not self.intake.is_own(topic):
+            return False
+        if self._suite_is_present or stream is None or stream.role is not POSE or stream.camera == LASER:
+            return True
+        return any(known.base == stream.base and known.layer for name in self._topics if (known := parse(name)) is not None)
 
     def _add_derived(self, message: DerivedMessage) -> None:
         for topic in message.opens:
@@ -194,7 +206,7 @@ class Recording:
         if self._closed:
             return
         self._closed = True
-        self._enqueue(self.intake.flush_complete())
+        self._enqueue(self.intake.finish())
         self._hand_over([Entry(topic, data, arrival_ns) for topic, data, arrival_ns in self._early])  # nothing had a stamp
         self._thread.do(self._finish)
         self._thread.close()

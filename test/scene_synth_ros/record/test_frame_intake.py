@@ -27,7 +27,7 @@ def test_at_the_end_of_a_run_too_short_to_know_a_sender_its_messages_are_logged_
     released += intake.add("/synth/a", point(6))  # its frame stays incomplete, and who sent it may be gone by then
     intake.set_origin("/synth/a", Origin.UNKNOWN)
     assert [(message.topic, message.log_ns) for message in released] == [("/synth/a", 5 * NANOSECONDS), ("/synth/b", 5 * NANOSECONDS)]
-    assert [(message.topic, message.log_ns) for message in intake.flush_complete()] == [("/synth/stranger", 5 * NANOSECONDS)]
+    assert [(message.topic, message.log_ns) for message in intake.finish()] == [("/synth/stranger", 5 * NANOSECONDS)]
 
 
 def test_scans_follow_frames_and_are_taken_once_but_lead_where_there_are_no_frames() -> None:

@@ -1,8 +1,10 @@
 """The parts of the recorder that need no node: splitting, snapshots, repeats."""
 
 import json
+import random
 from pathlib import Path
 
+import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
@@ -15,6 +17,7 @@ from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.frame_intake import SeenFrames
 from scene_synth_ros.record.recorder_config import SplitPolicy
 from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.record.senders import Origin
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
 
 
@@ -153,3 +156,50 @@ def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: P
     assert not recording.intake.waiting_bytes
     recording.close()
     assert recording.written.copy() == {"/settings": 5, "/pose": 2, "/late": 1}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_bag_ends_with_a_whole_frame_wherever_it_is_stopped_or_split(tmp_path: Path, seed: int) -> None:
+    draw, topics, frames = random.Random(seed), ("/a", "/b", "/c"), 40
+    recording = Recording(BagWriter)
+    for topic in topics:
+        recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
+    recording.expect(topics, {})
+    recording.begin(tmp_path / "bag")
+    left = {topic: list(range(1, frames + 1)) for topic in topics}
+    expected = set(range(1, frames + 1))
+    while any(left.values()):
+        topic = draw.choice([topic for topic, stamps in left.items() if stamps])  # each topic comes in its order, none waits for another
+        add_pose(recording, topic, left[topic].pop(0))
+        wish = draw.random()
+        if wish < 0.1:
+            recording.end()
+            recording.begin(tmp_path / "bag")
+        elif wish < 0.2:
+            recording.split()
+        elif wish > 0.99:
+            break
+    expected = set(range(1, min(frames - len(stamps) for stamps in left.values()) + 1))
+    recording.close()
+    found: list[int] = []
+    for file in sorted(tmp_path.glob("*/*.mcap")):
+        of_stamp: dict[int, set[str]] = {}
+        with BagReader(file) as reader:
+            for message in reader.messages():
+                of_stamp.setdefault(message.log_ns, set()).add(message.topic)
+        assert all(there == set(topics) for there in of_stamp.values()), file
+        found += of_stamp
+    assert sorted(found) == sorted(expected), "every whole frame is in one file"
+
+
+def test_at_the_end_partial_frames_are_left_out_wherever_they_are(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    for topic in ("/a", "/b", "/other"):
+        recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
+    recording.set_origin("/other", Origin.OTHERS)
+    recording.expect({"/a", "/b"}, {})
+    recording.begin(tmp_path / "bag")
+    for topic, stamp in (("/a", 1), ("/b", 1), ("/a", 2), ("/a", 3), ("/b", 3), ("/a", 4), ("/other", 4)):
+        add_pose(recording, topic, stamp)
+    recording.close()
+    assert recording.written.copy() == {"/a": 2, "/b": 2, "/other": 1}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header, String
@@ -22,6 +22,7 @@ from scene_synth_ros.suite.status import NodeStatus
 POINT = "geometry_msgs/msg/PointStamped"
 FRAME = ("/synth/camera/color", "/synth/camera/depth")
 STRANGER = "/synth/stranger"
+INFO = "/synth/camera/color/camera_info"
 WALL_S = 1_790_000_000
 
 
@@ -187,3 +188,41 @@ def test_a_suite_that_begins_after_others_has_its_own_time(tmp_path: Path) -> No
     recording.close()
     assert log_times(tmp_path / "bag", FRAME[0]) == [0, 1, 2]
     assert log_times(tmp_path / "bag", STRANGER)[-1] == 0
+
+
+def test_a_pose_of_others_is_no_camera(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    pose, labels, latched = "geometry_msgs/msg/PoseStamped", "std_msgs/msg/String", latched_qos()
+    recording.begin(tmp_path / "bag")
+    takers = {}
+    for topic, kind, origin in (
+        ("/other/pose", pose, Origin.OTHERS),
+        ("/synth/robot/pose", pose, Origin.UNKNOWN),
+        ("/synth/camera/pose", pose, Origin.SUITE),
+        ("/other/map/labels", labels, Origin.OTHERS),
+    ):
+        recording.add_topic(topic, kind, [latched], origin)
+        takers[topic] = recording.taker(topic, kind, "/synth/")
+    recording.begin_suite()
+    for second in (1, 2):
+        for topic in ("/other/pose", "/synth/robot/pose"):
+            takers[topic](bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=WALL_S + second))))))
+        takers["/synth/camera/pose"](bytes(serialize_message(PoseStamped(header=Header(frame_id="map", stamp=Time(sec=second))))))
+        takers["/other/map/labels"](bytes(serialize_message(String(data=json.dumps({"stamp_ns": second, "labels": []})))))
+    recording.close()
+    assert {name: count for name, count in recording.written.copy().items() if name not in takers} == {"/tf": 2, "/tf_static": 1}
+    with BagReader(tmp_path / "bag") as reader:
+        assert reader.summary.end_ns == 2 * 10**9
+
+
+def test_without_a_suite_a_pose_in_the_namespace_is_a_cameras_beside_its_images(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    recording.begin(tmp_path / "bag")
+    pose = "geometry_msgs/msg/PoseStamped"
+    for topic, kind in (("/synth/robot/pose", pose), ("/synth/camera/pose", pose), (INFO, "sensor_msgs/msg/CameraInfo")):
+        recording.add_topic(topic, kind, [QoSProfile(depth=10)])
+        if kind == pose:
+            recording.taker(topic, kind, "/synth/")(bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=1))))))
+    recording.taker("/synth/camera/pose", pose, "/synth/")(bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=2))))))
+    recording.close()
+    assert recording.written.copy() == {"/synth/robot/pose": 1, "/synth/camera/pose": 2, "/tf": 1, "/tf_static": 1}
