@@ -146,14 +146,19 @@ class RendererNode(SuiteNode):
             error = self._life.exception() or RuntimeError("the rendering thread has ended by itself")
             self.exit_code = 1 if isinstance(error, REFUSALS) else FAULT_STATUS
             self.fail(self._tell_end(error))
-        elif self._output.status.state == "starting" and self.active and self._rendering.warm and self._recorders_are_connected():
-            self._output.tell(state="ready")
-            self._inbox.wake()
+        elif self._output.status.state == "starting" and self.active and self._rendering.warm:
+            self._look_for_clocks()
+            if self._recorders_are_connected():
+                self._output.tell(state="ready")
+                self._inbox.wake()
 
     def _look_for_clocks(self) -> None:
-        """Say that another suite or simulator publishes ``/clock`` too: of two clocks, nodes would see a time that jumps."""
-        others = self._output.other_clocks() if not self._inbox.wall_clock else []
-        done = "this camera leaves it alone" if self._output.leaves_clock() else "time jumps for who listens"
+        """Take ``/clock`` or leave it; say that another suite or simulator publishes it: of two clocks, nodes would see a time that jumps."""
+        if not self._rendering.warm:
+            return
+        wanted = not self._inbox.wall_clock
+        others = self._output.settle_clock(wanted=wanted) if wanted or self._output.has_clock else []
+        done = "time jumps for who listens" if self._output.has_clock else "this camera leaves it alone"
         before = self._clock_conflict
         self._clock_conflict = f"/clock is published by {', '.join(others)[:200]} too: {done}; {ONE_CLOCK}" if others else ""
         if self._clock_conflict not in ("", before):

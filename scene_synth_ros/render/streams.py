@@ -28,7 +28,7 @@ from scene_synth_ros.messages.image_codec import LiveCompression, compress_image
 from scene_synth_ros.messages.streams import IMAGE_TYPE, camera_frames
 from scene_synth_ros.render.room_scans import DueScan, scan_messages, scans_wanted
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, TF, TF_STATIC, StreamTopic, TFMessage, stream_topics
-from scene_synth_ros.suite.connections import identity_of, publishers_of
+from scene_synth_ros.suite.connections import Endpoint, identity_of, publishers_of
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_to_json
 
@@ -73,8 +73,10 @@ class StreamPublishers:
         self.frames = 0
         self._publishers: dict[str, Publisher] = {}
         self._topics = stream_topics(config, camera, scan)
+        self._clock_count = 0
         for topic in self._topics.values():
-            self._add(topic)
+            if topic.name != CLOCK:
+                self._add(topic)
         self._static_sent = False
         self.frame_topic = str(self._publishers[SETTINGS].topic_name)
         self.status = NodeStatus(node=node.get_fully_qualified_name(), role="renderer", state="starting", start=self.start)
@@ -87,7 +89,7 @@ class StreamPublishers:
         qos = copy(topic.qos)  # rclpy writes the overrides of one topic into it
         publisher = self._node.create_publisher(topic.message_type, topic.name, qos, qos_overriding_options=overrides)
         self._publishers[topic.name] = publisher
-        self.counts[publisher.topic_name] = 0
+        self.counts[publisher.topic_name] = self._clock_count if topic.name == CLOCK else 0
 
     @property
     def published(self) -> int:
@@ -97,7 +99,8 @@ class StreamPublishers:
     @property
     def depth(self) -> int:
         """How many frames every publisher keeps for subscribers that have not taken them yet."""
-        offered = [publisher.qos_profile for name, publisher in self._publishers.items() if name != TF_STATIC]
+        with self._lock:
+            offered = [publisher.qos_profile for name, publisher in self._publishers.items() if name != TF_STATIC]
         return min((int(qos.depth) for qos in offered if qos.history == QoSHistoryPolicy.KEEP_LAST), default=1000)
 
     @property
@@ -120,21 +123,52 @@ class StreamPublishers:
         with self._lock:
             return not self._closed and scans_wanted(self._is_wanted)
 
-    def other_clocks(self) -> list[str]:
-        """Return the nodes outside this suite's namespace that publish ``/clock``, as this camera does; none where it does not."""
+    def other_clocks(self) -> list[Endpoint]:
+        """Return the publishers of ``/clock`` outside this suite's namespace; none where this camera would publish none."""
         own = self._node.get_namespace()
         endpoints = publishers_of(self._node, CLOCK) if CLOCK in self._topics else ()
-        return sorted({endpoint.node for endpoint in endpoints if (endpoint.node.rpartition("/")[0] or "/") != own})
+        return [endpoint for endpoint in endpoints if (endpoint.node.rpartition("/")[0] or "/") != own]
 
-    def leaves_clock(self) -> bool:
-        """Return whether ``/clock`` is left to others that publish it now; never once this camera has published it."""
-        return self.counts.get(CLOCK) == 0 and bool(self.other_clocks())
+    @property
+    def has_clock(self) -> bool:
+        """Whether this camera publishes ``/clock``."""
+        return CLOCK in self._publishers
+
+    def settle_clock(self, *, wanted: bool = True) -> list[str]:
+        """Publish ``/clock`` from now on, or leave it to others; return who else publishes it.
+
+        A graph ends with one clock, whoever begins when: a camera takes one that nobody has, and gives it back to whoever knows nothing of
+        other clocks, and to another suite's camera that has taken it at the same moment and has the smaller GID.
+        """
+        others = self.other_clocks()
+        takes = wanted and CLOCK in self._topics and (self._outranks(others) if self.has_clock else not others)
+        if takes != self.has_clock:
+            with self._lock:
+                if takes:
+                    self._add(self._topics[CLOCK])
+                else:
+                    publisher = self._publishers.pop(CLOCK)
+                    self._clock_count = self.counts.pop(publisher.topic_name)
+                    self._node.destroy_publisher(publisher)
+            self.tell()
+        return sorted({endpoint.node for endpoint in others})
+
+    def _outranks(self, others: Collection[Endpoint]) -> bool:
+        """Return whether all others that publish ``/clock`` will leave it to this camera."""
+        own = identity_of(self._node, self._publishers[CLOCK])
+        return all(own < endpoint.gid and self._is_camera(endpoint.node) for endpoint in others)
+
+    def _is_camera(self, node: str) -> bool:
+        """Return whether a node speaks on the topic of a suite's status, as who leaves the clock to others does."""
+        namespace = node.rpartition("/")[0]
+        return any(endpoint.node == node for endpoint in publishers_of(self._node, f"{namespace}/status"))
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
         """Return whether every topic is connected to every recorder that wants it, seen from both sides."""
-        return all(start in recorder.connected for recorder in recorders) and all(
-            publisher.get_subscription_count() >= sum(recorder.counts.get(publisher.topic_name, 0) >= 0 for recorder in recorders)
-            for publisher in self._publishers.values()
+        publishers = {str(publisher.topic_name): publisher for publisher in self._publishers.values()}
+        return all(start in recorder.connected and publishers.keys() <= recorder.counts.keys() for recorder in recorders) and all(
+            publisher.get_subscription_count() >= sum(recorder.counts[topic] >= 0 for recorder in recorders)
+            for topic, publisher in publishers.items()
         )
 
     def tell(self, **changes: Any) -> None:
@@ -144,17 +178,17 @@ class StreamPublishers:
             if not self._closed:
                 self._status_publisher.publish(String(data=status_to_json(self.status)))
 
-    def publish(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
+    def publish(self, frame: Frame, pose: CameraPose, settings: str, *, moves: bool = True) -> None:
         """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp.
 
-        ``with_clock``: not where stamps are the time of day.
+        ``moves``: whether time, and the camera, move with it; not with the answer to a request, which has neither clock nor transforms.
         """
         with self._lock:
             if self._closed:
                 return
-            if CLOCK in self._topics and with_clock and not self.leaves_clock():
+            if moves and self.has_clock:
                 self._send(CLOCK, clock_to_msg(pose.stamp_ns))
-            if TF in self._topics:
+            if moves and TF in self._topics:
                 self._send_transforms(pose)
             self._send(SETTINGS, String(data=settings))
             for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):

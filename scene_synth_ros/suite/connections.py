@@ -35,14 +35,15 @@ def identity_of(node: Any, publisher: Any) -> str:
 class Connections:
     """Starts of renderers all of whose topics have reached the recorder; no clocks, no threads.
 
-    A reader is matched a moment after its writer is known, so a start counts as connected when it is found whole at two looks in a row.
+    A reader is matched a moment after its writer is known, so a start counts as connected when it is found whole at two looks in a row, and
+    anew when it publishes other topics.
     """
 
     def __init__(self, publishers_of: Callable[[str], Iterable[Endpoint]]) -> None:
         self._publishers_of = publishers_of
         self._renderers: dict[str, NodeStatus] = {}
-        self._whole_before: set[str] = set()
-        self._connected: set[str] = set()
+        self._whole_before: dict[str, frozenset[str]] = {}
+        self._connected: dict[str, frozenset[str]] = {}
 
     def take_status(self, status: NodeStatus) -> None:
         """Take the newest status of a renderer."""
@@ -54,9 +55,14 @@ class Connections:
         Args:
             known: the topics that the recorder has considered; values below 0 mark those that it leaves out.
         """
+        topics = {status.start: frozenset(status.counts) for status in self._renderers.values() if status.start}
         starts = {status.start: status for status in self._renderers.values() if status.start}
-        whole = {start for start, status in starts.items() if start in self._connected or self._is_whole(status, known)}
-        self._connected = whole & self._whole_before
+        whole = {
+            start: topics[start]
+            for start, status in starts.items()
+            if self._connected.get(start) == topics[start] or self._is_whole(status, known)
+        }
+        self._connected = {start: of_start for start, of_start in whole.items() if self._whole_before.get(start) == of_start}
         self._whole_before = whole
         return tuple(sorted(self._connected))
 

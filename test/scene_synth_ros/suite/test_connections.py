@@ -1,5 +1,7 @@
 """A renderer may begin when every one of its topics reaches the recorder, and must wait anew when it starts again."""
 
+from dataclasses import replace
+
 from scene_synth_ros.suite.connections import PARTICIPANT_DIGITS, Connections, Endpoint
 from scene_synth_ros.suite.status import NodeStatus
 
@@ -63,3 +65,16 @@ def test_two_renderers_are_told_apart() -> None:
     assert [connections.look(RECORDED) for _ in range(2)][-1] == (PROCESS_A + "00001303",)
     graph.publish(PROCESS_B, "/image", "/depth", node="/s")
     assert [connections.look(RECORDED) for _ in range(2)][-1] == (PROCESS_A + "00001303", PROCESS_B + "00001303")
+
+
+def test_a_start_that_publishes_more_is_connected_anew() -> None:
+    graph = Graph()
+    graph.publish(PROCESS_A, "/image", "/depth")
+    connections = graph.connections()
+    connections.take_status(status(PROCESS_A + "00001303"))
+    known = {**RECORDED, "/clock": 0}
+    assert [connections.look(known) for _ in range(2)][-1] == (PROCESS_A + "00001303",)
+    connections.take_status(replace(status(PROCESS_A + "00001303"), counts=dict.fromkeys(known, 0)))
+    assert connections.look(known) == ()
+    graph.publish(PROCESS_A, "/clock")
+    assert [connections.look(known) for _ in range(2)] == [(), (PROCESS_A + "00001303",)]
