@@ -29,6 +29,7 @@ class FrameSettings:
     """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure and white used, and the configurations.
 
     ``sent``: topics that have stamps of their own, below the namespace -> stamp of the last message that went out before this frame.
+    ``asked``: the frame is the answer to a request of its pose, so simulated time does not pass with it.
     """
 
     stamp_ns: Annotated[int, Limits(ge=0, le=2**62, unit="ns")]
@@ -43,6 +44,7 @@ class FrameSettings:
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
     scan: ScanConfig = NO_SCAN
     sent: Annotated[Mapping[str, int], Limits(max_length=64)] = field(default_factory=dict)
+    asked: bool = False
 
     @property
     def exposure(self) -> Exposure:
@@ -60,6 +62,8 @@ def settings_to_json(settings: FrameSettings) -> str:
             del data["streams"][name]
     if not settings.scan.enabled:
         del data["scan"], data["sent"]
+    if not settings.asked:
+        del data["asked"]
     if settings.depth_sensor == IDEAL_DEPTH:
         del data["depth_sensor"]
     return json.dumps(data, separators=(",", ":"))

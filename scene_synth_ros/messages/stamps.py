@@ -84,22 +84,29 @@ def announced_room(cdr: CdrBytes) -> AnnouncedRoom:
     return AnnouncedRoom(index if _is_integer(index) else None, _path_stamps(data))
 
 
-class SentBefore(NamedTuple):
-    """What the settings of a frame say was sent before it: the frame's stamp; topic below the namespace -> stamp of its last message."""
+class FramePlace(NamedTuple):
+    """What the settings of a frame say of its place in the order of time.
+
+    Attributes:
+        stamp_ns: of the frame.
+        sent_ns: topic below the namespace -> stamp of its last message that was sent before the frame.
+        asked: whether it was asked for, and has no place there.
+    """
 
     stamp_ns: int
-    stamps_ns: dict[str, int]
+    sent_ns: dict[str, int]
+    asked: bool
 
 
-def sent_before(cdr: CdrBytes) -> SentBefore | None:
-    """Read ``sent`` of frame settings in a serialised ``std_msgs/msg/String``; None if there is nothing of the kind."""
-    if b'"sent"' not in bytes(cdr) or cdr[0] != 0 or cdr[1] not in _ENDIANNESS:
+def frame_place(cdr: CdrBytes) -> FramePlace | None:
+    """Read ``sent`` and ``asked`` of frame settings in a serialised ``std_msgs/msg/String``; None if there is nothing of the kind."""
+    if not (b'"sent"' in (text := bytes(cdr)) or b'"asked"' in text) or cdr[0] != 0 or cdr[1] not in _ENDIANNESS:
         return None
     data = _json_object(cdr, _ENDIANNESS[cdr[1]])
-    stamp, sent = data.get("stamp_ns"), data.get("sent")
+    stamp, sent, asked = data.get("stamp_ns"), data.get("sent", {}), data.get("asked", False)
     if not _is_integer(stamp) or not isinstance(sent, Mapping):
         return None
-    return SentBefore(stamp, {str(name): last for name, last in sent.items() if _is_integer(last)})
+    return FramePlace(stamp, {str(name): last for name, last in sent.items() if _is_integer(last)}, asked is True)
 
 
 def _path_stamps(data: Mapping[str, Any]) -> list[int]:

@@ -33,6 +33,10 @@ class SeenFrames:
         self._seen[stamp_ns] = mask | bit
         return True
 
+    def has(self, topic: str, stamp_ns: int) -> bool:
+        """Return whether a message of this topic and stamp has come."""
+        return bool(self._seen.get(stamp_ns, 0) & self._bits.get(topic, 0))
+
     def begin_room(self, start_ns: int) -> None:
         """Forget what is older than the last rooms."""
         self._starts.append(start_ns)
@@ -40,6 +44,9 @@ class SeenFrames:
             oldest = self._starts[0]
             self._seen = {stamp: mask for stamp, mask in self._seen.items() if stamp >= oldest}
 
+
+TIME_TOPICS = frozenset({"/clock", "/tf"})
+"""What moves time and the frames of a graph; the frame of a pose that was asked for has none of it."""
 
 WALL_STAMPED = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log")
 """Types whose header holds wall time; in a bag of simulated time they are logged at the time of the frame before them."""
@@ -68,8 +75,7 @@ class FrameIntake:
         self._seen = SeenFrames()
         self._rooms: deque[AnnouncedRoom] = deque(maxlen=ROOMS_KEPT)
         self._newest_ns: int | None = None
-        self._begun: set[str] = set()
-        self._whole_from_ns = 0
+        self._begun: dict[str, int] = {}
         self.refused = 0
 
     @property
@@ -108,6 +114,13 @@ class FrameIntake:
             for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
         return released
+
+    def set_aside(self, topic: str, stamp: int) -> list[OrderedMessage]:
+        """Take that the frame of a stamp was asked for, as its settings on a topic say: it has no part in the order of time."""
+        if not self.is_own(topic) or self._seen.has(topic, stamp):
+            return []
+        self._begun = {known: begin_ns for known, begin_ns in self._begun.items() if begin_ns != stamp}
+        return self._sorter.set_aside(stamp, TIME_TOPICS)
 
     def is_own(self, topic: str) -> bool:
         """Return whether the messages of a topic are known to be the suite's."""
@@ -161,8 +174,9 @@ class FrameIntake:
     def add_stamped(self, topic: str, stamp: int | None, data: bytes, *, aside: bool = False) -> list[OrderedMessage]:
         """Take a message whose stamp (ns) is known; one ``aside`` belongs to no frame, though its topic may."""
         released = self._sorter.add(topic, stamp, data, aside=aside)
-        if self._sorter.first_ns < self._whole_from_ns:  # latched parts of frames from before the recorder was connected
-            released += self._sorter.flush(self._whole_from_ns - 1)
+        whole_from_ns = max(self._begun.values(), default=0)
+        if self._sorter.first_ns < whole_from_ns:  # latched parts of frames from before the recorder was connected
+            released += self._sorter.flush(whole_from_ns - 1)
         return released
 
     def flush(self, room: int | None = None) -> list[OrderedMessage]:
@@ -192,9 +206,8 @@ class FrameIntake:
                 self._rooms.append(announced_room(data))
         elif self._origins[topic] is Origin.SUITE:
             self._newest_ns = stamp
-            if topic not in self._begun and topic not in self._latched:
-                self._begun.add(topic)
-                self._whole_from_ns = max(self._whole_from_ns, stamp)
+            if topic not in self._latched:
+                self._begun.setdefault(topic, stamp)
 
     def _follows(self, topic: str) -> bool:
         """Return whether messages of a topic only follow frames: those of others, and those between frames, where there are any."""

@@ -42,23 +42,25 @@ class OrderedMessage(NamedTuple):
 class _Group:
     """What has arrived of one stamp; ``leads`` unless all of it is of topics that follow.
 
-    ``aside``: messages that follow whatever their topic does; ``awaited``: topic -> stamp (ns) up to which it must have come.
+    ``aside``: messages that follow whatever their topic does; ``awaited``: topic -> stamp (ns) up to which it must have come;
+    ``needless``: topics that a group which is set aside leaves out, None of any other group.
     """
 
-    __slots__ = ("aside", "awaited", "leads", "messages", "missing", "size")
+    __slots__ = ("aside", "awaited", "leads", "messages", "missing", "needless", "size")
 
     def __init__(self, missing: set[str] | None) -> None:
         self.messages: list[tuple[str, bytes]] = []
         self.aside: list[tuple[str, bytes]] = []
         self.awaited: dict[str, int] = {}
         self.missing = missing
+        self.needless: frozenset[str] | None = None
         self.size = 0
         self.leads = False
 
     @property
     def complete(self) -> bool:
-        """Whether everything that was expected is there."""
-        return self.missing is not None and not self.missing and not self.awaited
+        """Whether everything that was expected is there, of a group that has a place in the order."""
+        return self.missing is not None and not self.missing and not self.awaited and self.needless is None
 
 
 class FrameSorter:
@@ -103,14 +105,18 @@ class FrameSorter:
         return min(self._groups, default=math.inf)
 
     def configure(self, expected: Collection[str] | None, alike: Mapping[str, str] = MappingProxyType({})) -> list[OrderedMessage]:
-        """Change the expectation for stamps yet to come; return everything that waits, so that no group mixes the two.
+        """Change the expectation for stamps yet to come; return what may leave now, in order.
+
+        What waits goes on waiting for what is still expected of it; where nothing was expected before, or is from now on, all of it leaves.
 
         ``alike``: topic -> the topic that stands for it; of those with the same one, a stamp needs one only.
         """
-        released = self.flush()
+        released = self.flush() if self._expected is None or expected is None or alike != self._alike else []
         self._alike = dict(alike)
         self._expected = None if expected is None else frozenset(map(self._stand_in, expected))
-        return released
+        for group in self._groups.values():
+            group.missing = None if group.missing is None else group.missing & (self._expected or frozenset())
+        return released + list(self._release_complete())
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes, *, aside: bool = False) -> list[OrderedMessage]:
         """Take a message; return what may leave now, in order.  A message without a stamp leaves at once.
@@ -124,7 +130,7 @@ class FrameSorter:
             return [OrderedMessage(topic, stamp_ns, self._released_ns, data)]
         group = self._group(stamp_ns)
         (group.aside if aside else group.messages).append((topic, data))
-        group.leads = group.leads or not (aside or topic in self._followers)
+        group.leads = group.leads or not (aside or topic in self._followers or group.needless is not None)
         group.size += len(data)
         self.waiting_bytes += len(data)
         if group.missing is not None and not aside:
@@ -136,6 +142,18 @@ class FrameSorter:
             released += self._release_one()
             released += self._release_complete()
         return released
+
+    def set_aside(self, stamp_ns: int, needless: Collection[str]) -> list[OrderedMessage]:
+        """Let what has a stamp, and has not left, leave by itself when it is whole, at the time of the bag; return it if it is.
+
+        ``needless``: topics that it may lack, and leaves out.
+        """
+        if self._released_ns is not None and stamp_ns <= self._released_ns:
+            return []
+        group = self._group(stamp_ns)
+        group.needless, group.leads = frozenset(needless), False
+        group.missing = None if group.missing is None else group.missing - group.needless
+        return list(self._release_complete())
 
     def wait_for(self, stamp_ns: int, topic: str, up_to_ns: int) -> None:
         """Let what has a stamp, and has not left, wait until :meth:`reach` says that a topic has come up to another stamp."""
@@ -193,7 +211,7 @@ class FrameSorter:
 
     def _judge(self, group: _Group) -> None:
         """Say anew whether a group leads."""
-        group.leads = any(topic not in self._followers for topic, _ in group.messages)
+        group.leads = group.needless is None and any(topic not in self._followers for topic, _ in group.messages)
 
     def restart_clock(self) -> None:
         """Forget the time of the bag: the next group that leaves is not late, whatever its stamp."""
@@ -202,7 +220,7 @@ class FrameSorter:
     def flush(self, up_to_ns: int | None = None) -> list[OrderedMessage]:
         """Return everything that waits with a stamp of at most ``up_to_ns`` (None: everything), complete or not, in order."""
         end_ns = self._last_leading() if up_to_ns is None else up_to_ns
-        released = [message for stamp in sorted(self._groups) if stamp <= end_ns for message in self._release(stamp)]
+        released = [message for stamp in self._waiting_up_to(end_ns) for message in self._release(stamp)]
         if up_to_ns is None:
             released += [message for stamp in sorted(self._groups) for message in self._release_following(stamp)]
         return released + list(self._release_complete())
@@ -231,11 +249,17 @@ class FrameSorter:
 
     def _release_complete(self) -> Iterator[OrderedMessage]:
         while True:
+            for stamp in sorted(stamp for stamp, group in self._groups.items() if group.needless is not None and not group.missing):
+                yield from self._release_following(stamp)
             first = min((stamp for stamp, group in self._groups.items() if group.leads or group.complete), default=None)
             if first is None or not self._groups[first].complete:
                 return
-            for stamp in sorted(stamp for stamp in self._groups if stamp <= first):
+            for stamp in self._waiting_up_to(first):
                 yield from self._release(stamp)
+
+    def _waiting_up_to(self, end_ns: float) -> list[int]:
+        """Return the stamps up to ``end_ns`` that wait and have a place in the order."""
+        return sorted(stamp for stamp, group in self._groups.items() if stamp <= end_ns and group.needless is None)
 
     def _last_leading(self) -> float:
         """Return the last waiting stamp up to which the clock may go; infinitely early if there is none."""
@@ -244,14 +268,15 @@ class FrameSorter:
     def _release_one(self) -> list[OrderedMessage]:
         """Let one group out because too much waits: first those that would move the clock but must not, then the earliest."""
         last = self._last_leading()
-        beyond = min((stamp for stamp in self._groups if stamp > last), default=None)
+        beyond = min((stamp for stamp, group in self._groups.items() if stamp > last or group.needless is not None), default=None)
         return self._release(min(self._groups)) if beyond is None else self._release_following(beyond)
 
     def _release_following(self, stamp_ns: int) -> list[OrderedMessage]:
         """Let out a group at the time of the bag, as if it had no stamp."""
         group = self._groups.pop(stamp_ns)
         self.waiting_bytes -= group.size
-        return [OrderedMessage(topic, None, self.clock_ns, data) for topic, data in [*group.messages, *group.aside]]
+        ordered = sorted([*group.messages, *group.aside], key=lambda message: topic_rank(message[0]))
+        return [OrderedMessage(topic, None, self.clock_ns, data) for topic, data in ordered if topic not in (group.needless or ())]
 
     def _release(self, stamp_ns: int) -> list[OrderedMessage]:
         group = self._groups.pop(stamp_ns)

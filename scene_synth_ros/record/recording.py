@@ -12,12 +12,12 @@ from rclpy.qos import QoSProfile
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, NodeValues, parameters_file, run_record
 from scene_synth_ros.messages.message_definitions import message_definition
-from scene_synth_ros.messages.stamps import sent_before
+from scene_synth_ros.messages.stamps import frame_place
 from scene_synth_ros.messages.streams import LASER, POSE, SCENE, SETTINGS, Stream, parse
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, TopicCounts, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.derived_messages import NOT_DERIVED, DerivedMessage, Deriver
-from scene_synth_ros.record.frame_intake import FrameIntake
+from scene_synth_ros.record.frame_intake import TIME_TOPICS, FrameIntake
 from scene_synth_ros.record.frame_sorter import OrderedMessage
 from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
 from scene_synth_ros.record.senders import Origin
@@ -162,8 +162,11 @@ class Recording:
         is_settings = stream is not None and stream.role is SETTINGS
 
         def take(data: bytes) -> None:
-            if is_settings and (sent := sent_before(data)) is not None:  # the frame waits for what was sent before it
-                self.intake.wait_for(sent.stamp_ns, {namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
+            if is_settings and (place := frame_place(data)) is not None:
+                if place.asked:
+                    self._enqueue(self.intake.set_aside(topic, place.stamp_ns))
+                else:  # the frame waits for what was sent before it
+                    self.intake.wait_for(place.stamp_ns, {namespace + name: stamp for name, stamp in place.sent_ns.items()})
             if self.add(topic, data) and derive is not None and self._is_the_suites(topic, stream):
                 try:
                     for message in derive(data):
@@ -184,6 +187,8 @@ class Recording:
         return any(known.base == stream.base and known.layer for name in self._topics if (known := parse(name)) is not None)
 
     def _add_derived(self, message: DerivedMessage) -> None:
+        if message.topic in TIME_TOPICS and message.stamp_ns <= self._last_ns:
+            return  # of a pose that came too late to move anything
         for topic in message.opens:
             if topic.name not in self._topics:
                 self.add_topic(topic.name, topic.type_name, [topic.qos])

@@ -106,7 +106,7 @@ class RoomLoop:
         self._scan_config: ScanConfig = life.settings["scan"]
         self._scans = RoomScans(self._scan_config, self._scene.camera_path, lambda: room.scanner(self._scan_config))
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
-        self._last_ns = -1
+        self._last_ns = self._answered_ns = -1
         self._published = 0
         self._on_path = True
 
@@ -184,8 +184,10 @@ class RoomLoop:
             pose = self._requests.next_pose()
             if pose is not None:
                 now_ns = time.time_ns() if self._pace().wall_clock else 0
-                stamp_ns = pose.stamp_ns or max(self._last_ns + 1, self._scene.camera_path[0].stamp_ns + 1, now_ns)
-                self._publish(*self._render(replace(pose, stamp_ns=stamp_ns)))
+                free_ns = max(self._last_ns + 1, self._answered_ns + 1, self._scene.camera_path[0].stamp_ns + 1, now_ns)
+                if not pose.stamp_ns:
+                    self._answered_ns = free_ns
+                self._publish(*self._render(replace(pose, stamp_ns=pose.stamp_ns or free_ns)), asked=True)
 
     def _render(self, pose: CameraPose, period_s: float = 0.0) -> tuple[Frame, CameraPose, int, Exposure]:
         """Render a pose; the first of a room and those asked for have no period."""
@@ -211,8 +213,11 @@ class RoomLoop:
         while self._held and not self._interrupted():
             self._publish(*self._held.popleft())
 
-    def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
-        """Publish a frame with its settings and the scans that begin up to it, when the recorders have room for it."""
+    def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure, *, asked: bool = False) -> None:
+        """Publish a frame with its settings and the scans that begin up to it, when the recorders have room for it.
+
+        Time does not pass with one that was ``asked`` for.
+        """
         life, values = self._life, self._life.settings
         began = time.perf_counter()
         self._wait_for_recorders()
@@ -220,7 +225,7 @@ class RoomLoop:
         began = time.perf_counter()
         if frame.layers:
             life.place.take(self._scene, pose, self._room.standpoint)
-        for due in self._scans.due(pose.stamp_ns, self._output.wants_scans):
+        for due in () if asked else self._scans.due(pose.stamp_ns, self._output.wants_scans):
             life.sent = life.sent | self._output.publish_scan(due)
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
@@ -231,14 +236,15 @@ class RoomLoop:
             render=self._room.settings.render,
             scan=self._scan_config,
             sent=life.sent,
+            asked=asked,
             **{group: values[group] for group in ("camera", "sensor", "depth_sensor", "streams")},
         )
-        self._output.publish(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
+        self._output.publish(frame, pose, settings_to_json(settings), moves=not asked)
         life.rate.publishing_s = time.perf_counter() - began
         life.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()
-        self._last_ns = max(self._last_ns, pose.stamp_ns)
+        self._last_ns = self._last_ns if asked else max(self._last_ns, pose.stamp_ns)
         self._published += 1
         self._shown()
 

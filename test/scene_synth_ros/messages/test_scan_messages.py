@@ -1,6 +1,7 @@
 """Scans, poses of the scanner and clouds as messages; settings say of them only where they are asked for."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json
 from scene_synth_ros.messages.scan_messages import laser_pose_to_msgs, scan_to_msgs
-from scene_synth_ros.messages.stamps import sent_before
+from scene_synth_ros.messages.stamps import frame_place
 from scene_synth_ros.messages.streams import has_own_stamps, laser_frame
 
 CONFIG = ScanConfig(enabled=True, beams=3, angle_min_rad=-0.5, angle_max_rad=0.5, rate_hz=8.0)
@@ -58,10 +59,12 @@ def test_settings_name_scanner_and_points_only_where_they_are_on() -> None:
     assert settings_from_json(settings_to_json(plain)) == plain
     full = settings(scan=CONFIG, sent={"scan": 5}, streams=StreamConfig(points=True))
     assert settings_from_json(settings_to_json(full)) == full
-    before = sent_before(bytes(serialize_message(String(data=settings_to_json(full)))))
-    assert before == (7, {"scan": 5})
-    assert sent_before(bytes(serialize_message(String(data=settings_to_json(plain))))) is None
-    assert sent_before(bytes(serialize_message(String(data='"sent" in no JSON')))) is None
+    before = frame_place(bytes(serialize_message(String(data=settings_to_json(full)))))
+    assert before == (7, {"scan": 5}, False)
+    assert frame_place(bytes(serialize_message(String(data=settings_to_json(plain))))) is None
+    assert frame_place(bytes(serialize_message(String(data='"sent" in no JSON')))) is None
+    asked = frame_place(bytes(serialize_message(String(data=settings_to_json(replace(plain, asked=True))))))
+    assert asked == (plain.stamp_ns, {}, True)
 
 
 def test_topics_with_stamps_of_their_own_are_known_by_their_names() -> None:

@@ -97,8 +97,37 @@ def test_late_messages_leave_at_once_and_log_time_never_decreases():
     assert (timeless.stamp_ns, timeless.log_ns, sorter.late) == (None, 10, 1)
 
 
-def test_configure_empties_the_sorter_and_keeps_the_clock():
-    sorter = FrameSorter(FRAME)
+def test_a_frame_on_its_way_stays_whole_when_more_or_less_is_expected():
+    sorter = FrameSorter({"/color", "/depth"})
+    assert sorter.add("/color", 10, b"c") == sorter.add("/color", 11, b"c") == []
+    assert sorter.configure({"/color", "/depth", "/clock"}) == []
+    assert names(sorter.add("/depth", 10, b"d")) == [("/color", 10), ("/depth", 10)]
+    assert sorter.add("/color", 12, b"c") == sorter.add("/depth", 12, b"d") == []
+    assert names(sorter.configure({"/color"})) == [("/color", 11), ("/color", 12), ("/depth", 12)]
+
+
+def test_a_group_that_is_set_aside_leaves_whole_at_the_time_of_the_bag():
+    sorter = FrameSorter({"/clock", "/color", "/depth"})
+    frame = [("/clock", b"t"), ("/color", b"c"), ("/depth", b"d")]
+    for topic, data in frame:
+        released = sorter.add(topic, 10, data)
+    assert len(released) == 3
+    sorter.add("/color", 77, b"asked")
+    assert sorter.set_aside(77, {"/clock", "/tf"}) == []
+    sorter.add("/tf", 77, b"derived")
+    assert [len(sorter.add(topic, 20, data)) for topic, data in frame] == [0, 0, 3]
+    assert [(message.topic, message.stamp_ns, message.log_ns) for message in sorter.add("/depth", 77, b"asked")] == [
+        ("/color", None, 20),
+        ("/depth", None, 20),
+    ]
+    sorter.set_aside(25, {"/clock"})
+    sorter.add("/color", 25, b"half an answer")
+    assert [len(sorter.add(topic, 30, data)) for topic, data in frame] == [0, 0, 3]
+    assert sorter.clock_ns == 30 and sorter.finish() == [] and sorter.waiting_bytes == 0
+
+
+def test_a_first_expectation_empties_the_sorter_and_keeps_the_clock():
+    sorter = FrameSorter(None)
     sorter.add("/color", 10, b"")
     assert names(sorter.configure({"/color", "/depth"})) == [("/color", 10)]
     assert sorter.add("/color", 9, b"")[0].log_ns == 10

@@ -8,10 +8,12 @@ import pytest
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
+from rosgraph_msgs.msg import Clock
 from sample_scene import sample_scene
 from scene_synth_ros_suite import Peer, node_process
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.film.tone import Exposure
@@ -49,6 +51,11 @@ class Asker(Peer):
         for layer in LAYERS:
             self.node.create_subscription(Image, f"camera/{layer}/image_raw", lambda m, layer=layer: self.take(layer, m), stream_qos(100))
             self.node.create_subscription(CameraInfo, f"camera/{layer}/camera_info", self.count, stream_qos(100))
+
+        self.clocks: list[int] = []
+        self.transforms: list[TFMessage] = []
+        self.node.create_subscription(Clock, "/clock", lambda m: self.clocks.append(m.clock.sec * 10**9 + m.clock.nanosec), stream_qos(100))
+        self.node.create_subscription(TFMessage, "/tf", self.transforms.append, stream_qos(100))
 
     def take(self, layer: str, image: Image) -> None:
         self.images.setdefault(stamp(image), {})[layer] = image
@@ -92,11 +99,21 @@ def test_a_pose_asked_for_gives_the_frame_of_it_in_every_layer(asker: Asker) -> 
     assert asker.poses[pose.stamp_ns].pose == pose_to_msg(pose, "map").pose
 
 
-def test_a_pose_without_a_stamp_gets_the_next_one(asker: Asker) -> None:
-    newest = max(asker.images)
-    asker.request.publish(pose_to_msg(replace(sample_scene().camera_path[0], stamp_ns=0), "map"))
-    asker.spin_until(lambda: max(asker.images) > newest and asker.whole(max(asker.images)), 120, "the frame asked for")
-    assert max(asker.images) == newest + 1
+def test_a_pose_without_a_stamp_gets_the_next_one_of_simulated_time(asker: Asker) -> None:
+    path = sample_scene().camera_path
+    for number in (1, 2):
+        asker.request.publish(pose_to_msg(replace(path[0], stamp_ns=0), "map"))
+        asker.spin_until(lambda number=number: asker.whole(path[-1].stamp_ns + number), 120, "the frame asked for")
+
+
+def test_time_does_not_pass_with_what_is_asked_for(asker: Asker) -> None:
+    stamps = [pose.stamp_ns for pose in sample_scene().camera_path]
+    early = replace(sample_scene().camera_path[0], stamp_ns=5)
+    asker.request.publish(pose_to_msg(early, "map"))
+    asker.spin_until(lambda: asker.whole(5), 120, "the frame asked for")
+    asker.spin_for(0.2)
+    assert asker.clocks == sorted(asker.clocks) and set(asker.clocks) <= set(stamps)
+    assert {stamp(transform) for message in asker.transforms for transform in message.transforms} <= set(stamps)
 
 
 def test_a_pose_in_the_bed_is_told_while_its_frame_is_the_newest(asker: Asker) -> None:
@@ -123,24 +140,26 @@ def test_what_is_no_pose_of_the_room_is_refused(asker: Asker) -> None:
 
 
 def test_a_twist_moves_the_camera_until_it_times_out(asker: Asker) -> None:
-    before = max(asker.poses)
+    before = set(asker.poses)
+    last_ns = sample_scene().camera_path[-1].stamp_ns
     message = Twist()
     message.linear.x, message.angular.z = 0.6, 0.3
 
     def moved() -> bool:
         asker.twist.publish(message)
-        newer = [asker.poses[at].pose.position for at in sorted(asker.poses) if at > before]
+        newer = [asker.poses[at].pose.position for at in sorted(asker.poses) if at not in before]
         return len(newer) > 5 and abs(newer[-1].x - newer[0].x) + abs(newer[-1].y - newer[0].y) > 0.1
 
     asker.spin_until(moved, 120, "a driven camera that has moved")
-    times = [at for at in sorted(asker.poses) if at > before]
-    assert times == sorted(set(times))
+    times = [at for at in asker.poses if at not in before]
+    assert times == sorted(times) and times[0] - last_ns < 10**9, "simulated time goes on from the path, not from what was asked for"
+    assert max(asker.clocks) == asker.clocks[-1] < 10 * 10**9
 
     def rests() -> bool:
-        resting = [asker.poses[at].pose.position for at in sorted(asker.poses)[-3:]]
+        resting = [asker.poses[at].pose.position for at in list(asker.poses)[-3:]]
         return resting[0] == resting[-1]
 
     asker.spin_until(rests, 120, "a camera that stands still when no Twist comes")
-    place = asker.poses[max(asker.poses)].pose.position
+    place = asker.poses[[*asker.poses][-1]].pose.position
     asker.spin_for(1.0)
-    assert asker.poses[max(asker.poses)].pose.position == place, "it does not go on"
+    assert asker.poses[[*asker.poses][-1]].pose.position == place, "it does not go on"
