@@ -8,10 +8,13 @@ Recording ends with the last room of the run (``rooms`` of the profile; ``live``
 returns.
 """
 
+import uuid
+
 from launch_ros.actions import Node
 
 from scene_synth_ros.cli.parameters.run_profile import namespace_defaults
 from scene_synth_ros.cli.processes.launching import BAG, NAMESPACE, RVIZ, SuiteEnd, described, rviz_node, suite_node
+from scene_synth_ros.suite.environment import RUN
 
 
 def nodes(arguments):
@@ -27,7 +30,7 @@ def nodes(arguments):
     }
     if record:
         own["recorder_node"] = {"bag": arguments.new_folder("bag_path")}
-    end = SuiteEnd(own, by_themselves=record)
+    end, token = SuiteEnd(own, by_themselves=record), uuid.uuid4().hex
     suite = [
         suite_node(
             name,
@@ -35,6 +38,7 @@ def nodes(arguments):
             namespace=namespace,
             parameters=[*([frames[name]] if frames else []), *files, values | ({"exit_when_done": True} if record else {})],
             arguments=["--ros-args", "--log-level", log_level],
+            additional_env={RUN: token},
         )
         for name, values in own.items()
     ]

@@ -11,7 +11,6 @@ from typing import Any
 
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.client import Client
-from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.task import Future
 from std_msgs.msg import String
@@ -41,7 +40,7 @@ class ParameterCollector:
         on_change: called with node name -> parameter name -> value when there is more to tell.
     """
 
-    def __init__(self, node: Node, on_change: Callable[[dict[str, dict[str, Any]]], None]) -> None:
+    def __init__(self, node: SuiteNode, on_change: Callable[[dict[str, dict[str, Any]]], None]) -> None:
         self._node, self._on_change = node, on_change
         self._asked: dict[str, tuple[Client, Client]] = {}
         self._waiting: set[str] = set()
@@ -61,7 +60,10 @@ class ParameterCollector:
         """Send the requests whose services have appeared; to be called now and then."""
         for name in sorted(self._waiting):
             lister, getter = self._asked[name]
-            if lister.service_is_ready() and getter.service_is_ready():
+            if self._node.count_services(getter.srv_name) > 1:
+                self._waiting.discard(name)
+                self._node.warn(f"the parameters of {name} are not kept with the bag: two nodes have that name")
+            elif lister.service_is_ready() and getter.service_is_ready():
                 self._waiting.discard(name)
                 lister.call_async(ListParameters.Request()).add_done_callback(lambda future, name=name: self._get(name, future))
 
@@ -115,7 +117,7 @@ class RecorderNode(SuiteNode):
             )
             undo.callback(self._recording.close)
             self._accounting = Accounting()
-            self._inputs = TopicInputs(self, config, self._recording, self._accounting.received, self.refuse)
+            self._inputs = TopicInputs(self, config, self._recording, self._accounting.received)
             self._rooms = RoomProgress(self._recording, self._accounting, self._inputs.known, self.refuse)
             self._connections = Connections(lambda topic: publishers_of(self, topic))
             self._collector = ParameterCollector(self, self._describe_run)
@@ -222,6 +224,7 @@ class RecorderNode(SuiteNode):
             counts=counts,
             connected=self._connections.look(known),
             run=self._rooms.run,
+            token=self.token,
         )
         text = status_to_json(status)
         if text != self._last_status:

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
@@ -15,8 +14,9 @@ from scene_synth_ros.record.frame_topics import made_of
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
-from scene_synth_ros.suite.connections import publishers_of
+from scene_synth_ros.suite.connections import Endpoint, publishers_of
 from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.suite_node import SuiteNode
 
 
 def complete_qos(offered: QoSProfile) -> QoSProfile:
@@ -71,16 +71,18 @@ class TopicInputs:
         dds_lost: messages that DDS says were lost on the way, by topic.
     """
 
-    def __init__(
-        self, node: Node, config: RecorderConfig, recording: Recording, received: Counter[str], warn: Callable[[str], None]
-    ) -> None:
-        self._node, self._config, self._recording, self._received, self._warn = node, config, recording, received, warn
+    def __init__(self, node: SuiteNode, config: RecorderConfig, recording: Recording, received: Counter[str]) -> None:
+        self._node, self._config, self._recording, self._received = node, config, recording, received
         self._namespace = str(node.get_namespace().rstrip("/") + "/")
-        self._senders = Senders(lambda topic: publishers_of(node, topic), self._namespace)
+        self._senders = Senders(self._publishers_of, self._namespace)
         self._publishers: dict[str, int] = {}
         self._looks = 0
         self.known: dict[str, int] = {}
         self.dds_lost: Counter[str] = Counter()
+
+    def _publishers_of(self, topic: str) -> list[Endpoint]:
+        """Return the publishers of a topic but for strangers, who render nothing of a run that does not expect them."""
+        return [endpoint for endpoint in publishers_of(self._node, topic) if endpoint.node not in self._node.strangers]
 
     def take_status(self, status: NodeStatus) -> None:
         """Take a node's status: what it publishes is the suite's."""
@@ -115,7 +117,7 @@ class TopicInputs:
             message_type = message_class(type_name)
             self._recording.add_topic(topic, type_name, offered, self._senders.judge(topic))
         except (ImportError, AttributeError, MessageDefinitionError) as error:
-            self._warn(f"{topic} is left out: {type_name} cannot be loaded ({error})")
+            self._node.refuse(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
         qos = matching_qos(offered, QUEUE_DEPTH)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self.dds_lost.update({topic: event.total_count_change}))

@@ -24,14 +24,17 @@ class Inbox:
         name: fully qualified name of the renderer itself.
         topic: a topic that has one message for each of its frames.
         share_count: how many renderers share the rooms.
+        token: of the command or launch that has started the renderer.
 
     Attributes:
+        is_expected: whether the grammar node, where it waits for its peers, takes this renderer for one of them.
         finished_scene: the last room of the run that the grammar node knows to be finished by all.
         wall_clock: whether stamps are the time of day, so that every frame is due at its stamp.
     """
 
-    def __init__(self, name: str, topic: str, share_count: int) -> None:
-        self._name, self._topic, self._share_count = name, topic, share_count
+    def __init__(self, name: str, topic: str, share_count: int, token: str = "") -> None:
+        self._name, self._topic, self._share_count, self._token = name, topic, share_count, token
+        self.is_expected = True
         self._changed = threading.Condition()
         self._recorders: dict[str, NodeStatus] = {}
         self._renderers: dict[str, NodeStatus] = {}
@@ -44,9 +47,10 @@ class Inbox:
         self.wall_clock = False
 
     def put_room(self, text: str) -> None:
-        """Put in a room's description, as it came."""
+        """Put in a room's description, as it came; one of a run that does not expect this renderer is left alone."""
         with self._changed:
-            self._rooms.append(text)
+            if self.is_expected:
+                self._rooms.append(text)
             self._changed.notify_all()
 
     def announce(self, text: str) -> None:
@@ -72,6 +76,9 @@ class Inbox:
             elif status.role == "grammar":
                 self._run, self.finished_scene, self._lock_step = status.run, status.done_scene, status.lock_step
                 self.wall_clock = status.clock == "wall"
+                self.is_expected = not status.lock_step or status.token in ("", self._token)
+                if not self.is_expected:
+                    self._rooms.clear()
             self._changed.notify_all()
 
     def wake(self) -> None:
@@ -114,7 +121,7 @@ class Inbox:
         ever be seen.
         """
         with self._changed:
-            return self._stopped or (bool(self._rooms) and not (on_path and (self.rooms_wait or not shown)))
+            return self._stopped or not self.is_expected or (bool(self._rooms) and not (on_path and (self.rooms_wait or not shown)))
 
     def is_turn(self, room: int, first: bool) -> bool:
         """Return whether a room may be published now; ``first`` marks the first one of this life, before which nothing counts."""

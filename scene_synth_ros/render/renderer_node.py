@@ -72,8 +72,8 @@ class RendererNode(SuiteNode):
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
         scan: ScanConfig = self._settings["scan"]
-        self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan)
-        self._inbox = Inbox(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count)
+        self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan, self.token)
+        self._inbox = Inbox(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count, self.token)
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
         self._output.tell()
         self._rendering = Rendering(self, self._settings, self._inbox, self._output, self._requests)
@@ -131,7 +131,12 @@ class RendererNode(SuiteNode):
         self._inbox.wake()
 
     def _on_status(self, status: NodeStatus) -> None:
+        was_expected = self._inbox.is_expected
         self._inbox.take_status(status, self._output.published)
+        if not self._inbox.is_expected:
+            if was_expected:
+                self.refuse("the run of another command is in this namespace; its rooms are left alone")
+            return
         if status.role == "grammar" and status.run != self._output.status.run:
             self._output.tell(run=status.run, done_scene=-1, refused_scene=-1)
         if status.role == "grammar" and status.state in ("finished", "failed") and self._ends_with_run:
@@ -153,7 +158,7 @@ class RendererNode(SuiteNode):
                 self._inbox.wake()
 
     def _look_for_clocks(self) -> None:
-        """Take ``/clock`` or leave it; say that another suite or simulator publishes it: of two clocks, nodes would see a time that jumps."""
+        """Take ``/clock`` or leave it; say that another suite or simulator publishes it: nodes would see a time that jumps."""
         if not self._rendering.warm:
             return
         wanted = not self._inbox.wall_clock

@@ -50,6 +50,7 @@ class StreamPublishers:
 
     Args:
         compression: called for the settings of compressed images, which may change.
+        token: of the command or launch that has started the node.
 
     Attributes:
         messages: what is published of a frame.
@@ -66,6 +67,7 @@ class StreamPublishers:
         camera: CameraConfig,
         compression: Callable[[], LiveCompression] = LiveCompression,
         scan: ScanConfig = NO_SCAN,
+        token: str = "",
     ) -> None:
         self._node, self._config, self._compression, self._scan = node, config, compression, scan
         self.messages = FrameMessages(config, camera)
@@ -79,7 +81,7 @@ class StreamPublishers:
                 self._add(topic)
         self._static_sent = False
         self.frame_topic = str(self._publishers[SETTINGS].topic_name)
-        self.status = NodeStatus(node=node.get_fully_qualified_name(), role="renderer", state="starting", start=self.start)
+        self.status = NodeStatus(node=node.get_fully_qualified_name(), role="renderer", state="starting", start=self.start, token=token)
         self._status_publisher = node.create_publisher(String, "status", latched_qos(10))
         self._lock = threading.Lock()
         self._closed = False

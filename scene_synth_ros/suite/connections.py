@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -29,7 +30,13 @@ def publishers_of(node: Any, topic: str) -> list[Endpoint]:
 def identity_of(node: Any, publisher: Any) -> str:
     """Return the identity (GID, hexadecimal) of a node's publisher; no other publisher has had it before."""
     own = node.get_fully_qualified_name()
-    return next(endpoint.gid for endpoint in publishers_of(node, publisher.topic_name) if endpoint.node == own)
+    gids = [endpoint.gid for endpoint in publishers_of(node, publisher.topic_name) if endpoint.node == own]
+    if len(gids) == 1:
+        return gids[0]
+    probe = node.create_publisher(publisher.msg_type, f"~/probe_{uuid.uuid4().hex}", 1)  # a namesake has none
+    (mine,) = publishers_of(node, probe.topic_name)
+    node.destroy_publisher(probe)
+    return next(gid for gid in gids if gid.startswith(mine.gid[:PARTICIPANT_DIGITS]))
 
 
 class Connections:

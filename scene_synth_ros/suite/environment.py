@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 
 SUPERVISED = "SCENE_SYNTH_SUPERVISED"
 """Set in nodes that ``scene_synth run`` has started: it watches them, and ends them itself when the run is over."""
+RUN = "SCENE_SYNTH_RUN"
+"""The token of the command or launch that has started a node, by which the nodes of a run know each other."""
 
 
 @contextlib.contextmanager

@@ -30,6 +30,8 @@ class NodeStatus:
     topic reaches a recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
     ``clock``: what the stamps of the grammar node's rooms follow.
 
+    ``token`` is that of the command or launch that has started the node; empty where it was started by itself.
+
     ``run`` names the run that the indices of rooms belong to.  The grammar node gives a new name whenever a run begins, the others repeat
     the newest that they have heard; what a status with another name says of rooms counts for nothing.
     """
@@ -46,6 +48,7 @@ class NodeStatus:
     lock_step: bool = False
     clock: Literal["simulated", "wall"] = "simulated"
     run: Annotated[str, Limits(max_length=64)] = ""
+    token: Annotated[str, Limits(max_length=64)] = ""
 
 
 def done_in_run(status: NodeStatus, run: str) -> int:

@@ -30,7 +30,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from scene_description import FieldError, SceneSynthError, error_line
-from scene_synth_ros.suite.environment import SUPERVISED
+from scene_synth_ros.suite.environment import RUN, SUPERVISED
 from scene_synth_ros.suite.faults import FAULT_STATUS, Faults
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.rclpy_internals import RCL_ERRORS, ChangeState, wrap_change_state
@@ -40,6 +40,7 @@ STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 """Goes on evenly whatever becomes of wall clock and ``/clock``; timers, timeouts and throttled lines go by it."""
 
 
+_STRANGER = "is in this namespace, but no renderer of this run: its frames are left out; end it, or run in another namespace"
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 REFUSALS = (
     OSError,
@@ -81,6 +82,8 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         active: whether it is in the state *active*.
         exit_code: None while the node runs; what its process shall end with.
         leaving: whether somebody has ended the node.
+        token: of the command or launch that has started it, empty where it was started by itself.
+        strangers: renderers in the namespace that belong to no run of this node's.
         faults: the faults of the program that have come up in this node.
     """
 
@@ -89,6 +92,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         self.active = False
         self.exit_code: int | None = None
         self.leaving = False
+        self.token, self.strangers = os.environ.get(RUN, ""), set[str]()
         self.faults = Faults(lambda text: self.get_logger().error(text))
         self._faults_seen = 0
         self._warning, self._warned_s = "", 0.0
@@ -229,15 +233,22 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
             self.fail(self.faults.last)
 
     def hear_status(self, take: Callable[[NodeStatus], None], complain: Callable[[str], None]) -> None:
-        """Subscribe to ``status``; one that does not fit is left out, and ``complain`` called with a line."""
+        """Subscribe to ``status``; one that does not fit is left out, and ``complain`` called with a line.
+
+        So are, with a line for each, renderers that the command or launch of this node has not started: it waits for its own alone.
+        """
 
         def on_message(message: String) -> None:
             try:
                 status = status_from_json(message.data)
             except FieldError as error:
                 complain(f"ignored a status that does not fit: {error}")
-            else:
+                return
+            if status.role != "renderer" or self.token in ("", status.token):
                 take(status)
+            elif status.node not in self.strangers:
+                self.strangers.add(status.node)
+                complain(f"{status.node} {_STRANGER}")
 
         self.create_subscription(String, "status", on_message, latched_qos(100))
 

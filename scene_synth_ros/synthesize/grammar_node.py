@@ -256,6 +256,7 @@ class GrammarNode(SuiteNode):
             lock_step=self._config.lock_step,
             clock=self._config.clock,
             run=self._run.name,
+            token=self.token,
         )
         self._status.publish(String(data=status_to_json(status)))
 

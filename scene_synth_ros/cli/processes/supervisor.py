@@ -9,12 +9,13 @@ import signal
 import subprocess
 import sys
 import time
+import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from scene_synth_ros.suite.environment import SUPERVISED
+from scene_synth_ros.suite.environment import RUN, SUPERVISED
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
@@ -121,7 +122,7 @@ def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
         "RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{name}] {message}",
         "PYTHONUNBUFFERED": "1",
     }
-    return {**defaults, **outer, SUPERVISED: "1"}
+    return {**defaults, **outer, SUPERVISED: "1", RUN: uuid.uuid4().hex}
 
 
 def _start(node: NodeProcess, namespace: str, environment: Mapping[str, str], log_level: str) -> subprocess.Popen[bytes]:

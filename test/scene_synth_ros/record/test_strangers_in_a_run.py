@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scene_synth_ros_suite import announced_often, environment, run_suite
+from scene_synth_ros_suite import Child, announced_often, environment, run_suite, stop, wait_until
 
 from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.cli.processes.supervisor import NODES
 
 STRANGER = """
 import sys, time
@@ -29,6 +30,7 @@ while rclpy.ok():
     time.sleep(period_s)
 """
 FRAMES = 15
+LINE = "/synth/renderer_node is in this namespace, but no renderer of this run: its frames are left out"
 WORDS = ("--rooms", 1, "--frames", FRAMES, "-p", "grammar_node.scene.room_type:=hallway")
 
 
@@ -75,3 +77,21 @@ def test_wall_time_from_inside_the_namespace_drags_no_frame_along(tmp_path: Path
     with BagReader(tmp_path / "bag") as reader:
         strange = [message.log_ns for message in reader.messages(["/synth/stranger"])]
         assert strange and reader.summary.end_ns - reader.summary.start_ns < 60 * 10**9, "one message at wall time would make it decades"
+
+
+def test_a_forgotten_renderer_of_the_same_name_is_told_and_adds_no_frame(tmp_path: Path) -> None:
+    env = environment()
+    small = ["-p", "camera.width:=48", "-p", "camera.height:=36", "-p", "render.samples_per_pixel:=1"]
+    forgotten = Child([sys.executable, "-m", NODES["renderer_node"].module, "--ros-args", "-r", "__ns:=/synth", *small], env=env)
+    try:
+        wait_until(lambda: "kernels are ready" in forgotten.said()[1], 180, "the forgotten renderer", forgotten)
+        process = run_suite(tmp_path / "bag", *WORDS, env=env, timeout_s=600)
+        assert process.returncode == 0, process.stderr
+        assert process.stderr.count(LINE) == 2, "grammar node and recorder say it once"
+        assert "the run of another command is in this namespace; its rooms are left alone" in forgotten.said()[1]
+    finally:
+        stop(forgotten)
+    assert_frames_at_their_own_time(tmp_path / "bag")
+    with BagReader(tmp_path / "bag") as reader:
+        sizes = {len(message.data) // (96 * 72) for message in reader.messages(["/synth/camera/color/image_raw"])}
+    assert sizes == {3}, "every image is of the run's own camera"

@@ -126,3 +126,26 @@ def test_a_recorder_that_is_behind_holds_frames_back() -> None:
     assert inbox.wait_for_recorders(10, 8, 0.0) and not inbox.wait_for_recorders(11, 8, 0.0)
     inbox.take_status(status_of("recorder", count=-1), 0)
     assert inbox.wait_for_recorders(1000, 8, 0.0), "it leaves these frames out"
+
+
+@pytest.mark.parametrize(
+    ("own", "token", "waits", "expected"),
+    [
+        ("", "", True, True),
+        ("a", "a", True, True),
+        ("", "a", True, False),
+        ("b", "a", True, False),
+        ("", "a", False, True),
+        ("b", "", True, True),
+    ],
+)
+def test_a_renderer_leaves_alone_the_rooms_of_a_run_that_does_not_expect_it(own: str, token: str, waits: bool, expected: bool) -> None:
+    inbox = Inbox("/r", TOPIC, 1, own)
+    inbox.put_room("of a run before")
+    inbox.take_status(NodeStatus(node="/g", role="grammar", state="ready", lock_step=waits, token=token), 0)
+    assert inbox.is_expected is expected and inbox.must_leave(on_path=True, shown=False) is not expected
+    if not expected:
+        inbox.put_room("of the run")
+        inbox.take_status(NodeStatus(node="/g", role="grammar", state="ready"), 0)
+        inbox.put_room("of another run")
+        assert inbox.next_room() == "of another run"

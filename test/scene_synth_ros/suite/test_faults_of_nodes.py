@@ -16,8 +16,10 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from scene_synth_ros.suite.diagnostics import OK, Diagnostics
+from scene_synth_ros.suite.environment import RUN
 from scene_synth_ros.suite.faults import FAULT_STATUS
-from scene_synth_ros.suite.qos import stream_qos
+from scene_synth_ros.suite.qos import latched_qos, stream_qos
+from scene_synth_ros.suite.status import NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
 
 
@@ -131,3 +133,23 @@ def test_a_fault_in_a_transition_is_told(context: Context) -> None:
     assert world.faulty.faults.count == 1 and "handled the transition open at room 7" in world.faulty.faults.last
     world.faulty.broken_open = False
     assert world.faulty.trigger_configure() == TransitionCallbackReturn.SUCCESS
+
+
+@pytest.mark.parametrize(("own", "names"), [("mine", ["renderer_node", "grammar_node", "recorder_node"]), ("", None)])
+def test_renderers_that_a_run_has_not_started_are_told_and_not_heard(
+    context: Context, monkeypatch: pytest.MonkeyPatch, own: str, names: list[str] | None
+) -> None:
+    monkeypatch.setenv(RUN, own)
+    world = World(context)
+    heard, told = [], []
+    world.faulty.hear_status(lambda status: heard.append(status.node), told.append)
+    publisher = world.other.create_publisher(String, "status", latched_qos(10))
+    all_names = ["renderer_node", "forgotten_node", "forgotten_node", "grammar_node", "recorder_node"]
+    for name in all_names:
+        role = "renderer" if name == "forgotten_node" else name.partition("_")[0]
+        token = "mine" if name == "renderer_node" else ""
+        publisher.publish(String(data=status_to_json(NodeStatus(node=name, role=role, state="ready", token=token, start=name))))
+    world.spin_until(lambda: "recorder_node" in heard)
+    assert heard == (names or all_names)
+    line = "forgotten_node is in this namespace, but no renderer of this run: its frames are left out; end it, or run in another namespace"
+    assert told == ([line] if own else []) and world.faulty.strangers == ({"forgotten_node"} if own else set())
