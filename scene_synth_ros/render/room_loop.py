@@ -256,11 +256,12 @@ class RoomLoop:
         config = self._life.config
         if config.expected_recorders == 0:
             return
-        published, began = self._output.published, time.monotonic()
+        published, began, is_told = self._output.published, time.monotonic(), False
         ahead = min(config.frames_ahead, self._output.depth)
         while not self._inbox.wait_for_recorders(published, ahead, 1.0):
             self._output.tell()
-            if time.monotonic() - began > _RECORDER_PATIENCE_S:
+            if not is_told and time.monotonic() - began > _RECORDER_PATIENCE_S:
+                is_told = True
                 self._life.node.warn(f"a recorder has taken no frame for {_RECORDER_PATIENCE_S:g} s; waiting")
 
     def _finish_path(self) -> None:

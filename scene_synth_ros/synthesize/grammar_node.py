@@ -25,7 +25,7 @@ from scene_synth_ros.suite.status import NodeState, NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode, serve_trigger
 from scene_synth_ros.synthesize.catalogs import with_catalog
 from scene_synth_ros.synthesize.room_ahead import Prepared, RoomAhead, RoomJob
-from scene_synth_ros.synthesize.room_schedule import ROOM_CHANGE_S, RoomSchedule, Step
+from scene_synth_ros.synthesize.room_schedule import ROOM_CHANGE_S, RoomSchedule, Step, waiting_line
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
 
@@ -152,10 +152,13 @@ class GrammarNode(SuiteNode):
             self._tick()
 
     def _look_for_peers(self) -> None:
-        """Notice nodes that have died: they publish no status any more."""
+        """Notice nodes that have died: they publish no status any more; say once whom the next room waits for."""
         present = {endpoint.node for endpoint in publishers_of(self, self.resolve_topic_name("status"))}
         for name in self._run.drop_missing(present):
             self.warn(f"{name} is gone")
+        line = self._run.long_wait(time.monotonic())
+        if line:
+            self.warn(line)
 
     def _tick(self) -> None:
         """Do the run's next step, and keep one room prepared."""
@@ -282,9 +285,9 @@ class GrammarNode(SuiteNode):
         }
         if self._obstacle:
             return ERROR, shorten(self._obstacle) if len(self._obstacle) > 500 else self._obstacle, values
-        waited = time.monotonic() - run.last_sent_s
-        if run.waiting and waited > config.peer_timeout_s:
-            return WARN, f"waiting since {waited:.0f} s for {run.waiting}", values
+        waited_s = time.monotonic() - run.last_sent_s
+        if run.waiting and waited_s > config.peer_timeout_s:
+            return WARN, waiting_line(waited_s, run.waiting), values
         return (WARN, warning, values) if warning else (OK, "synthesising rooms", values)
 
 

@@ -106,6 +106,11 @@ _FAULT_PAUSE_S = 1.0
 """How long the run waits after a room that a fault of the program has cost, so that a fault in every room does not fill the log."""
 
 
+def waiting_line(waited_s: float, waiting: str) -> str:
+    """Return one line that says since when, and for what, the next room waits."""
+    return f"waiting since {waited_s:.0f} s for {waiting}"
+
+
 class Step(Enum):
     """What the grammar node shall do now."""
 
@@ -159,6 +164,7 @@ class RoomSchedule:
         self._peers: dict[str, NodeStatus] = {}
         self._absences: dict[str, int] = {}
         self._paused_s: float | None = None
+        self._told_waiting = ""
         self._reset_asked = self._one_more = self._finished = False
 
     @property
@@ -212,6 +218,14 @@ class RoomSchedule:
     def peer_failures(self) -> list[str]:
         """Return what has gone wrong at the peers, one line each."""
         return peer_failures(self._peers, self.last_sent, self.name)
+
+    def long_wait(self, now_s: float) -> str:
+        """Return, once for everything that is waited for, a line that says so after ``peer_timeout_s``; empty if there is no news."""
+        waited_s = now_s - self.last_sent_s
+        if not self.waiting or waited_s <= self._config.peer_timeout_s or self.waiting == self._told_waiting:
+            return ""
+        self._told_waiting = self.waiting
+        return waiting_line(waited_s, self.waiting)
 
     def ask_for_one(self) -> str:
         """Let the next room out at once, paused or not; return what it must wait for all the same, in words."""
@@ -270,7 +284,7 @@ class RoomSchedule:
         self.last_sent, self.last_sent_s = self.next_index, now_s
         change_s = ROOM_CHANGE_S if self._config.clock == "wall" else 0.0
         self._send_s = 0.0 if self._config.lock_step else now_s + change_s + frames / self._config.rate_hz
-        self._one_more = False
+        self._one_more, self._told_waiting = False, ""
         self.next_index += 1
         self._next_frame += frames
 

@@ -171,3 +171,18 @@ def test_peers_that_are_missing_for_three_looks_are_forgotten() -> None:
     assert run.drop_missing({"/renderer", "/recorder"}) == []
     assert [run.drop_missing({"/recorder"}) for _ in range(3)] == [[], [], ["/renderer"]]
     assert [peer.node for peer in run.peers] == ["/recorder"]
+
+
+def test_a_long_wait_is_told_once_for_everything_that_is_waited_for() -> None:
+    run = RoomSchedule(replace(STEP, peer_timeout_s=30.0), 0.0)
+    told = []
+    for now_s in range(200):
+        if now_s == 100:
+            report(run, "renderer", -1)
+        run.step(float(now_s), active=True)
+        told.append(run.long_wait(float(now_s)))
+    lines = {now_s: line for now_s, line in enumerate(told) if line}
+    assert lines == {31: "waiting since 31 s for 1 of 1 renderers to be ready", 100: "waiting since 100 s for 1 of 1 recorders to be ready"}
+    report(run, "recorder", -1)
+    send(run, 200.0)
+    assert run.long_wait(300.0) == "", "nothing has been looked at since"
