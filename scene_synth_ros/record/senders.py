@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from enum import Enum
 
 from scene_synth_ros.suite.connections import Endpoint
@@ -31,10 +31,13 @@ class Senders:
 
     Args:
         namespace: of the suite, ending with a slash.
+        strangers: renderers that speak like the suite's and are not, which publish nothing where the suite does; it may grow.
     """
 
-    def __init__(self, publishers_of: Callable[[str], Iterable[Endpoint]], namespace: str) -> None:
-        self._publishers_of, self._namespace = publishers_of, namespace
+    def __init__(
+        self, publishers_of: Callable[[str], Iterable[Endpoint]], namespace: str, strangers: Collection[str] = frozenset()
+    ) -> None:
+        self._publishers_of, self._namespace, self._known_strangers = publishers_of, namespace, strangers
         self._suite: set[str] = set()
         self._origins: dict[str, Origin] = {}
         self._looks: Counter[str] = Counter()
@@ -60,6 +63,8 @@ class Senders:
         if not self.suite_is_present:
             return Origin.SUITE if own_name else Origin.OTHERS
         strangers = nodes - self._suite
+        if nodes & self._suite:
+            strangers -= set(self._known_strangers)
         if not strangers:
             self._looks.pop(topic, None)
             return Origin.SUITE
@@ -67,5 +72,6 @@ class Senders:
             return Origin.OTHERS
         self._looks[topic] += 1
         speaking = {endpoint.node for endpoint in self._publishers_of(f"{self._namespace}status")}
+        speaking -= set(self._known_strangers)
         silent = {node for node in strangers - speaking if not node.endswith(_NAME_NOT_YET_KNOWN)}
         return Origin.OTHERS if silent and self._looks[topic] > PATIENCE else Origin.UNKNOWN

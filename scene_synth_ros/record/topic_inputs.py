@@ -14,7 +14,7 @@ from scene_synth_ros.record.frame_topics import made_of
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
-from scene_synth_ros.suite.connections import Endpoint, publishers_of
+from scene_synth_ros.suite.connections import publishers_of
 from scene_synth_ros.suite.status import NodeStatus
 from scene_synth_ros.suite.suite_node import SuiteNode
 
@@ -74,15 +74,11 @@ class TopicInputs:
     def __init__(self, node: SuiteNode, config: RecorderConfig, recording: Recording, received: Counter[str]) -> None:
         self._node, self._config, self._recording, self._received = node, config, recording, received
         self._namespace = str(node.get_namespace().rstrip("/") + "/")
-        self._senders = Senders(self._publishers_of, self._namespace)
+        self._senders = Senders(lambda topic: publishers_of(node, topic), self._namespace, node.strangers)
         self._publishers: dict[str, int] = {}
         self._looks = 0
         self.known: dict[str, int] = {}
         self.dds_lost: Counter[str] = Counter()
-
-    def _publishers_of(self, topic: str) -> list[Endpoint]:
-        """Return the publishers of a topic but for strangers, who render nothing of a run that does not expect them."""
-        return [endpoint for endpoint in publishers_of(self._node, topic) if endpoint.node not in self._node.strangers]
 
     def take_status(self, status: NodeStatus) -> None:
         """Take a node's status: what it publishes is the suite's."""

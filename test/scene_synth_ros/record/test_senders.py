@@ -90,6 +90,20 @@ def test_a_renderer_whose_status_is_still_on_its_way_is_waited_for(senders: Send
     assert senders.judge("/synth/second/color") is Origin.SUITE
 
 
+def test_a_renderer_that_is_no_part_of_the_run_changes_nothing_beside_one_that_is(graph: Graph) -> None:
+    known: set[str] = set()
+    senders = Senders(graph.publishers_of, "/synth/", known)
+    graph.nodes["/synth/camera/color"] = ["/synth/renderer_node", "/synth/renderer_node", "/synth/forgotten"]
+    graph.nodes["/synth/status"].append("/synth/forgotten")
+    graph.nodes["/synth/forgotten/settings"] = ["/synth/forgotten"]
+    senders.take_status(status("/synth/grammar_node", "grammar"))
+    assert senders.judge("/synth/camera/color") is Origin.UNKNOWN
+    known |= {"/synth/renderer_node", "/synth/forgotten"}
+    senders.take_status(status("/synth/renderer_node", "renderer"))
+    assert senders.judge("/synth/camera/color") is Origin.SUITE, "a namesake of a stranger, too"
+    assert [senders.judge("/synth/forgotten/settings") for _ in range(PATIENCE + 1)][-1] is Origin.OTHERS
+
+
 def test_without_a_suite_what_is_in_the_namespace_is_taken_for_it(graph: Graph) -> None:
     senders = Senders(graph.publishers_of, "/synth/")
     senders.take_status(status("/synth/recorder_node", "recorder"))

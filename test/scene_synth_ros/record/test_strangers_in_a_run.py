@@ -87,7 +87,7 @@ def test_a_forgotten_renderer_of_the_same_name_is_told_and_adds_no_frame(tmp_pat
         wait_until(lambda: "kernels are ready" in forgotten.said()[1], 180, "the forgotten renderer", forgotten)
         process = run_suite(tmp_path / "bag", *WORDS, env=env, timeout_s=600)
         assert process.returncode == 0, process.stderr
-        assert process.stderr.count(LINE) == 2, "grammar node and recorder say it once"
+        assert process.stderr.count(LINE) == 3, "each node says it once"
         assert "the run of another command is in this namespace; its rooms are left alone" in forgotten.said()[1]
     finally:
         stop(forgotten)
