@@ -13,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import Child, announced_often, environment, node_pids, record_command, stop, wait_until
+from scene_synth_ros_suite import SMALL, Child, announced_often, command, environment, node_pids, record_command, stop, wait_until
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
@@ -67,9 +67,8 @@ def test_whoever_is_ended_whenever_the_run_ends_with_its_name_and_a_whole_bag(tm
         assert who == "run" or [f"run: {who} was ended by {how.name}" in line for line in output.splitlines()].count(True) == 1, what
         assert killed or not list(temporary.iterdir()), what
         tally["no bag" if not bag.exists() else check_frames(bag, what)] += 1
-    print(
-        f"{ENDS} ends: {dict(tally)}; all processes gone after {sorted(times)[len(times) // 2]:.1f} s (median), {max(times):.1f} s (longest)"
-    )
+    middle = sorted(times)[len(times) // 2]
+    print(f"{ENDS} ends: {dict(tally)}; all processes gone after {middle:.1f} s (median), {max(times):.1f} s (longest)")
 
 
 def check_frames(bag: Path, what: str) -> str:
@@ -147,17 +146,11 @@ def test_three_suites_and_strangers_leave_bags_as_a_suite_alone_makes_them(tmp_p
     env, began = environment(), time.monotonic()
     with ExitStack() as stack:
         stack.enter_context(strangers(env, seed))
-        live = Child(
-            [
-                word
-                for word in record_command(tmp_path, "--namespace", "/robot2", "--params", "live")
-                if word not in ("--record", str(tmp_path))
-            ],
-            env=env,
-        )
+        small = [word for override in SMALL for word in ("-p", override)]
+        live = Child(command("run", "--params", "live", "--namespace", "/robot2", *small), env=env)
         stack.callback(stop, live)
         runs = {name: Child(record_command(tmp_path / name, *words, "--namespace", f"/{name}"), env=env) for name in ("synth", "robot1")}
-        for name, process in runs.items():
+        for process in runs.values():
             stack.callback(stop, process)
         for name, process in runs.items():
             assert process.wait(3600) == 0, (name, process.said())
