@@ -11,7 +11,7 @@ from scene_synth_ros.messages.streams import SCENE, has_own_stamps, parse
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.record.senders import Origin
 
-ROOMS_KEPT = 17
+ROOMS_KEPT, ASKED_KEPT = 17, 200
 
 
 class SeenFrames:
@@ -76,6 +76,7 @@ class FrameIntake:
         self._rooms: deque[AnnouncedRoom] = deque(maxlen=ROOMS_KEPT)
         self._newest_ns: int | None = None
         self._begun: dict[str, int] = {}
+        self._asked: deque[int] = deque(maxlen=ASKED_KEPT)
         self.refused = 0
 
     @property
@@ -119,6 +120,7 @@ class FrameIntake:
         """Take that the frame of a stamp was asked for, as its settings on a topic say: it has no part in the order of time."""
         if not self.is_own(topic) or self._seen.has(topic, stamp):
             return []
+        self._asked.append(stamp)
         self._begun = {known: begin_ns for known, begin_ns in self._begun.items() if begin_ns != stamp}
         return self._sorter.set_aside(stamp, TIME_TOPICS)
 
@@ -204,7 +206,7 @@ class FrameIntake:
             if stream is not None and stream.role is SCENE:
                 self._seen.begin_room(stamp)
                 self._rooms.append(announced_room(data))
-        elif self._origins[topic] is Origin.SUITE:
+        elif self._origins[topic] is Origin.SUITE and stamp not in self._asked:
             self._newest_ns = stamp
             if topic not in self._latched:
                 self._begun.setdefault(topic, stamp)

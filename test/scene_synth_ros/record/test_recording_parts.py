@@ -9,6 +9,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -203,3 +204,29 @@ def test_at_the_end_partial_frames_are_left_out_wherever_they_are(tmp_path: Path
         add_pose(recording, topic, stamp)
     recording.close()
     assert recording.written.copy() == {"/a": 2, "/b": 2, "/other": 1}
+
+
+def test_what_was_asked_for_moves_no_time_in_a_bag(tmp_path: Path) -> None:
+    recording, pose, settings = Recording(BagWriter), "/synth/camera/pose", "/synth/renderer_node/settings"
+    types = {"/clock": "rosgraph_msgs/msg/Clock", pose: "geometry_msgs/msg/PoseStamped", settings: "std_msgs/msg/String"}
+    for topic, kind in types.items():
+        recording.add_topic(topic, kind, [QoSProfile(depth=10)])
+    takers = {topic: recording.taker(topic, kind, "/synth/") for topic, kind in types.items()}
+    recording.begin_suite()
+    recording.expect({*types, "/tf"}, {})
+    recording.begin(tmp_path / "bag")
+
+    def frame(stamp: int, *, asked: bool = False) -> None:
+        takers[pose](bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=stamp))))))
+        if not asked:
+            takers["/clock"](bytes(serialize_message(Clock(clock=Time(sec=stamp)))))
+        told = {"stamp_ns": stamp * 10**9} | ({"asked": True} if asked else {})
+        takers[settings](bytes(serialize_message(String(data=json.dumps(told)))))
+
+    for stamp, asked in ((77, True), (1, False), (5, True), (2, False), (78, True), (3, False), (2, True)):
+        frame(stamp, asked=asked)
+    recording.close()
+    with BagReader(tmp_path / "bag") as reader:
+        logged = {topic: [message.log_ns // 10**9 for message in reader.messages([topic], file_order=True)] for topic in (*types, "/tf")}
+    assert logged["/clock"] == logged["/tf"] == [1, 2, 3]
+    assert logged[pose] == logged[settings] == [1, 1, 1, 2, 2, 3]
