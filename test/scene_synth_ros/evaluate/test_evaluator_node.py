@@ -45,10 +45,10 @@ def test_it_judges_what_two_other_nodes_publish(tmp_path: Path) -> None:
             send["depth"].publish(image_to_msg(depth, "32FC1", stamp, "eye"))
             send["normals"].publish(image_to_msg(normals, "32FC3", stamp, "eye"))
             send["my normals"].publish(image_to_msg(normals, "32FC3", stamp, "world" if number == 1 else "eye"))
-        late = scene.camera_path[0].stamp_ns
-        send["my depth"].publish(image_to_msg(depth, "32FC1", late, "eye"))
+        again = scene.camera_path[0].stamp_ns
+        send["my depth"].publish(image_to_msg(depth, "32FC1", again, "eye"))
         peer.spin_until(lambda: heard and heard[-1]["tasks"]["depth"]["measured"] == FRAMES, 120, "the scores")
-        peer.spin_until(lambda: peer.values.get("dropped_late") == "1", 120, "the late message")
+        peer.spin_until(lambda: peer.values.get("dropped_repeated") == "1", 120, "the repeated message")
         peer.spin_until(lambda: heard[-1]["room"]["room_type"] == scene.category, 120, "the room")
         told = heard[-1]["tasks"]
         assert abs(told["depth"]["metrics"]["abs_rel"] - 0.25) < 1e-7
@@ -59,4 +59,4 @@ def test_it_judges_what_two_other_nodes_publish(tmp_path: Path) -> None:
     found = read_evaluation(out)
     (key,) = {(row.key.room_type, row.key.room) for row in found.frames}
     assert key == (scene.category, scene.index)
-    assert found.missing["frames without an estimate"] == 1 and found.missing["late"] == 1
+    assert found.missing["frames without an estimate"] == 1 and found.missing["repeated"] == 1
