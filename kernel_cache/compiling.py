@@ -14,7 +14,9 @@ from __future__ import annotations
 
 import inspect
 import pickle
+import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 from numba import njit
@@ -28,8 +30,18 @@ from kernel_cache.sources import source_stamp
 def compiled(function: Callable[..., Any], **settings: Any) -> Any:
     """Return a function that numba compiles in nopython mode with some settings, when it is first called, and keeps on disk."""
     dispatcher = njit(**settings)(function)
-    dispatcher._cache = KernelCache(function)
+    try:
+        dispatcher._cache = KernelCache(function)
+    except RuntimeError:  # numba has found no folder that it can write
+        _say_uncached()
     return dispatcher
+
+
+@cache
+def _say_uncached() -> None:
+    """Tell it once a process."""
+    told = "kernels are compiled anew in every process: neither the package's folder nor the user's cache folder can be written"
+    sys.stderr.write(f"{told}; set NUMBA_CACHE_DIR to a folder that can\n")
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]

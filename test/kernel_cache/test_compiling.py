@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from kernel_cache.compiling import SealedCacheFile
+from kernel_cache.compiling import KernelCache, SealedCacheFile, compiled
 
 
 def cache(folder: Path, stamp: str) -> SealedCacheFile:
@@ -46,3 +46,10 @@ def test_entries_of_classes_that_are_gone_count_as_absent(tmp_path, monkeypatch)
     assert cache(tmp_path, "new").load("float32") is None
     cache(tmp_path, "new").save("float32", "code")
     assert cache(tmp_path, "new").load("float32") == "code"
+
+
+def test_kernels_work_where_no_folder_can_be_written(monkeypatch, capsys):
+    monkeypatch.setattr(KernelCache._impl_class, "_locator_classes", [])
+    assert [compiled(lambda x: x + 1)(1), compiled(lambda x: x + 2)(1)] == [2, 3]
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and lines[0].endswith("set NUMBA_CACHE_DIR to a folder that can")
