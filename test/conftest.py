@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not _IS_WORKER:
         return
     seconds = {path: 0.1 * tests for path, tests in Counter(_file_of(item) for item in items).items()}
-    seconds |= config.cache.get(_LAST_RUN, {}) if config.cache else {}
+    seconds |= config.cache.get(_LAST_RUN, {}) if hasattr(config, "cache") else {}
     items.sort(key=lambda item: (group(str(item.path)) != PROCESSES, -seconds[_file_of(item)], _file_of(item)))
 
 
@@ -81,7 +81,7 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Keep the seconds for the next run."""
-    if session.config.cache and not _IS_WORKER:
+    if hasattr(session.config, "cache") and not _IS_WORKER:
         session.config.cache.set(_LAST_RUN, session.config.cache.get(_LAST_RUN, {}) | _seconds)
 
 
