@@ -13,7 +13,7 @@ from renderer.geometry.lofts import Point, bent, disc, loft, lying, oval, points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 from renderer.models.lamps import globe
-from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.model import Model, Parts, Pieces, Size, halved, side_boards
 from renderer.models.soft import cushion
 from renderer.models.vehicles import saddle
 
@@ -26,14 +26,7 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     hood_end = -half_d + 0.26 * depth
     belt_half = 0.62 * half_w
     belt = rounded_box((hood_end - 0.1, -belt_half, deck - 0.045), (half_d - 0.02, belt_half, deck), 0.02, 2)
-    rails = [
-        block(
-            (hood_end - 0.1, s * half_w - (0.0 if s < 0 else half_w - belt_half), deck - 0.03),
-            (half_d - 0.05, s * half_w + (0.0 if s > 0 else half_w - belt_half), deck + 0.014),
-            0.008,
-        )
-        for s in (-1.0, 1.0)
-    ]
+    rails = side_boards(half_w, half_w - belt_half, (hood_end - 0.1, half_d - 0.05), (deck - 0.03, deck + 0.014), 0.008)
     frame = [
         block((-half_d + 0.1, s * belt_half - 0.03, 0.03), (half_d - 0.1, s * belt_half + 0.03, deck - 0.02), 0.006) for s in (-1.0, 1.0)
     ]
@@ -65,7 +58,7 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     console, screen, buttons = (moved(rotated(mesh, "y", -0.3), x, z=top) for mesh in (console, screen, merged(*keys)))
     return {
         "frame": [*frame, *posts],
-        "rails": [*rails, *caps],
+        "rails": [rails, *caps],
         "belt": belt,
         "hood": hood,
         "grips": [*grips, bar],

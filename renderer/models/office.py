@@ -17,7 +17,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lamps import bulb, globe
-from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.model import Model, Pieces, Size, halved, side_boards
 
 
 def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -124,14 +124,7 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         front = half_d - 0.02
         body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.86 * height), 0.02, 2)]
         body += [rounded_box((-half_d, -half_w, 0.7 * height), (-0.25 * half_d, half_w, height), 0.02, 2)]
-        body += [
-            block(
-                (-half_d + 0.02, s * half_w - (0.07 if s > 0 else 0.0), 0.8 * height),
-                (front - 0.03, s * half_w + (0.07 if s < 0 else 0.0), 0.9 * height),
-                0.01,
-            )
-            for s in (-1.0, 1.0)
-        ]
+        body.append(side_boards(half_w, 0.07, (-half_d + 0.02, front - 0.03), (0.8 * height, 0.9 * height), 0.01))
         body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
         dark = [block((front - 0.004, -0.9 * half_w, 0.06 * height), (half_d, 0.9 * half_w, 0.3 * height), 0.006)]
         dark.append(block((front - 0.01, -0.25 * half_w, 0.33 * height), (front + 0.003, 0.25 * half_w, 0.36 * height), 0.001))
@@ -246,10 +239,7 @@ def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Piec
             ]
         else:
             tray.append(block((-half_d, -half_w, z), (half_d, half_w, z + 0.004), 0.001))
-            tray += [
-                block((-half_d, s * half_w - (0.004 if s > 0 else 0), z), (half_d, s * half_w + (0.004 if s < 0 else 0), rim), 0.001)
-                for s in (-1.0, 1.0)
-            ]
+            tray.append(side_boards(half_w, 0.004, (-half_d, half_d), (z, rim), 0.001))
             tray.append(block((-half_d, -half_w, z), (-half_d + 0.004, half_w, rim), 0.001))
         pile = z + 0.004 + rng.uniform(0.15, 0.7) * (rim - z)
         turn = rng.uniform(-0.03, 0.03)
