@@ -85,14 +85,8 @@ def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list
         if compact:
             grips.append(sweep([(head[0] - 0.02, s * post_y, top - 0.02), (reach, s * post_y, top - 0.05)], [0.022, 0.019], 12))
             continue
-        grips.append(
-            bent(
-                points([head[0] - 0.02, reach, reach - 0.05, foot[0] - 0.03], s * post_y, [top - 0.01, top - 0.05, 0.55 * top, 0.42 * top]),
-                0.02,
-                0.08,
-                10,
-            )
-        )
+        way = points([head[0] - 0.02, reach, reach - 0.05, foot[0] - 0.03], s * post_y, [top - 0.01, top - 0.05, 0.55 * top, 0.42 * top])
+        grips.append(bent(way, 0.02, 0.08, 10))
     return posts, grips, -half_d + 0.1 + lean
 
 
@@ -298,16 +292,10 @@ def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> P
     arms, pedals = _cranks(rng, crank, min(0.17, crank[2] - 0.1), (0.1, 0.095, 0.1), ((-0.045, 0.1, -0.012), (0.045, 0.18, 0.012)), 0.006)
     grip_w = 0.92 * half_w
     reach = -half_d + 0.02
-    bars = bent(
-        points(
-            [reach + 0.2 * depth, reach, bar_top[0] - 0.02, bar_top[0] - 0.02, reach, reach + 0.2 * depth],
-            [-grip_w, -grip_w, -0.06, 0.06, grip_w, grip_w],
-            [bar_top[2] + 0.02, bar_top[2] + 0.05, bar_top[2], bar_top[2], bar_top[2] + 0.05, bar_top[2] + 0.02],
-        ),
-        0.015,
-        0.06,
-        10,
+    half_bar = points(
+        [reach + 0.2 * depth, reach, bar_top[0] - 0.02], [grip_w, grip_w, 0.06], [bar_top[2] + 0.02, bar_top[2] + 0.05, bar_top[2]]
     )
+    bars = bent(np.concatenate([half_bar * (1.0, -1.0, 1.0), half_bar[::-1]]), 0.015, 0.06, 10)
     z = bar_top[2] + 0.03
     console, screen = _console((bar_top[0] + 0.02, z), 0.13, height - z, (0.25, 0.85), -0.5)
     return {
@@ -370,32 +358,11 @@ def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
     back = moved(rotated(mirrored(back, "z"), "y", 0.18), 0.36 * depth, z=seat_z)
     mast_x, mast_z = -0.2 * depth, 0.86 * height
     mast = sweep([(crank[0] - 0.5 * r, 0.0, crank[2] + 0.3 * r), (mast_x - 0.06, 0.0, mast_z)], 0.028, 10)
-    bars = [
-        bent(
-            points(
-                [mast_x - 0.05, mast_x, mast_x + 0.16],
-                [s * 0.02, s * 0.8 * half_w, s * 0.8 * half_w],
-                [0.9 * mast_z, 0.92 * mast_z, 0.9 * mast_z],
-            ),
-            0.015,
-            0.05,
-            8,
-        )
-        for s in (-1.0, 1.0)
-    ]
-    bars += [
-        bent(
-            points(
-                [0.3 * depth, 0.28 * depth, 0.12 * depth],
-                [s * 0.1, s * 0.92 * half_w, s * 0.92 * half_w],
-                [seat_z - 0.08, seat_z - 0.08, seat_z + 0.12],
-            ),
-            0.015,
-            0.06,
-            8,
-        )
-        for s in (-1.0, 1.0)
-    ]
+    ways = (
+        ([mast_x - 0.05, mast_x, mast_x + 0.16], (0.02, 0.8 * half_w), [0.9 * mast_z, 0.92 * mast_z, 0.9 * mast_z], 0.05),
+        ([0.3 * depth, 0.28 * depth, 0.12 * depth], (0.1, 0.92 * half_w), [seat_z - 0.08, seat_z - 0.08, seat_z + 0.12], 0.06),
+    )
+    bars = [bent(points(xs, [s * y0, s * y1, s * y1], zs), 0.015, bend, 8) for xs, (y0, y1), zs, bend in ways for s in (-1.0, 1.0)]
     console, screen = _console((mast_x - 0.04, mast_z - 0.02), 0.15, height - mast_z + 0.02, (0.2, 0.88), -0.35)
     return {
         "frame": merged(*feet, beam, mast),

@@ -145,6 +145,12 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     return {"body": body, "trim": dark, "paper": paper, "screen": panel}
 
 
+HOOD = np.array(
+    [(0.98, 0.0), (1.0, 0.0), (0.8, 0.55), (0.4, 1.05), (0.2, 1.2), (0.18, 1.5), (0.14, 1.5), (0.14, 1.18), (0.36, 1.0), (0.77, 0.53)]
+)
+"""Outside and inside of a desk lamp's shade, radius and height, in units of its radius."""
+
+
 def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a lamp that leans over the desk: jointed arms with springs, or one slim bar with a flat head; the part ``shade`` shines."""
     depth, width, height = size_m
@@ -171,16 +177,7 @@ def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Piece
         spring = np.array(a) + np.outer((0.12, 0.4), np.subtract(b, a))
         arms.append(sweep(spring, 0.009, 8))
     arms += [disc("y", point, 0.018, 0.036, 16, 0.004) for point in (knee, elbow, wrist)]
-    profile = [
-        (0.98 * hood, 0.0),
-        (hood, 0.0),
-        (0.8 * hood, 0.55 * hood),
-        (0.4 * hood, 1.05 * hood),
-        (0.2 * hood, 1.2 * hood),
-        (0.18 * hood, 1.5 * hood),
-    ]
-    inner = [(0.14 * hood, 1.5 * hood), (0.14 * hood, 1.18 * hood), (0.36 * hood, 1.0 * hood), (0.77 * hood, 0.53 * hood)]
-    shade = lathe(profile + inner, 28, closed=True)
+    shade = lathe(hood * HOOD, 28, closed=True)
     tilt = rng.uniform(0.15, 0.5)
     at = (wrist[0] + 0.55 * hood, 0.0, wrist[2] - 1.25 * hood)
     lamp = {"shade": shade, "bulb": bulb(0.62 * hood, 0.32 * hood)}
@@ -219,20 +216,8 @@ def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Piec
         z = k * step
         rim = z + min(0.6 * step, 0.045)
         if style == "wire":
-            for top in (z + 0.004, rim):
-                tray.append(
-                    bent(
-                        points(
-                            [half_d - 0.003, -half_d + 0.003, -half_d + 0.003, half_d - 0.003],
-                            [-half_w + 0.003, -half_w + 0.003, half_w - 0.003, half_w - 0.003],
-                            top,
-                        ),
-                        0.003,
-                        0.02,
-                        6,
-                        2,
-                    )
-                )
+            x, y = half_d - 0.003, half_w - 0.003
+            tray += [bent(points([x, -x, -x, x], [-y, -y, y, y], top), 0.003, 0.02, 6, 2) for top in (z + 0.004, rim)]
             tray += [
                 rod((x, -half_w + 0.003, z + 0.004), (x, half_w - 0.003, z + 0.004), 0.0015, segments=4)
                 for x in np.linspace(-half_d + 0.01, half_d - 0.003, 9)
