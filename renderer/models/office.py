@@ -59,12 +59,8 @@ def build_whiteboard(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     depth, _, height, half_d, half_w = halved(size_m)
     face = -half_d + min(0.022, 0.45 * depth)
     low, rim = 0.03, 0.016
-    bars = [
-        (-half_w, low, half_w, low + rim),
-        (-half_w, height - rim, half_w, height),
-        (-half_w, low, -half_w + rim, height),
-        (half_w - rim, low, half_w, height),
-    ]
+    bars = [(-half_w, low, half_w, low + rim), (-half_w, height - rim, half_w, height)]
+    bars += [(-half_w, low, -half_w + rim, height), (half_w - rim, low, half_w, height)]
     frame = blocks([(-half_d, a, b) for a, b, _, _ in bars], [(face + 0.006, c, d) for _, _, c, d in bars], 0.004)
     corners = [
         block((-half_d, s * half_w - (0.03 if s > 0 else 0), z), (face + 0.008, s * half_w + (0.03 if s < 0 else 0), z + 0.03), 0.006)
@@ -125,7 +121,6 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.86 * height), 0.02, 2)]
         body += [rounded_box((-half_d, -half_w, 0.7 * height), (-0.25 * half_d, half_w, height), 0.02, 2)]
         body.append(side_boards(half_w, 0.07, (-half_d + 0.02, front - 0.03), (0.8 * height, 0.9 * height), 0.01))
-        body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
         dark = [block((front - 0.004, -0.9 * half_w, 0.06 * height), (half_d, 0.9 * half_w, 0.3 * height), 0.006)]
         dark.append(block((front - 0.01, -0.25 * half_w, 0.33 * height), (front + 0.003, 0.25 * half_w, 0.36 * height), 0.001))
         paper = block((-0.2 * half_d, -0.55 * half_w, 0.855 * height), (front - 0.05, 0.55 * half_w, 0.885 * height), 0.001)
@@ -134,13 +129,13 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         front = half_d - 0.28 * depth
         body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.68 * height), 0.018, 2)]
         body += [rounded_box((-half_d + 0.01, -half_w + 0.006, 0.7 * height), (front - 0.006, half_w - 0.006, 0.82 * height), 0.012, 2)]
-        body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
         dark = [block((front - 0.06, -0.7 * half_w, 0.1 * height), (front + 0.002, 0.7 * half_w, 0.36 * height), 0.004)]
         dark.append(block((front - 0.02, -0.6 * half_w, 0.1 * height), (half_d, 0.6 * half_w, 0.135 * height), 0.004))
         back_tray = rotated(block((-0.006, -0.5 * half_w, 0.0), (0.006, 0.5 * half_w, 0.36 * height), 0.003), "y", -0.2, (0.0, 0.0, 0.0))
         dark.append(moved(back_tray, -half_d + 0.09, 0.0, 0.62 * height))
         paper = block((front - 0.04, -0.45 * half_w, 0.134 * height), (half_d - 0.03, 0.45 * half_w, 0.15 * height), 0.001)
         at = (front - 0.004, 0.55 * half_w, 0.52 * height)
+    body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
     panel = block((at[0] - 0.05, at[1] - 0.05, at[2] - 0.012), (at[0] + 0.01, at[1] + 0.05, at[2] + 0.012), 0.003)
     return {"body": body, "trim": dark, "paper": paper, "screen": panel}
 
