@@ -1,5 +1,6 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
-# make test   all tests, in two processes; WORKERS=N in N, WORKERS= in one; TESTS=FOLDER some     make lint   ruff and mypy
+# make test   all tests, in three processes, of which one waits for nodes; WORKERS=N in N, WORKERS= in one; TESTS=FOLDER some
+# make lint   ruff and mypy
 # make coverage  all tests, and which lines they reach
 # make bench  speed tables       make setup  only the environment that running needs
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
@@ -11,7 +12,7 @@ BIN := $(VENV)/bin
 SEED ?= 1
 ROOMS ?= 4
 FRAMES ?= 8
-WORKERS ?= 2
+WORKERS ?= 3
 
 # With a sourced system ROS 2 the virtual environment sees its rclpy; without one it gets the wheels.
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)

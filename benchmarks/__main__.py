@@ -30,8 +30,8 @@ TABLES = {
     "bag": ("Bags", "message_tables:measure_bag"),
     "generate": ("Datasets", "generate_bench:measure"),
     "cost": ("Processor hours", "cost_bench:measure"),
-    "convert": ("Conversions", "convert_bench:measure"),
-    "dataset": ("Reading datasets", "dataset_bench:measure"),
+    "convert": ("Conversions", "reading_bench:measure_conversions"),
+    "dataset": ("Reading datasets", "reading_bench:measure_datasets"),
     "start": ("Start", "message_tables:measure_start"),
 }
 """Name -> title, and the function of this folder that returns the table's rows; each runs in a process of its own."""

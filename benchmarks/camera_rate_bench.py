@@ -21,13 +21,27 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.frame_times import bare_s, frame_times, new_room_s, seconds, stage_times
-from benchmarks.sampled_rooms import References, SampledRoom, camera_of, mean_flip, mean_luminance, preset_config, sample_rooms
+from benchmarks.sampled_rooms import (
+    LARGE,
+    SMALL,
+    VIEW,
+    References,
+    SampledRoom,
+    bare_s,
+    camera_of,
+    frame_times,
+    mean_flip,
+    mean_luminance,
+    new_room_s,
+    preset_config,
+    sample_rooms,
+    seconds,
+    stage_times,
+)
 from benchmarks.table import DOCS, Row, at_least, at_most, markdown_table, render_table, write_section
 from grammar import room_types
 from renderer import RenderConfig, Renderer, warm_up
 
-VIEW, LARGE, SMALL = 6, (640, 480), (320, 240)
 COMPARED = {
     "realtime": preset_config("realtime"),
     "stream": preset_config("stream"),

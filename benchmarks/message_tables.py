@@ -23,7 +23,6 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from benchmarks.renderer_tables import VIEW, furnished_room
-from benchmarks.stream_subscriber import STREAMED
 from benchmarks.table import Row, at_least, at_most
 from renderer import LAYERS, CameraConfig, RenderConfig, Renderer
 from renderer.film.frame import Frame
@@ -34,12 +33,16 @@ from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
 from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.record.topic_inputs import QUEUE_DEPTH
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.process import init_ros
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
+STREAMED = ("color", "depth", "normals", "semantic", "instance")
+"""The layers that a renderer publishes by default."""
 FRAMES, RECORDED_FRAMES = 300, 150
 RATE_HZ = 30.0
 SAMPLES = 4
@@ -74,7 +77,7 @@ def make_frame() -> Frame:
 
 def _subscribed(streams: StreamPublishers, frame: Frame, surroundings: dict[str, str]) -> list[Row]:
     """Publish to an ordinary subscriber, which knows nothing of the transport that the nodes choose."""
-    command = [sys.executable, "-m", "benchmarks.stream_subscriber", str(FRAMES)]
+    command = [sys.executable, "-c", f"from benchmarks.message_tables import listen; listen({FRAMES})"]
     subscriber = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=surroundings)
     _wait_for_subscribers(streams)
     sent_ns, spent_s = _publish(streams, frame, FRAMES)
@@ -90,6 +93,29 @@ def _subscribed(streams: StreamPublishers, frame: Frame, surroundings: dict[str,
         Row("last ray to the last of 5 callbacks, median", float(np.median(late_ms)), "ms"),
         Row("  99 of 100 frames within", float(np.percentile(late_ms, 99)), "ms"),
     ]
+
+
+def listen(frames: int) -> None:
+    """Subscribe as the recorder does, until everything is there or nothing has come for five seconds.
+
+    Prints [stamp, steady clock] of each image (ns) as JSON.
+    """
+    expected = frames * len(STREAMED)
+    arrivals: list[tuple[int | None, int]] = []
+    last = time.monotonic() + 10.0
+
+    def take(data: bytes) -> None:
+        nonlocal last
+        arrivals.append((stamp_ns("sensor_msgs/msg/Image", data), time.monotonic_ns()))
+        last = time.monotonic()
+
+    rclpy.init()
+    node = Node("stream_subscriber", namespace="/bench")
+    for layer in STREAMED:
+        node.create_subscription(Image, f"camera/{layer}/image_raw", take, stream_qos(QUEUE_DEPTH), raw=True)
+    while len(arrivals) < expected and time.monotonic() - last < 5.0:
+        rclpy.spin_once(node, timeout_sec=0.2)
+    print(json.dumps(arrivals))
 
 
 def _recorded(node: Node, streams: StreamPublishers, frame: Frame) -> list[Row]:

@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.frame_times import frame_times
-from benchmarks.sampled_rooms import SampledRoom, camera_of, preset_config, sample_room
+from benchmarks.sampled_rooms import SampledRoom, camera_of, frame_times, preset_config, sample_room
 from benchmarks.table import DOCS, Row, render_table, write_section
 from grammar.drawing.shapes import Drawing, Shape, dot, line, to_svg, words
 from grammar.synthesize import SceneSynthesizer

@@ -2,9 +2,12 @@
 
 python -m benchmarks.rooms_bench [--rooms N] [--types TYPE ...] [--seed S] [--workers N] [--real LAYOUTS.jsonl] [--json FILE]
                                  [--sheets FOLDER [--views N]]
+python -m benchmarks.rooms_bench --clutter [C ...] [--rooms N] [--types TYPE ...] [--seed S]
 
 ``--rooms`` are shared by the types.  ``--real`` adds a table of medians: ours, those of the file's rooms, and their ratio.  ``--sheets``
-draws N views from above of each type, four to a sheet, each with its seed, index and the faults that were found.
+draws N views from above of each type, four to a sheet, each with its seed, index and the faults that were found.  ``--clutter`` says
+instead what clutter does: how many objects rooms have, whether they stay valid, what is odd in them and what it costs, of N rooms of each
+type, the same ones at each level.
 """
 
 from __future__ import annotations
@@ -73,6 +76,8 @@ SEED = 18
 FAULT_SHARE = 0.01
 P50_S, P99_S = 0.2, 1.5
 NEAR = 0.15
+CLUTTER = (0.0, 0.5, 1.0, 2.0, 3.0)
+ROOMS, ROOMS_OF_A_LEVEL = 1000, 20
 OURS = {"office": "study"}
 """Our room type -> the type of the real rooms that it is laid beside, where the names differ."""
 
@@ -205,6 +210,23 @@ def beside_table(rows: Sequence[Mapping[str, Any]], categories: bool = False) ->
     return "\n".join(lines)
 
 
+def clutter_table(rooms_by_type: Sequence[tuple[str, Sequence[Sequence[Judged]]]], clutter: Sequence[float]) -> str:
+    """Return the table as markdown, of each type with its rooms at each level of clutter."""
+    lines = [f"| room type | {' | '.join(f'{level:g}' for level in clutter)} |", f"|---|{'---|' * len(clutter)}"]
+    for name, levels in rooms_by_type:
+        counts = [np.median([room.measures.objects for room in rooms if room.measures]) for rooms in levels]
+        lines.append(f"| {name} | {' | '.join(f'{count:g}' for count in counts)} |")
+    by_level = [[room for _, levels in rooms_by_type for room in levels[k]] for k in range(len(clutter))]
+    rows = {
+        "not valid, of all rooms": [f"{sum(not room.valid for room in rooms)} of {len(rooms)}" for rooms in by_level],
+        "with a fault of use, share": [f"{np.mean([bool(room.faults) for room in rooms]):.2f}" for rooms in by_level],
+        "processor seconds, p50": [f"{np.median([room.seconds for room in rooms]):.2f}" for rooms in by_level],
+        "processor seconds, p99": [f"{np.quantile([room.seconds for room in rooms], 0.99):.2f}" for rooms in by_level],
+    }
+    lines.extend(f"| {name} | {' | '.join(values)} |" for name, values in rows.items())
+    return "\n".join(lines) + "\n"
+
+
 def measure(rooms: int = 120, workers: int = 1) -> list[Row]:
     """Judge rooms of all types."""
     return fault_rows(judge_all(room_types(), rooms, SEED, workers))
@@ -214,16 +236,24 @@ def main() -> None:
     """Judge, compare, draw, print and write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rooms_bench")
     parser.add_argument("--types", nargs="+", choices=room_types(), default=room_types())
-    for option, default in (("rooms", 1000), ("seed", SEED), ("workers", 1), ("views", 4)):
+    for option, default in (("seed", SEED), ("workers", 1), ("views", 4)):
         parser.add_argument(f"--{option}", type=int, default=default)
+    parser.add_argument("--rooms", type=int, help=f"of all types (default: {ROOMS}); with --clutter of each ({ROOMS_OF_A_LEVEL})")
+    parser.add_argument("--clutter", nargs="*", type=float, metavar="C", help=f"compare levels (default: {CLUTTER})")
     parser.add_argument("--real", type=Path, help="layout file of real rooms")
     parser.add_argument("--categories", action="store_true", help="with --real: print the numbers of objects by category too")
     parser.add_argument("--json", type=Path, help="write everything to this file")
     parser.add_argument("--sheets", type=Path, help="folder for the sheets of views from above")
     arguments = parser.parse_args()
+    if arguments.clutter is not None:
+        levels, indices = arguments.clutter or CLUTTER, range(arguments.rooms or ROOMS_OF_A_LEVEL)
+        rooms_by_type = [(name, [judge(name, arguments.seed, indices, level) for level in levels]) for name in arguments.types]
+        sys.stdout.write(clutter_table(rooms_by_type, levels))
+        return
     document: dict[str, Any] = {"seed": arguments.seed}
-    if arguments.rooms:
-        rooms = judge_all(arguments.types, arguments.rooms, arguments.seed, arguments.workers)
+    count = ROOMS if arguments.rooms is None else arguments.rooms
+    if count:
+        rooms = judge_all(arguments.types, count, arguments.seed, arguments.workers)
         rows = fault_rows(rooms)
         sys.stdout.write(f"{render_table('Rooms', rows)}\n{type_table(rooms)}\n")
         judged = [room._asdict() | {"measures": room.measures and asdict(room.measures)} for room in rooms]

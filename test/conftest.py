@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+from collections import Counter
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,11 @@ _SIGNS = re.compile(
 )
 """Of who has a node or waits for one; serialised messages, profiles of QoS and commands without nodes are none."""
 
+_IS_WORKER = "PYTEST_XDIST_WORKER" in os.environ
+_LAST_RUN = "scene_synth/seconds"
+"""Where pytest's cache has what each file's tests took in their last run."""
+_seconds: Counter[str] = Counter()
+
 
 @cache
 def group(path: str) -> str:
@@ -33,14 +39,50 @@ def group(path: str) -> str:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Hand out whole groups, the largest first."""
+    """Hand out whole groups, in the order of the collection."""
     from xdist.scheduler import LoadScopeScheduling
 
     class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc]
         def _split_scope(self, nodeid: str) -> str:
             return group(str(config.rootpath / nodeid.split("::", 1)[0]))
 
+    config.option.loadscopereorder = False
     return GroupScheduling(config, log)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Put the tests first of which one process waits for nodes, then the files that take longest."""
+    if not _IS_WORKER:
+        return
+    seconds = {path: 0.1 * tests for path, tests in Counter(_file_of(item) for item in items).items()}
+    seconds |= config.cache.get(_LAST_RUN, {}) if hasattr(config, "cache") else {}
+    items.sort(key=lambda item: (group(str(item.path)) != PROCESSES, -seconds[_file_of(item)], _file_of(item)))
+
+
+def _file_of(item: pytest.Item) -> str:
+    return item.nodeid.split("::", 1)[0]
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Give way to the nodes that another process waits for, which have its priority."""
+    if _IS_WORKER and group(str(item.path)) != PROCESSES:
+        _give_way()
+
+
+@cache
+def _give_way() -> None:
+    os.nice(5)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up the seconds of files."""
+    _seconds[report.nodeid.split("::", 1)[0]] += report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Keep the seconds for the next run."""
+    if hasattr(session.config, "cache") and not _IS_WORKER:
+        session.config.cache.set(_LAST_RUN, session.config.cache.get(_LAST_RUN, {}) | _seconds)
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

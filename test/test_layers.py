@@ -136,6 +136,8 @@ def test_imports_point_one_way(package: str) -> None:
         ("scene_synth_ros.cli.commands.run_command", {"numba", "rclpy", "scipy"}),
         ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
         ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),
+        ("scene_synth_ros.render.renderer_node", {"scipy.ndimage"}),
+        ("scene_synth_ros.synthesize.grammar_node", {"PIL"}),
         ("scene_synth_ros.cli.commands.inspect_command", {"numba", "scipy"}),
         ("scene_synth_ros.messages.streams", {"numba", "rclpy", "numpy", "renderer"}),
     ],

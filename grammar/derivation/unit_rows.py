@@ -102,9 +102,8 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
         if rule.free:
             chosen, places = _begin_free(symbol, rule, shell, units, taken, rng)
         else:
-            unit_row = _at_walls(symbol, rule, shell, units, taken.aisles)._replace(
-                hanging=[draft for draft in drafts if draft.rule.in_line]
-            )
+            hanging = [draft for draft in drafts if draft.rule.in_line]
+            unit_row = _at_walls(symbol, rule, shell, units, taken.aisles)._replace(hanging=hanging)
             chosen = _begin(symbol, unit_row, rng)
             # what an island stands before, and what has a row above it, stays where it is
             chosen = _still(chosen) if in_rows else chosen
@@ -227,22 +226,11 @@ def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
 
 def _try(unit_row: UnitRow, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
     """Return how the units fit into a frame in some order, cut into legs in the best way; None if they do not."""
-    fit = fit_legs(
-        unit_row.rule,
-        frame,
-        _ordered(unit_row.units, rng),
-        [(unit, unit.size_m[1] if frame.forward else unit_row.corner_m) for unit in unit_row.turning],
-    )
+    turning = [(unit, unit.size_m[1] if frame.forward else unit_row.corner_m) for unit in unit_row.turning]
+    fit = fit_legs(unit_row.rule, frame, _ordered(unit_row.units, rng), turning)
     if fit is None:
         return None
-    places = slots(
-        unit_row.shell.wall,
-        frame,
-        [_length(unit_row.rule, row) for row in fit.widths],
-        unit_row.rule.end_gap_m,
-        unit_row.rule.flush,
-        unit_row.rule.ends_free,
-    )
+    places = _slots(unit_row, frame, [_length(unit_row.rule, row) for row in fit.widths])
     if not places:
         return None
     slot, walls = places[int(rng.integers(len(places)))], [leg.wall for leg in frame.legs]
@@ -263,6 +251,12 @@ def _try(unit_row: UnitRow, frame: Frame, rng: np.random.Generator) -> _Candidat
         if not _leaves_aisles(unit_row, slot, len(counts) - 1, size, [*(one.ahead for one in unit_row.taken), *own]):
             return None
     return _Candidate(fit.cost + _order_cost(unit_row, units, flat, poses), units, counts, flat, slot, slide, poses)
+
+
+def _slots(unit_row: UnitRow, frame: Frame, lengths: Sequence[float]) -> list[Slot]:
+    """Return where legs of these lengths may lie in a frame."""
+    rule = unit_row.rule
+    return slots(unit_row.shell.wall, frame, lengths, rule.end_gap_m, rule.flush, rule.ends_free)
 
 
 def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> bool:
@@ -369,7 +363,7 @@ def _places(unit_row: UnitRow, chosen: _Candidate) -> list[Slot]:
         slot
         for frame in _frames(unit_row, ())
         if unit_row.is_square or (chosen.slot.direction > 0.0) == frame.forward
-        for slot in slots(unit_row.shell.wall, frame, at_walls, unit_row.rule.end_gap_m, unit_row.rule.flush, unit_row.rule.ends_free)
+        for slot in _slots(unit_row, frame, at_walls)
     ]
     if unit_row.juts:
         leg, size = len(at_walls) - 1, (unit_row.rule.wall_gap_m + unit_row.jut_m, lengths[-1])

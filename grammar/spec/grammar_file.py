@@ -8,6 +8,7 @@ A section ``categories`` has sizes of categories, for the objects whose rules gi
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -71,8 +72,12 @@ def _load(text: str) -> Any:
     return yaml.load(text, Loader=_StrictLoader)
 
 
+_load_shared = functools.lru_cache(maxsize=64)(_load)
+"""The same for texts that are read again and again, as what grammars extend is; nobody may change what it returns."""
+
+
 def read_yaml(path: Path) -> Any:
-    """Return the content of a YAML file.
+    """Return the content of a YAML file, not to be changed.
 
     Raises:
         GrammarError: the file cannot be read or does not parse; one line with file, line and column.
@@ -80,7 +85,7 @@ def read_yaml(path: Path) -> Any:
     try:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise GrammarError(f"{path}: expected a file of at most {_MAX_FILE_BYTES} bytes, got {path.stat().st_size}")
-        return _load(path.read_text(encoding="utf-8"))
+        return _load_shared(path.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""

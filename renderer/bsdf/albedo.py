@@ -23,10 +23,14 @@ _MIN_COSINE = 1e-4
 _TURN = 0.5 * (np.arange(_TURNS) + 0.5) / _TURNS
 """Half a turn, as views lie in the plane y = 0."""
 _TILT = (np.arange(_TILTS) + 0.5) / _TILTS
+_NODES = tuple(item.ravel() for item in np.meshgrid(_TURN, 1.0 - _TILT**3))
 _WEIGHTS = np.repeat(3.0 * _TILT**2 / _TILTS, _TURNS) / _TURNS
 _WEIGHTS /= _WEIGHTS.sum()
 """Nodes lie closer where microfacets tilt most: the tails of GGX matter."""
 _CELLS = (np.arange(STEPS) / (STEPS - 1)) ** 2
+_ALPHAS = np.maximum(_CELLS, MIN_ALPHA)
+_VIEWS = np.maximum(_CELLS, _MIN_COSINE)[:, None]
+"""Cosines of the views, (STEPS, 1)."""
 
 
 class Albedos(NamedTuple):
@@ -36,18 +40,18 @@ class Albedos(NamedTuple):
     glass: NDArray[np.float32]
 
 
-def _half_vectors(cosine: NDArray[np.float64], alpha: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return view directions (..., 3) and visible microfacet normals (..., q, 3), nodes of ``_WEIGHTS`` (Heitz 2018)."""
-    u, v = (item.ravel() for item in np.meshgrid(_TURN, 1.0 - _TILT**3))
-    view = np.stack([np.sqrt(1.0 - cosine**2), np.zeros_like(cosine), cosine], axis=-1)
-    a = alpha[..., None, None]
-    stretched = view[..., None, :] * np.concatenate([a, a, np.ones_like(a)], axis=-1)
-    stretched /= np.linalg.norm(stretched, axis=-1, keepdims=True)
-    height = (1.0 - v) * (1.0 + stretched[..., 2]) - stretched[..., 2]
+def _visible_normals(alpha: np.float64) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return for each view its cosines to visible microfacet normals, nodes of ``_WEIGHTS`` (Heitz 2018), and their z; (STEPS, q) each."""
+    u, v = _NODES
+    sine = np.sqrt(1.0 - _VIEWS**2)
+    length = np.sqrt((sine * alpha) ** 2 + _VIEWS**2)
+    x, z = sine * alpha / length, _VIEWS / length
+    height = (1.0 - v) * (1.0 + z) - z
     radius = np.sqrt(np.maximum(1.0 - height**2, 0.0))
-    cap = np.stack([radius * np.cos(2 * np.pi * u), radius * np.sin(2 * np.pi * u), height], axis=-1) + stretched
-    half = cap * np.concatenate([a, a, np.ones_like(a)], axis=-1)
-    return view[..., None, :], half / np.linalg.norm(half, axis=-1, keepdims=True)
+    half_x, half_y, half_z = (radius * np.cos(2 * np.pi * u) + x) * alpha, radius * np.sin(2 * np.pi * u) * alpha, height + z
+    length = np.sqrt(half_x**2 + half_y**2 + half_z**2)
+    half_z /= length
+    return sine * (half_x / length) + _VIEWS * half_z, half_z
 
 
 def _mask(cosine: NDArray[np.float64], alpha: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -70,32 +74,28 @@ def reflected_table() -> NDArray[np.float32]:
 
     The last column holds the means over the cosine-weighted hemisphere.
     """
-    alpha = np.maximum(_CELLS, MIN_ALPHA)[:, None] * np.ones(STEPS)
-    cosine = np.maximum(_CELLS, _MIN_COSINE) * np.ones((STEPS, 1))
     table = np.zeros((STEPS, STEPS + 1, 3))
-    for row in range(STEPS):
-        view, half = _half_vectors(cosine[row], alpha[row])
-        wo_dot_wm = (view * half).sum(-1)
-        out = 2.0 * wo_dot_wm * half[..., 2] - view[..., 2]
-        a = alpha[row][:, None]
-        shadow = np.where(out > 0.0, (1.0 + _mask(view[..., 2], a)) / (1.0 + _mask(view[..., 2], a) + _mask(out, a)), 0.0)
+    for row, alpha in enumerate(_ALPHAS):
+        wo_dot_wm, half_z = _visible_normals(alpha)
+        out, before = 2.0 * wo_dot_wm * half_z - _VIEWS, 1.0 + _mask(_VIEWS, alpha)
+        shadow = np.where(out > 0.0, before / (before + _mask(out, alpha)), 0.0)
         table[row, :-1, 0] = shadow @ _WEIGHTS
         table[row, :-1, 1] = (shadow * (1.0 - wo_dot_wm) ** 5) @ _WEIGHTS
-    table[:, :-1, 2] = _sheen_albedo(cosine[0])
+    table[:, :-1, 2] = _sheen_albedo()
     fine = np.linspace(0.0, 1.0, 4097)[:-1] + 0.5 / 4096
+    places, roots = np.sqrt(fine), np.sqrt(_CELLS)
     for row in range(STEPS):
         for kind in range(3):
-            table[row, -1, kind] = (2.0 * fine * np.interp(np.sqrt(fine), np.sqrt(_CELLS), table[row, :-1, kind])).mean()
+            table[row, -1, kind] = (2.0 * fine * np.interp(places, roots, table[row, :-1, kind])).mean()
     return np.ascontiguousarray(table, np.float32)
 
 
-def _sheen_albedo(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sheen_albedo() -> NDArray[np.float64]:
     """Return the albedo of the lobe (1 - cos)^5 of the angle between view and half vector (Burley, SIGGRAPH courses 2012)."""
     middles = (np.arange(128) + 0.5) / 128
     u, v = (item.ravel() for item in np.meshgrid(middles, middles))
-    out = np.stack([np.sqrt(u) * np.cos(np.pi * v), np.sqrt(u) * np.sin(np.pi * v), np.sqrt(1.0 - u)], axis=-1)
-    view = np.stack([np.sqrt(1.0 - cosine**2), np.zeros_like(cosine), cosine], axis=-1)[:, None, :]
-    wo_dot_wm = np.sqrt(np.clip(0.5 * (1.0 + (view * out).sum(-1)), 0.0, 1.0))
+    cosine = np.sqrt(1.0 - _VIEWS**2) * (np.sqrt(u) * np.cos(np.pi * v)) + _VIEWS * np.sqrt(1.0 - u)
+    wo_dot_wm = np.sqrt(np.clip(0.5 * (1.0 + cosine), 0.0, 1.0))
     return np.asarray(np.pi * ((1.0 - wo_dot_wm) ** 5).mean(-1))
 
 
@@ -103,17 +103,14 @@ def _sheen_albedo(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
 def glass_table(ior: float) -> NDArray[np.float32]:
     """Return (2, STEPS alphas, STEPS cosines): albedo of rough glass, reflection and refraction together, from outside and from inside."""
     table = np.zeros((2, STEPS, STEPS))
-    cosine = np.maximum(_CELLS, _MIN_COSINE)
-    for side, eta in enumerate((ior, 1.0 / ior)):
-        for row, a in enumerate(np.maximum(_CELLS, MIN_ALPHA)):
-            view, half = _half_vectors(cosine, np.full(STEPS, a))
-            wo_dot_wm = (view * half).sum(-1)
+    for row, alpha in enumerate(_ALPHAS):
+        wo_dot_wm, half_z = _visible_normals(alpha)
+        out, before = 2.0 * wo_dot_wm * half_z - _VIEWS, _mask(_VIEWS, alpha)
+        reflected = np.where(out > 0.0, (1.0 + before) / (1.0 + before + _mask(out, alpha)), 0.0)
+        for side, eta in enumerate((ior, 1.0 / ior)):
             share = fresnel_dielectric(wo_dot_wm, eta)
-            before = _mask(view[..., 2], a)
-            out = 2.0 * wo_dot_wm * half[..., 2] - view[..., 2]
-            reflected = np.where(out > 0.0, (1.0 + before) / (1.0 + before + _mask(out, a)), 0.0)
             beyond = np.sqrt(np.maximum(1.0 - (1.0 - wo_dot_wm**2) / eta**2, 0.0))
-            through = half[..., 2] * (wo_dot_wm / eta - beyond) - view[..., 2] / eta
-            refracted = np.where(through < 0.0, 1.0 / (1.0 + _mask(through, a)), 0.0)
+            through = half_z * (wo_dot_wm / eta - beyond) - _VIEWS / eta
+            refracted = np.where(through < 0.0, 1.0 / (1.0 + _mask(through, alpha)), 0.0)
             table[side, row] = (share * reflected + (1.0 - share) * refracted) @ _WEIGHTS
     return np.ascontiguousarray(table, np.float32)

@@ -9,7 +9,7 @@ import numpy as np
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
-from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.model import Model, Pieces, Size, halved, side_boards
 from renderer.models.soft import wrinkle_field, wrinkles
 from renderer.models.wall_things import crook
 
@@ -93,13 +93,7 @@ def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     levels = [float(z) for z in np.linspace(0.06, height, tiers + 1)[:-1]]
     frame = [block((-half_d, -half, height - board), (half_d, half, height), 0.002)]
     if style == "cabinet":
-        frame += [
-            block(
-                (-half_d, s * half - (side if s > 0 else 0.0), 0.0),
-                (half_d - 0.003, s * half + (side if s < 0 else 0.0), height - board + 0.002),
-            )
-            for s in (-1.0, 1.0)
-        ]
+        frame.append(side_boards(half, side, (-half_d, half_d - 0.003), (0.0, height - board + 0.002)))
         frame.append(block((-half_d, -half + 0.004, 0.04), (-half_d + 0.006, half - 0.004, height - 0.004), 0.001))
         shelves = blocks(
             [(-half_d + 0.002, -half + 0.01, z - 0.018) for z in levels], [(half_d - 0.006, half - 0.01, z) for z in levels], 0.002

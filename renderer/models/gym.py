@@ -13,7 +13,7 @@ from renderer.geometry.lofts import Point, bent, disc, loft, lying, oval, points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 from renderer.models.lamps import globe
-from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.model import Model, Parts, Pieces, Size, halved, side_boards
 from renderer.models.soft import cushion
 from renderer.models.vehicles import saddle
 
@@ -26,14 +26,7 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     hood_end = -half_d + 0.26 * depth
     belt_half = 0.62 * half_w
     belt = rounded_box((hood_end - 0.1, -belt_half, deck - 0.045), (half_d - 0.02, belt_half, deck), 0.02, 2)
-    rails = [
-        block(
-            (hood_end - 0.1, s * half_w - (0.0 if s < 0 else half_w - belt_half), deck - 0.03),
-            (half_d - 0.05, s * half_w + (0.0 if s > 0 else half_w - belt_half), deck + 0.014),
-            0.008,
-        )
-        for s in (-1.0, 1.0)
-    ]
+    rails = side_boards(half_w, half_w - belt_half, (hood_end - 0.1, half_d - 0.05), (deck - 0.03, deck + 0.014), 0.008)
     frame = [
         block((-half_d + 0.1, s * belt_half - 0.03, 0.03), (half_d - 0.1, s * belt_half + 0.03, deck - 0.02), 0.006) for s in (-1.0, 1.0)
     ]
@@ -65,7 +58,7 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     console, screen, buttons = (moved(rotated(mesh, "y", -0.3), x, z=top) for mesh in (console, screen, merged(*keys)))
     return {
         "frame": [*frame, *posts],
-        "rails": [*rails, *caps],
+        "rails": [rails, *caps],
         "belt": belt,
         "hood": hood,
         "grips": [*grips, bar],
@@ -92,14 +85,8 @@ def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list
         if compact:
             grips.append(sweep([(head[0] - 0.02, s * post_y, top - 0.02), (reach, s * post_y, top - 0.05)], [0.022, 0.019], 12))
             continue
-        grips.append(
-            bent(
-                points([head[0] - 0.02, reach, reach - 0.05, foot[0] - 0.03], s * post_y, [top - 0.01, top - 0.05, 0.55 * top, 0.42 * top]),
-                0.02,
-                0.08,
-                10,
-            )
-        )
+        way = points([head[0] - 0.02, reach, reach - 0.05, foot[0] - 0.03], s * post_y, [top - 0.01, top - 0.05, 0.55 * top, 0.42 * top])
+        grips.append(bent(way, 0.02, 0.08, 10))
     return posts, grips, -half_d + 0.1 + lean
 
 
@@ -305,16 +292,10 @@ def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> P
     arms, pedals = _cranks(rng, crank, min(0.17, crank[2] - 0.1), (0.1, 0.095, 0.1), ((-0.045, 0.1, -0.012), (0.045, 0.18, 0.012)), 0.006)
     grip_w = 0.92 * half_w
     reach = -half_d + 0.02
-    bars = bent(
-        points(
-            [reach + 0.2 * depth, reach, bar_top[0] - 0.02, bar_top[0] - 0.02, reach, reach + 0.2 * depth],
-            [-grip_w, -grip_w, -0.06, 0.06, grip_w, grip_w],
-            [bar_top[2] + 0.02, bar_top[2] + 0.05, bar_top[2], bar_top[2], bar_top[2] + 0.05, bar_top[2] + 0.02],
-        ),
-        0.015,
-        0.06,
-        10,
+    half_bar = points(
+        [reach + 0.2 * depth, reach, bar_top[0] - 0.02], [grip_w, grip_w, 0.06], [bar_top[2] + 0.02, bar_top[2] + 0.05, bar_top[2]]
     )
+    bars = bent(np.concatenate([half_bar * (1.0, -1.0, 1.0), half_bar[::-1]]), 0.015, 0.06, 10)
     z = bar_top[2] + 0.03
     console, screen = _console((bar_top[0] + 0.02, z), 0.13, height - z, (0.25, 0.85), -0.5)
     return {
@@ -377,32 +358,11 @@ def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
     back = moved(rotated(mirrored(back, "z"), "y", 0.18), 0.36 * depth, z=seat_z)
     mast_x, mast_z = -0.2 * depth, 0.86 * height
     mast = sweep([(crank[0] - 0.5 * r, 0.0, crank[2] + 0.3 * r), (mast_x - 0.06, 0.0, mast_z)], 0.028, 10)
-    bars = [
-        bent(
-            points(
-                [mast_x - 0.05, mast_x, mast_x + 0.16],
-                [s * 0.02, s * 0.8 * half_w, s * 0.8 * half_w],
-                [0.9 * mast_z, 0.92 * mast_z, 0.9 * mast_z],
-            ),
-            0.015,
-            0.05,
-            8,
-        )
-        for s in (-1.0, 1.0)
-    ]
-    bars += [
-        bent(
-            points(
-                [0.3 * depth, 0.28 * depth, 0.12 * depth],
-                [s * 0.1, s * 0.92 * half_w, s * 0.92 * half_w],
-                [seat_z - 0.08, seat_z - 0.08, seat_z + 0.12],
-            ),
-            0.015,
-            0.06,
-            8,
-        )
-        for s in (-1.0, 1.0)
-    ]
+    ways = (
+        ([mast_x - 0.05, mast_x, mast_x + 0.16], (0.02, 0.8 * half_w), [0.9 * mast_z, 0.92 * mast_z, 0.9 * mast_z], 0.05),
+        ([0.3 * depth, 0.28 * depth, 0.12 * depth], (0.1, 0.92 * half_w), [seat_z - 0.08, seat_z - 0.08, seat_z + 0.12], 0.06),
+    )
+    bars = [bent(points(xs, [s * y0, s * y1, s * y1], zs), 0.015, bend, 8) for xs, (y0, y1), zs, bend in ways for s in (-1.0, 1.0)]
     console, screen = _console((mast_x - 0.04, mast_z - 0.02), 0.15, height - mast_z + 0.02, (0.2, 0.88), -0.35)
     return {
         "frame": merged(*feet, beam, mast),

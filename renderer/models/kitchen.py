@@ -122,13 +122,8 @@ def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Pi
     if drain:
         start, end = y + b + 0.05, half_w - 0.06
         count = max(4, round(2.0 * a / 0.045))
-        sink.append(
-            blocks(
-                [(x - 0.9 * a + 1.8 * a * k / count, start, z) for k in range(count)],
-                [(x - 0.9 * a + 1.8 * a * k / count + 0.012, end, z + 0.003) for k in range(count)],
-                0.001,
-            )
-        )
+        xs = x - 0.9 * a + 1.8 * a * np.arange(count) / count
+        sink.append(blocks(points(xs, start, z), points(xs + 0.012, end, z + 0.003), 0.001))
     parts = base_unit(rng, size_m, z, style, True)
     parts["worktop"] = worktop
     parts["sink"] = merged(*sink)

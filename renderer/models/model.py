@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import merged, stretched
+from renderer.geometry.shapes import BEVEL_M, blocks, merged, stretched
 
 Size = tuple[float, float, float]
 
@@ -36,6 +36,11 @@ def halved(size_m: Size) -> tuple[float, float, float, float, float]:
     """Return depth, width and height of a box, and half its depth and half its width."""
     depth, width, height = size_m
     return depth, width, height, 0.5 * depth, 0.5 * width
+
+
+def side_boards(half_w: float, thick: float, x: tuple[float, float], z: tuple[float, float], bevel_m: float = BEVEL_M) -> Mesh:
+    """Return two boards, ``thick`` along y, inside both ends of the width: between two x and between two z."""
+    return blocks([(x[0], -half_w, z[0]), (x[0], half_w - thick, z[0])], [(x[1], -half_w + thick, z[1]), (x[1], half_w, z[1])], bevel_m)
 
 
 def fitted(pieces: Pieces, size_m: Size) -> Parts:

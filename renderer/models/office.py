@@ -17,7 +17,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lamps import bulb, globe
-from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.model import Model, Pieces, Size, halved, side_boards
 
 
 def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -59,12 +59,8 @@ def build_whiteboard(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     depth, _, height, half_d, half_w = halved(size_m)
     face = -half_d + min(0.022, 0.45 * depth)
     low, rim = 0.03, 0.016
-    bars = [
-        (-half_w, low, half_w, low + rim),
-        (-half_w, height - rim, half_w, height),
-        (-half_w, low, -half_w + rim, height),
-        (half_w - rim, low, half_w, height),
-    ]
+    bars = [(-half_w, low, half_w, low + rim), (-half_w, height - rim, half_w, height)]
+    bars += [(-half_w, low, -half_w + rim, height), (half_w - rim, low, half_w, height)]
     frame = blocks([(-half_d, a, b) for a, b, _, _ in bars], [(face + 0.006, c, d) for _, _, c, d in bars], 0.004)
     corners = [
         block((-half_d, s * half_w - (0.03 if s > 0 else 0), z), (face + 0.008, s * half_w + (0.03 if s < 0 else 0), z + 0.03), 0.006)
@@ -124,15 +120,7 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         front = half_d - 0.02
         body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.86 * height), 0.02, 2)]
         body += [rounded_box((-half_d, -half_w, 0.7 * height), (-0.25 * half_d, half_w, height), 0.02, 2)]
-        body += [
-            block(
-                (-half_d + 0.02, s * half_w - (0.07 if s > 0 else 0.0), 0.8 * height),
-                (front - 0.03, s * half_w + (0.07 if s < 0 else 0.0), 0.9 * height),
-                0.01,
-            )
-            for s in (-1.0, 1.0)
-        ]
-        body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
+        body.append(side_boards(half_w, 0.07, (-half_d + 0.02, front - 0.03), (0.8 * height, 0.9 * height), 0.01))
         dark = [block((front - 0.004, -0.9 * half_w, 0.06 * height), (half_d, 0.9 * half_w, 0.3 * height), 0.006)]
         dark.append(block((front - 0.01, -0.25 * half_w, 0.33 * height), (front + 0.003, 0.25 * half_w, 0.36 * height), 0.001))
         paper = block((-0.2 * half_d, -0.55 * half_w, 0.855 * height), (front - 0.05, 0.55 * half_w, 0.885 * height), 0.001)
@@ -141,15 +129,21 @@ def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         front = half_d - 0.28 * depth
         body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.68 * height), 0.018, 2)]
         body += [rounded_box((-half_d + 0.01, -half_w + 0.006, 0.7 * height), (front - 0.006, half_w - 0.006, 0.82 * height), 0.012, 2)]
-        body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
         dark = [block((front - 0.06, -0.7 * half_w, 0.1 * height), (front + 0.002, 0.7 * half_w, 0.36 * height), 0.004)]
         dark.append(block((front - 0.02, -0.6 * half_w, 0.1 * height), (half_d, 0.6 * half_w, 0.135 * height), 0.004))
         back_tray = rotated(block((-0.006, -0.5 * half_w, 0.0), (0.006, 0.5 * half_w, 0.36 * height), 0.003), "y", -0.2, (0.0, 0.0, 0.0))
         dark.append(moved(back_tray, -half_d + 0.09, 0.0, 0.62 * height))
         paper = block((front - 0.04, -0.45 * half_w, 0.134 * height), (half_d - 0.03, 0.45 * half_w, 0.15 * height), 0.001)
         at = (front - 0.004, 0.55 * half_w, 0.52 * height)
+    body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
     panel = block((at[0] - 0.05, at[1] - 0.05, at[2] - 0.012), (at[0] + 0.01, at[1] + 0.05, at[2] + 0.012), 0.003)
     return {"body": body, "trim": dark, "paper": paper, "screen": panel}
+
+
+HOOD = np.array(
+    [(0.98, 0.0), (1.0, 0.0), (0.8, 0.55), (0.4, 1.05), (0.2, 1.2), (0.18, 1.5), (0.14, 1.5), (0.14, 1.18), (0.36, 1.0), (0.77, 0.53)]
+)
+"""Outside and inside of a desk lamp's shade, radius and height, in units of its radius."""
 
 
 def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -178,16 +172,7 @@ def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Piece
         spring = np.array(a) + np.outer((0.12, 0.4), np.subtract(b, a))
         arms.append(sweep(spring, 0.009, 8))
     arms += [disc("y", point, 0.018, 0.036, 16, 0.004) for point in (knee, elbow, wrist)]
-    profile = [
-        (0.98 * hood, 0.0),
-        (hood, 0.0),
-        (0.8 * hood, 0.55 * hood),
-        (0.4 * hood, 1.05 * hood),
-        (0.2 * hood, 1.2 * hood),
-        (0.18 * hood, 1.5 * hood),
-    ]
-    inner = [(0.14 * hood, 1.5 * hood), (0.14 * hood, 1.18 * hood), (0.36 * hood, 1.0 * hood), (0.77 * hood, 0.53 * hood)]
-    shade = lathe(profile + inner, 28, closed=True)
+    shade = lathe(hood * HOOD, 28, closed=True)
     tilt = rng.uniform(0.15, 0.5)
     at = (wrist[0] + 0.55 * hood, 0.0, wrist[2] - 1.25 * hood)
     lamp = {"shade": shade, "bulb": bulb(0.62 * hood, 0.32 * hood)}
@@ -226,30 +211,15 @@ def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Piec
         z = k * step
         rim = z + min(0.6 * step, 0.045)
         if style == "wire":
-            for top in (z + 0.004, rim):
-                tray.append(
-                    bent(
-                        points(
-                            [half_d - 0.003, -half_d + 0.003, -half_d + 0.003, half_d - 0.003],
-                            [-half_w + 0.003, -half_w + 0.003, half_w - 0.003, half_w - 0.003],
-                            top,
-                        ),
-                        0.003,
-                        0.02,
-                        6,
-                        2,
-                    )
-                )
+            x, y = half_d - 0.003, half_w - 0.003
+            tray += [bent(points([x, -x, -x, x], [-y, -y, y, y], top), 0.003, 0.02, 6, 2) for top in (z + 0.004, rim)]
             tray += [
                 rod((x, -half_w + 0.003, z + 0.004), (x, half_w - 0.003, z + 0.004), 0.0015, segments=4)
                 for x in np.linspace(-half_d + 0.01, half_d - 0.003, 9)
             ]
         else:
             tray.append(block((-half_d, -half_w, z), (half_d, half_w, z + 0.004), 0.001))
-            tray += [
-                block((-half_d, s * half_w - (0.004 if s > 0 else 0), z), (half_d, s * half_w + (0.004 if s < 0 else 0), rim), 0.001)
-                for s in (-1.0, 1.0)
-            ]
+            tray.append(side_boards(half_w, 0.004, (-half_d, half_d), (z, rim), 0.001))
             tray.append(block((-half_d, -half_w, z), (-half_d + 0.004, half_w, rim), 0.001))
         pile = z + 0.004 + rng.uniform(0.15, 0.7) * (rim - z)
         turn = rng.uniform(-0.03, 0.03)

@@ -14,7 +14,7 @@ from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, stretched
 from renderer.models.cabinets import Front, bar_handle, fronts, pulls, square_legs
-from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved, side_boards
 from renderer.models.soft import cushion
 
 TOP_M = 0.04
@@ -245,11 +245,7 @@ def _paneled(rng: np.random.Generator, size_m: Size) -> Parts:
     thick, side = 0.03, 0.032
     under = height - thick
     inner = half_w - 0.006 - side
-    panels = blocks(
-        [(-half_d + 0.008, s * (half_w - 0.006) - (side if s > 0 else 0.0), 0.0) for s in (-1.0, 1.0)],
-        [(half_d - 0.016, s * (half_w - 0.006) + (side if s < 0 else 0.0), under + 0.001) for s in (-1.0, 1.0)],
-        0.004,
-    )
+    panels = side_boards(half_w - 0.006, side, (-half_d + 0.008, half_d - 0.016), (0.0, under + 0.001), 0.004)
     modesty = block((-half_d + 0.03, -inner - 0.002, under - 0.095), (-half_d + 0.048, inner + 0.002, under))
     divide = block((-half_d + 0.05, -0.009, under - 0.085), (half_d - 0.03, 0.009, under + 0.001))
     front = half_d - 0.02

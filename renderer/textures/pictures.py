@@ -1,4 +1,4 @@
-"""Pictures that are mapped once over a part: art for frames, what screens show; and the spines of books.
+"""Pictures that are mapped once over a part: art for frames, and what screens show.
 
 Rows run upward: v = 0 is the lower edge of the picture.
 """
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from renderer.core.kernel import entry
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
-from renderer.textures.pattern import Color, Generator, Pattern, Picture, Request
+from renderer.textures.pattern import Color, Generator, Picture, Request
 
 Rgb = NDArray[np.floating[Any]]
 
@@ -371,35 +371,10 @@ def desktop(rng: np.random.Generator, request: Request) -> Picture:
     return Picture(np.clip(canvas.rgb, 0.0, 1.0))
 
 
-def spines(rng: np.random.Generator, request: Request) -> Pattern:
-    """Print the cloth of books: bands, a label and a title along u, again and again with another layout."""
-    first, second = np.zeros(request.shape, np.float32), np.zeros(request.shape, np.float32)
-    wide = request.shape[1] // 4
-    local, v = coordinates((request.shape[0], wide))
-    line, part = np.floor(v * 8.0), (v * 8.0) % 1.0
-    middle = (part > 0.3) & (part < 0.7)
-    for k in range(4):
-        style = int(rng.integers(4))
-        bands = np.zeros_like(local)
-        for place in rng.uniform(0.04, 0.96, int(rng.integers(2, 5))):
-            bands = np.maximum(bands, smooth_step(0.014, 0.008, np.abs(local - float(place))))
-        start = float(rng.uniform(0.2, 0.4))
-        stop = start + float(rng.uniform(0.25, 0.4))
-        letters = ((local > start) & (local < stop) & middle) * (0.5 + 0.5 * np.sign(np.sin(90.0 * local + 7.0 * line)))
-        label = ((local > start - 0.05) & (local < stop + 0.05)) if style == 1 else np.zeros_like(local)
-        book = slice(k * wide, (k + 1) * wide)
-        first[:, book] = np.clip((style != 3) * bands * (1.0 - label) + letters, 0.0, 1.0)
-        second[:, book] = label * (1.0 - letters)
-    cloth = noise(rng, request.shape, 20.0, 128.0, 0.2)
-    weights = (first, (second * 0.9))
-    return Pattern(weights, (1.0 + 0.03 * cloth), (-0.15 * first), (0.2 * cloth))
-
-
 INKS = ((0.85, 0.42, 0.25), (0.25, 0.45, 0.75), (1.2, 1.0, 0.5))
 
 GENERATORS = {
     "art": Generator(art, shape=(256, 256), tints=INKS, once=True, variants=0, inked=True),
     "television": Generator(television, shape=(256, 256), once=True, variants=24),
     "desktop": Generator(desktop, shape=(512, 512), once=True, variants=24),
-    "spines": Generator(spines, (4.0, 4.0), (256, 512), ((3.2, 2.7, 1.6), (0.3, 0.3, 0.3)), variants=6),
 }

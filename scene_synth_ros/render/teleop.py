@@ -12,7 +12,6 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from scene_description import CameraPose, Limits
 from scene_description.poses import look_at, rotation_from_quaternion
@@ -50,6 +49,8 @@ class FreeFloor(NamedTuple):
 
         The distance between two cells' centres bounds that between their points less one diagonal of a cell.
         """
+        from scipy import ndimage  # a tenth of a renderer's start, and only a driven camera needs it
+
         framed = np.pad(cells == 0, 1, constant_values=False)
         between_centres = ndimage.distance_transform_edt(framed)[1:-1, 1:-1] * resolution_m
         return cls(np.maximum(between_centres - math.sqrt(2.0) * resolution_m, 0.0), resolution_m, origin_m)

@@ -10,7 +10,6 @@ from grammar import GrammarError
 from grammar.catalog import entry_faults, read_catalog
 from grammar.synthesize import SceneSynthesizer
 from renderer.core.errors import MeshFileError
-from renderer.files.catalog_models import check_model, measure_model
 from scene_description.catalog import Catalog, CatalogEntry, CatalogModel, CatalogSurface
 
 SIZE_SLACK = 1.25
@@ -34,6 +33,8 @@ def with_catalog(synthesizer: SceneSynthesizer, folder: str) -> SceneSynthesizer
     """
     if not folder:
         return synthesizer
+    from renderer.files.catalog_models import measure_model  # a tenth of a grammar node's start, and few have a catalogue
+
     root = Path(folder)
     if not root.is_dir():
         raise GrammarError(f"catalog_dir: expected a folder, got '{folder}'")
@@ -53,6 +54,8 @@ def check_catalog(synthesizer: SceneSynthesizer, root: Path) -> list[Finding]:
     Raises:
         GrammarError: ``catalog.yaml`` itself cannot be read.
     """
+    from renderer.files.catalog_models import check_model, measure_model
+
     listed = read_catalog(root)
     ranges = category_sizes(synthesizer)
     findings = [

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from box_room import box, quad, scene
 
-from benchmarks.flicker_bench import is_followed, is_matt, warped_difference
-from benchmarks.frame_times import REST, STAGES, everywhere, stage_times
-from benchmarks.perception_bench import moved, pose_error, second_from_first
 from benchmarks.rate_curves_bench import subdivided
-from benchmarks.sampled_rooms import References, SampledRoom, camera_of
+from benchmarks.sampled_rooms import REST, STAGES, References, SampledRoom, camera_of, everywhere, stage_times
 from benchmarks.table import write_section
+from benchmarks.walk_bench import is_followed, is_matt, moved, pose_error, second_from_first, warped_difference
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.camera.cameras import project, unproject
 from renderer.film.tone import Exposure

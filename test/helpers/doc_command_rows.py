@@ -307,7 +307,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth convert BAG --to colmap --out DIR --rooms 0:2 --every 2": Parsed(_CONVERT),
     "scene_synth convert BAG --to tum --out DIR --layers color_sensed,depth_sensed": Parsed(_CONVERT),
     "evo_traj tum DIR/room_0000/groundtruth.txt": Listed("another program; test_tum.py reads with its library"),
-    ".venv/bin/python -m benchmarks.convert_bench": Parsed("takes minutes; speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks --only convert": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python examples/web_dataset.py DIR": Listed("needs a converted bag; its reading is that of test_webdataset.py"),
     # evaluation
     "scene_synth evaluate": Named(),
@@ -385,12 +385,12 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
-    ".venv/bin/python -m benchmarks.cached_measures --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
-    ".venv/bin/python -m benchmarks.cached_picture --references REFERENCES": Parsed("takes minutes"),
+    ".venv/bin/python -m benchmarks.cache_bench all --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
+    ".venv/bin/python -m benchmarks.cache_bench picture --references REFERENCES": Parsed("takes minutes"),
     ".venv/bin/python -m benchmarks.rate_curves_bench --clock --write": Parsed("speed is never judged in a test"),
-    ".venv/bin/python -m benchmarks.flicker_bench --references REFERENCES --write": Parsed("takes an hour at first"),
+    ".venv/bin/python -m benchmarks.walk_bench flicker --references REFERENCES --write": Parsed("takes an hour at first"),
     ".venv/bin/pip install '.[bench-perception]'": Listed("needs the network; that the extra exists is tested"),
-    ".venv/bin/python -m benchmarks.perception_bench --references REFERENCES --write": Parsed("needs Open3D, which is large"),
+    ".venv/bin/python -m benchmarks.walk_bench perception --references REFERENCES --write": Parsed("needs Open3D, which is large"),
     ".venv/bin/python -m benchmarks --only presets": Parsed("takes minutes; test/renderer/path/test_clipping.py has known answers"),
     ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 60 --counted 300 --workers 2 --write": Parsed(
         "takes minutes; test/grammar/learning/test_realism_figures.py has its figures"
@@ -399,13 +399,15 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.rooms_bench --rooms 1000 --real LAYOUTS.jsonl --sheets sheets": Parsed(
         "takes minutes; test/benchmarks/test_rooms_bench.py has its measures"
     ),
-    ".venv/bin/python -m benchmarks.clutter_bench": Parsed("takes minutes; test/grammar/small_things/test_strew.py has what it counts"),
-    ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl --workers 2 --write": Parsed(
+    ".venv/bin/python -m benchmarks.rooms_bench --clutter": Parsed(
+        "takes minutes; test/grammar/small_things/test_strew.py has what it counts"
+    ),
+    ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --classifier --workers 2 --write": Parsed(
         "takes minutes; test/grammar/learning/test_room_features.py has its figures"
     ),
     ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl:0.2 --types bedroom --mixed --shipped --workers 2"
     " --write": Parsed("takes minutes; test/grammar/learning/test_learn.py learns"),
-    ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
+    ".venv/bin/python -m benchmarks.realism_bench --recovery": Parsed("test/grammar/learning/test_learn.py"),
     ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
     ".venv/bin/python -m benchmarks.export_bench": Parsed("needs Mitsuba; test/renderer/export reads the files"),
 }

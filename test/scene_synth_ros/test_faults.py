@@ -9,14 +9,18 @@ import sys
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import Child, command, environment, node_pids, record_command, run_suite, stop, wait_until
+from scene_synth_ros_suite import Child, command, environment, node_pids, record_command, stop, wait_until
 
+from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_repair import repair_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.command_line import main
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.processes.supervisor import NODES
+from scene_synth_ros.offline.offline_bag import OfflineBag
+from scene_synth_ros.offline.settings import read_settings
 
 HALLWAY = ("-p", "grammar_node.scene.room_type:=hallway")
 
@@ -145,8 +149,11 @@ def test_a_full_disk_ends_the_run_with_one_line_and_a_whole_bag(tmp_path: Path) 
 
 def test_a_truncated_bag_is_told_and_replayed_as_far_as_it_goes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut.mcap"
-    size = ["-p", "renderer_node.camera.width:=320", "-p", "renderer_node.camera.height:=240"]
-    assert run_suite(whole, "--rooms", 1, "--frames", 8, *HALLWAY, *size).returncode == 0
+    size = ("renderer_node.camera.width:=320", "renderer_node.camera.height:=240", "renderer_node.render.samples_per_pixel:=1")
+    settings = read_settings(run_parameters(RunWords(rooms=1, frames=8, record=whole, overrides=(HALLWAY[1], *size))))
+    synthesizer, times = SceneSynthesizer.from_config(), CameraTimes(frames=8, start_ns=10**9, rate_hz=10.0)
+    with OfflineBag(whole, settings, synthesizer.floor_map) as bag:
+        bag.add_room(synthesizer.synthesize(settings.grammar["scene"], 1, 0, times))
     data = next(whole.glob("*.mcap")).read_bytes()
     cut.write_bytes(data[: len(data) * 3 // 4])
     assert inspected(cut) == 1

@@ -142,9 +142,10 @@ def _die_with_parent() -> Callable[[], None]:
 
 
 class _Respawner:
-    """Starts nodes again that a signal has killed, as often as each of them may."""
+    """Starts nodes again that a signal has killed, as often as each of them may; ``respawned`` names those that it has started."""
 
     def __init__(self, nodes: list[NodeProcess], start: Callable[[NodeProcess], subprocess.Popen[bytes]]) -> None:
+        self.respawned: set[str] = set()
         self._nodes = {node.name: node for node in nodes}
         self._left = {node.name: node.respawns for node in nodes}
         self._start = start
@@ -154,6 +155,7 @@ class _Respawner:
         if code >= 0 or not self._left[name]:
             return None
         self._left[name] -= 1
+        self.respawned.add(name)
         sys.stderr.write(f"run: {_describe(name, code)}; started again\n")
         return self._start(self._nodes[name])
 
@@ -167,7 +169,8 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
                 if again is None:
                     return Outcome(code=1, reason=_describe(name, code), at=name)
                 running[name], codes[name] = again, None
-        if all(code == 0 for code in codes.values()):
+        # A node that was killed when the last room was done waits, started again, for one that never comes.
+        if all(codes[name] == 0 for name in codes.keys() - respawner.respawned or codes):
             return Outcome(code=0)
         time.sleep(0.05)
     return Outcome(code=130, reason="interrupted")

@@ -1,4 +1,4 @@
-"""Nodes that somebody ends while the run goes on, in real processes."""
+"""Nodes that somebody ends or kills while the run goes on, in real processes."""
 
 import os
 import signal
@@ -79,3 +79,24 @@ def test_a_node_that_is_shut_down_ends_the_run(tmp_path: Path, capfd: pytest.Cap
     assert outcome == Outcome(code=1, reason="renderer_node ended with code 1, for the reason told above", at="renderer_node")
     (line,) = (line for line in capfd.readouterr().err.splitlines() if "idle" in line)
     assert line == "[idle] shut down before the run was over"
+
+
+DIES_ONCE = """
+import os, pathlib, signal, time
+first = pathlib.Path(__file__).with_name("has_died")
+if not first.exists():
+    first.touch()
+    os.kill(os.getpid(), signal.SIGKILL)
+time.sleep(600)
+"""
+
+
+def test_a_node_that_is_killed_when_the_others_are_done_is_not_waited_for(tmp_path: Path) -> None:
+    """Started again after the last room, a renderer waits for one that never comes."""
+    (tmp_path / "dies_once.py").write_text(DIES_ONCE)
+    (tmp_path / "ends_well.py").write_text("import time\ntime.sleep(0.5)\n")
+    nodes = [
+        NodeProcess(name="renderer_node", module="dies_once", parameters=tmp_path, respawns=1, words=("none",)),
+        NodeProcess(name="grammar_node", module="ends_well", parameters=tmp_path, words=("none",)),
+    ]
+    assert run(nodes) == Outcome(code=0)
