@@ -74,10 +74,10 @@ FOLDERS = {
         "pages": set(),
         "report": {"bags", "mcap", "messages", "pages", "sweep"},
         "offline": {"bags", "synthesize", "messages", "record", "render", "suite"},
-        "sweep": {"bags", "synthesize", "offline", "render", "suite"},
-        "shards": {"bags", "synthesize", "mcap", "messages", "offline", "suite", "workers"},
-        "cluster": {"bags", "shards", "suite"},
-        "estimate": {"synthesize", "mcap", "messages", "offline", "shards", "suite"},
+        "sweep": {"bags", "offline", "render", "suite", "workers"},
+        "shards": {"bags", "mcap", "offline", "suite", "workers"},
+        "cluster": {"bags", "shards", "suite", "workers"},
+        "estimate": {"synthesize", "mcap", "messages", "offline", "workers"},
         "convert": {"dataset"},
         "splits": {"bags", "dataset"},
         "cli": {
@@ -100,6 +100,7 @@ FOLDERS = {
             "splits",
             "suite",
             "sweep",
+            "workers",
         },
     },
 }

@@ -16,9 +16,9 @@ from PIL import Image as Picture
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.commands import generate_command
 from scene_synth_ros.shards.make_shard import make_shard
-from scene_synth_ros.shards.open_store import folder_lock
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import LocalStore
+from scene_synth_ros.workers.folder_lock import folder_lock
 
 WORDS = ["--rooms", "4", "--frames", "1", "--seed", "7", "--params", "ground_truth", *(word for own in TINY[:2] for word in ("-p", own))]
 
@@ -133,7 +133,7 @@ def test_another_plan_and_another_run_are_refused(
     assert generate(*WORDS, "--out", dataset) == 2
     assert generate(*WORDS, "-p", "renderer_node.streams.uv:=true", "--out", dataset, "--resume") == 2
     assert generate("--seed", 8, "--out", dataset, "--resume") == 2
-    monkeypatch.setattr("scene_synth_ros.shards.open_store._PATIENCE_S", 0.0)
+    monkeypatch.setattr("scene_synth_ros.workers.folder_lock._PATIENCE_S", 0.0)
     with folder_lock(dataset):
         assert generate("--out", dataset, "--resume") == 2
     lines = capsys.readouterr().err.splitlines()
