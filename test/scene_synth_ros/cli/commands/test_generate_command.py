@@ -94,6 +94,28 @@ def test_a_shard_that_was_cut_since_ends_the_card_in_one_line_that_says_what_to_
     assert len(told) == 1 and "shards/00002: expected the description of room 2, got none" in told[0] and "--resume --check" in told[0]
 
 
+SMALL_WORLD = """
+mount -t tmpfs -o size=16k tmpfs /dev/shm && mount -t tmpfs -o size=160k tmpfs "$OUT" || exit 99
+"$@"; echo "status $?"; ls -A "$OUT/shards"
+mount -o remount,size=20m "$OUT" && "$@"; echo "status $?"
+cp -r "$OUT" "$OUT-whole"
+"""
+
+
+def test_a_full_disk_ends_the_run_in_one_line_and_room_heals_it_and_shared_memory_is_not_needed(dataset: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    command = [sys.executable, "-m", "scene_synth_ros", "generate", *WORDS, "--out", str(tmp_path / "out"), "--workers", "2", "--resume"]
+    words = ["unshare", "--map-root-user", "--mount", "sh", "-c", SMALL_WORLD, "sh", *command]
+    run = subprocess.run(words, env={**os.environ, "OUT": str(tmp_path / "out")}, capture_output=True, text=True, check=False)
+    if run.returncode == 99 or "unshare" in run.stderr:
+        pytest.skip(f"a small disk cannot be mounted here: {run.stderr.strip()}")
+    _, whole = run.stdout.split("status 2\n")
+    errors = [line for line in run.stderr.splitlines() if line.startswith("scene_synth")]
+    assert len(errors) == 1 and "no space left on device" in errors[0].lower() and "--resume goes on from here" in errors[0], errors
+    assert "Traceback" not in run.stderr and ".partial" not in whole
+    assert whole.endswith("status 0\n") and digests(tmp_path / "out-whole") == digests(dataset)
+
+
 @pytest.mark.parametrize(
     ("words", "error"),
     [
