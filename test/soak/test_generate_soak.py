@@ -51,6 +51,7 @@ class Run:
             stderr=subprocess.STDOUT,
             text=True,
             start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # which the shell of a job in the background ignores
         )
 
     def workers(self) -> list[int]:
