@@ -135,6 +135,7 @@ def test_imports_point_one_way(package: str) -> None:
     ("module", "without"),
     [
         ("scene_description", {"numba"}),
+        ("scene_synth_ros.cli.command_line", {"numpy"}),
         ("scene_synth_ros.cli.commands.run_command", {"numba", "rclpy", "scipy"}),
         ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
         ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),
