@@ -28,7 +28,7 @@ from scene_synth_ros.bags.dataset_files import SHARD_SCHEMA, completion_name
 from scene_synth_ros.cli.parameters.render_settings import PRESETS
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.estimate.estimate import Estimate, sample_indices, size, span
-from scene_synth_ros.estimate.measuring import measure_rooms
+from scene_synth_ros.estimate.room_costs import measure_rooms
 from scene_synth_ros.shards.completion import Completion, document_bytes
 from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 from scene_synth_ros.shards.run_shards import finish_dataset

@@ -109,7 +109,7 @@ def memory_of_worker(out: Path, rooms: int, frames: int, *more: str) -> list[tup
     series: list[tuple[int, float]] = []
     while run.poll() is None:
         done = len(_complete(out))
-        workers = [pid for pid in _children(run.pid) if "scene_synth_ros.shards.worker" in _command(pid)]
+        workers = [pid for pid in _children(run.pid) if "scene_synth_ros.workers.worker" in _command(pid)]
         if workers and (not series or done > series[-1][0]) and (resident := _resident_mb(workers[0])):
             series.append((done, resident))
         time.sleep(0.02)

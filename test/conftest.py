@@ -2,8 +2,10 @@
 
 import os
 import re
+import shutil
 import sys
 from collections import Counter
+import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -83,6 +85,23 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     """Keep the seconds for the next run."""
     if hasattr(session.config, "cache") and not _IS_WORKER:
         session.config.cache.set(_LAST_RUN, session.config.cache.get(_LAST_RUN, {}) | _seconds)
+
+
+_TEMPORARY = pytest.StashKey[Path]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give the tests, and the processes that they start and kill, a temporary folder that goes when they end."""
+    if not hasattr(config, "workerinput"):
+        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
+        config.stash[_TEMPORARY] = Path(tempfile.mkdtemp(prefix="synth_tests_"))
+        os.environ["TMPDIR"] = tempfile.tempdir = str(config.stash[_TEMPORARY])
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Remove the temporary folder."""
+    if _TEMPORARY in config.stash:
+        shutil.rmtree(config.stash[_TEMPORARY], ignore_errors=True)
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

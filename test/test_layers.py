@@ -63,6 +63,7 @@ FOLDERS = {
         "mcap": set(),
         "messages": set(),
         "suite": {"messages"},
+        "workers": {"suite"},
         "bags": {"mcap", "messages"},
         "dataset": {"bags", "mcap", "messages"},
         "synthesize": {"messages", "suite"},
@@ -73,10 +74,10 @@ FOLDERS = {
         "pages": set(),
         "report": {"bags", "mcap", "messages", "pages", "sweep"},
         "offline": {"bags", "synthesize", "messages", "record", "render", "suite"},
-        "sweep": {"bags", "synthesize", "offline", "render", "suite"},
-        "shards": {"bags", "synthesize", "mcap", "messages", "offline", "suite"},
-        "cluster": {"bags", "shards", "suite"},
-        "estimate": {"synthesize", "mcap", "messages", "offline", "shards", "suite"},
+        "sweep": {"bags", "offline", "render", "suite", "workers"},
+        "shards": {"bags", "mcap", "offline", "suite", "workers"},
+        "cluster": {"bags", "shards", "suite", "workers"},
+        "estimate": {"synthesize", "mcap", "messages", "offline", "workers"},
         "convert": {"dataset"},
         "splits": {"bags", "dataset"},
         "cli": {
@@ -99,6 +100,7 @@ FOLDERS = {
             "splits",
             "suite",
             "sweep",
+            "workers",
         },
     },
 }
@@ -133,6 +135,7 @@ def test_imports_point_one_way(package: str) -> None:
     ("module", "without"),
     [
         ("scene_description", {"numba"}),
+        ("scene_synth_ros.cli.command_line", {"numpy"}),
         ("scene_synth_ros.cli.commands.run_command", {"numba", "rclpy", "scipy"}),
         ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
         ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),

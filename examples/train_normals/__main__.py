@@ -8,8 +8,8 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import os
 import sys
-import tempfile
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -84,7 +84,8 @@ def _options(words: list[str]) -> argparse.Namespace:
         prog="python -m examples.train_normals", description="A network for normals, by what it is trained on."
     )
     parser.add_argument("--out", type=Path, default=Path("."), help="folder of training_curves.svg and training.jpg")
-    parser.add_argument("--data", type=Path, default=Path(tempfile.gettempdir()) / "scene_synth_training", help="folder that keeps views")
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    parser.add_argument("--data", type=Path, default=caches / "scene_synth_training", help="folder that keeps views")
     parser.add_argument("--json", type=Path, help="file for all metrics with their intervals")
     parser.add_argument("--rooms", type=int, nargs="+", default=[4, 16, 64], help="numbers of rooms to train on")
     parser.add_argument("--test-rooms", type=int, default=32, help="rooms to test on, of the unseen types in turn")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,15 +37,17 @@ _CHECKED = 40
 """Places of one object that are checked exactly before it is given up."""
 
 
+class NewObject(NamedTuple):
+    """An object that has no place yet, its rule, and the objects that it can belong to or stand on."""
+
+    item: SceneObject
+    rule: ObjectRule
+    cores: Sequence[SceneObject]
+    supporters: Sequence[SceneObject]
+
+
 def free_places(
-    rng: np.random.Generator,
-    scene: SceneDescription,
-    categories: Categories,
-    rule: ObjectRule,
-    cores: Sequence[SceneObject],
-    supporters: Sequence[SceneObject],
-    item: SceneObject,
-    tolerance_m: float,
+    rng: np.random.Generator, scene: SceneDescription, categories: Categories, new: NewObject, tolerance_m: float
 ) -> Iterator[SceneObject]:
     """Yield the new object at places where it overlaps nothing; the exact checks of the whole room are left to the caller.
 
@@ -53,7 +56,7 @@ def free_places(
     boxes, owner = object_solids(categories, scene.objects)
     wall, slope = wall_rows(scene.room.polygon_m), slope_rows(scene.room)
     for _ in range(TRIALS):
-        placed = _draw(rng, scene, categories, rule, cores, supporters, item, wall)
+        placed = _draw(rng, scene, categories, new, wall)
         if placed is None:
             continue
         x, y, z = placed.position_m
@@ -70,17 +73,9 @@ def free_places(
         yield placed
 
 
-def _draw(
-    rng: np.random.Generator,
-    scene: SceneDescription,
-    categories: Categories,
-    rule: ObjectRule,
-    cores: Sequence[SceneObject],
-    supporters: Sequence[SceneObject],
-    item: SceneObject,
-    wall: Floats,
-) -> SceneObject | None:
+def _draw(rng: np.random.Generator, scene: SceneDescription, categories: Categories, new: NewObject, wall: Floats) -> SceneObject | None:
     """Return the object at a drawn place, or None where there is none."""
+    item, rule, cores, supporters = new
     if rule.mount == "object":
         return _on_supporter(rng, categories, rule, supporters, item)
     if rule.mount == "wall":
@@ -207,10 +202,9 @@ def added(rng: np.random.Generator, work: Work, scene: SceneDescription, rule: O
         parts=(),
     )
     scene, item = dressed(rng, rules, scene, item)
-    cores = addressed(scene, rule.cores)
-    supporters = addressed(scene, rule.supporters)
+    new = NewObject(item, rule, addressed(scene, rule.cores), addressed(scene, rule.supporters))
     last = InvalidChangeError(f"{work.change}: expected a place that is free for a {rule.category}, got none", ())
-    found = free_places(rng, scene, categories, rule, cores, supporters, item, grammar.validity.penetration_m)
+    found = free_places(rng, scene, categories, new, grammar.validity.penetration_m)
     for _, placed in zip(range(_CHECKED), found, strict=False):
         changed = lit(rng, rules, replace(scene, objects=(*scene.objects, placed)), placed)
         try:

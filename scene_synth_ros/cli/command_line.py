@@ -9,10 +9,6 @@ import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from scene_description import SceneSynthError, error_line
-from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
-from scene_synth_ros.suite.heap import collect_rarely
-
 
 class Command(NamedTuple):
     """A subcommand: its help line, and the module that has ``add_arguments(parser)`` and ``run(arguments) -> exit status``."""
@@ -52,6 +48,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     handler = signal.getsignal(signal.SIGINT)
     if handler is signal.default_int_handler:  # while modules load, Ctrl-C just ends the program
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from scene_description import SceneSynthError, error_line  # numpy with it, which takes its time
+    from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
+    from scene_synth_ros.suite.heap import collect_rarely
+
     collect_rarely()
     arguments = sys.argv[1:] if argv is None else list(argv)
     parser = argparse.ArgumentParser(prog="scene_synth", description="Synthetic indoor camera streams for ROS 2.")

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from scene_synth_ros.estimate.measuring import Measured
+from scene_synth_ros.estimate.room_costs import Measured
 
 SCHEMA = "scene_synth_estimate/1"
 _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))

@@ -6,21 +6,19 @@ bytes whoever has made the shards, when, on what machine, in whatever order and 
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, BinaryIO, Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
 from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_SCHEMA, SHARD_SCHEMA, SHARDS_NAME, completion_name, shard_name
 from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
-from scene_synth_ros.shards.store import Store
+from scene_synth_ros.shards.store import Store, sha256_of
 
-_PIECE = 2**20
 _READERS = 16
 
 
@@ -104,7 +102,7 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
         messages = sum(digest.messages for digest in digests.values())
         for path in sorted(bag.iterdir()):
             with path.open("rb") as written:
-                sha256 = _sha256(written)
+                sha256 = sha256_of(written)
             files.append(FileRow(name=f"{bag.name}/{path.name}", bytes=path.stat().st_size, sha256=sha256))
     return Completion(
         schema=SHARD_SCHEMA,
@@ -144,25 +142,15 @@ def faults_of(store: Store, completion: Completion) -> Iterator[str]:
     """Yield a line for every file of a shard that is missing or not what its completion file says; reads them whole."""
     for row in completion["files"]:
         name = f"{SHARDS_NAME}/{row['name']}"
-        try:
-            with store.open(name) as file:
-                sha256 = _sha256(file)
-        except FileNotFoundError:
+        sha256 = store.sha256(name)
+        if sha256 is None:
             yield f"{name}: expected a file, got none"
-            continue
-        if sha256 != row["sha256"]:
+        elif sha256 != row["sha256"]:
             yield f"{name}: expected SHA-256 {row['sha256'][:16]}..., got {sha256[:16]}..."
 
 
 def _refuse(fault: str) -> None:
     raise ShardError(f"a bag that was just written cannot be read: {fault}")
-
-
-def _sha256(file: BinaryIO) -> str:
-    digest, piece = hashlib.sha256(), memoryview(bytearray(_PIECE))
-    while size := file.readinto(piece):  # type: ignore[attr-defined]
-        digest.update(piece[:size])
-    return digest.hexdigest()
 
 
 def missing_shards(plan: DatasetPlan, store: Store, shards: Sequence[int] | None = None) -> list[int]:

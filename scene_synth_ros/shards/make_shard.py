@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -16,17 +17,21 @@ from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription, SceneSynthError, error_line
 from scene_description.polygons import signed_area_m2
 from scene_synth_ros.bags.bag_writer import BagWriteError
-from scene_synth_ros.bags.dataset_files import completion_name, shard_folder, shard_name
+from scene_synth_ros.bags.dataset_files import PLAN_NAME, completion_name, shard_folder, shard_name
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.rules import rules_of, sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.shards.completion import Completion, FailedRow, RoomRow, describe_shard, document_bytes
-from scene_synth_ros.shards.plan import DatasetPlan
+from scene_synth_ros.shards.open_store import open_store
+from scene_synth_ros.shards.plan import DatasetPlan, read_plan
 from scene_synth_ros.shards.store import Store
+from scene_synth_ros.shards.url_store import StoreError
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 
 MAX_ATTEMPTS = 3
-"""How often a room is tried before it is listed as failed."""
+"""How often is tried what may go well the next time: to read a file, to reach a store, to make a room that ended its process."""
+_PAUSE_S = 1.0
+"""Before a store is tried again."""
 
 
 class RoomsAhead:
@@ -93,8 +98,9 @@ def make_shard(
 ) -> Completion:
     """Make a shard and return what its completion file says.
 
-    It is made in a workspace, goes into the store when it is whole, and its completion file last.  A room that fails is tried again, at
-    most ``MAX_ATTEMPTS`` times, then listed; the bytes of the other rooms are the same.
+    It is made in a workspace, goes into the store when it is whole, and its completion file last.  A room that fails is listed, as it would
+    fail again by the same random numbers; the bytes of the other rooms are the same.  Only what files and stores refuse is tried again, at
+    most ``MAX_ATTEMPTS`` times in all.
 
     Args:
         plan: of the dataset.
@@ -105,7 +111,7 @@ def make_shard(
 
     Raises:
         ParameterError, GrammarError: the parameters do not fit.
-        BagWriteError, OSError: the shard cannot be written; nothing of it counts.
+        BagWriteError, StoreError, OSError: the shard cannot be written, or a file of the user's not read; nothing of it counts.
     """
     settings = plan.settings_of(shard)
     rules = rules_of(settings)
@@ -113,22 +119,49 @@ def make_shard(
     maker = _Maker(plan, shard, settings, rules, tell, failed)
     with store.workspace(shard_name(shard)) as work:
         bag, rooms = maker.write(work / shard_name(shard))
-        refused = [row for index, row in sorted(maker.tries.items()) if row["attempts"] >= MAX_ATTEMPTS]
-        completion = describe_shard(plan, shard, rooms, refused, bag)
-        store.remove(completion_name(shard))
-        if bag is None:
-            store.remove(shard_folder(shard))
-        else:
-            store.put_folder(bag, shard_folder(shard))
-        store.write(completion_name(shard), document_bytes(completion))
+        completion = describe_shard(plan, shard, rooms, [row for _, row in sorted(maker.failed.items())], bag)
+        for attempt in range(1, MAX_ATTEMPTS + 1):
+            try:
+                _put(store, completion, bag)
+                break
+            except StoreError:
+                if attempt == MAX_ATTEMPTS:
+                    raise
+                time.sleep(_PAUSE_S)
     return completion
+
+
+def _put(store: Store, completion: Completion, bag: Path | None) -> None:
+    shard = completion["shard"]
+    store.remove(completion_name(shard))
+    if bag is None:
+        store.remove(shard_folder(shard))
+    else:
+        store.put_folder(bag, shard_folder(shard))
+    store.write(completion_name(shard), document_bytes(completion))
+
+
+def prepare_shards(setup: tuple[bytes, str]) -> Callable[[tuple[int, Mapping[int, str]], Callable[[Progress], None]], int]:
+    """Return what makes a shard in a worker process, by its number and the rooms that are not tried any more, and returns its number.
+
+    Args:
+        setup: ``dataset.json``, and folder or URL of the dataset.
+    """
+    plan, store = read_plan(setup[0], PLAN_NAME), open_store(setup[1])
+
+    def make(task: tuple[int, Mapping[int, str]], tell: Callable[[Progress], None]) -> int:
+        shard, given_up = task
+        make_shard(plan, shard, store, tell, given_up)
+        return shard
+
+    return make
 
 
 class _Maker:
     """Writes the bag of a shard, as often as it takes.
 
     Attributes:
-        tries: index -> how often a room has failed so far, and its last error.
+        failed: index -> a room that is not in the bag.
     """
 
     def __init__(
@@ -138,10 +171,11 @@ class _Maker:
         settings: OfflineSettings,
         rules: SceneSynthesizer,
         tell: Callable[[Progress], None],
-        tries: dict[int, FailedRow],
+        failed: dict[int, FailedRow],
     ) -> None:
-        self._plan, self._shard, self._settings, self._rules, self._tell = plan, shard, settings, rules, tell
-        self.tries = tries
+        self._rooms, self._settings, self._rules, self._tell = plan.rooms_of(shard), settings, rules, tell
+        self.failed = failed
+        self._unread: Counter[int] = Counter()
 
     def write(self, bag: Path) -> tuple[Path | None, list[RoomRow]]:
         """Return the bag, None where no room could be made, and its rooms."""
@@ -153,15 +187,15 @@ class _Maker:
             return bag if rooms else None, rooms
 
     def _write(self, folder: Path) -> list[RoomRow]:
-        """Write the bag once, without the rooms that have been given up; nothing is left of a bag without rooms.
+        """Write the bag once, without the rooms that have failed; nothing is left of a bag without rooms.
 
         Raises:
             _Spoiled: a room failed half-way, and nothing is left of the bag.
         """
         bag = OfflineBag(folder, self._settings, self._rules.floor_map, machine=False)
         try:
-            with RoomsAhead(self._rules, self._settings, self._plan.rooms_of(self._shard)) as ahead:
-                tried = [self._add(bag, ahead, index) for index in self._plan.rooms_of(self._shard)]
+            with RoomsAhead(self._rules, self._settings, self._rooms) as ahead:
+                tried = [self._add(bag, ahead, index) for index in self._rooms]
             rows = [row for row in tried if row is not None]
             if rows:
                 bag.close()
@@ -173,27 +207,29 @@ class _Maker:
         return rows
 
     def _add(self, bag: OfflineBag, ahead: RoomsAhead, index: int) -> RoomRow | None:
-        """Add a room and say what it is; None if it has failed too often."""
-        while index not in self.tries or self.tries[index]["attempts"] < MAX_ATTEMPTS:
+        """Add a room and say what it is; None if it fails."""
+        while index not in self.failed:
             self._tell(Progress("room", index))
             before = bag.rooms
             try:
                 scene = ahead.take(index)
                 text = bag.add_room(scene, rendered=lambda: self._tell(Progress("frame", index)))
-            except (BagWriteError, OSError, MemoryError):  # of the disk and the machine, not of the room
+            except (BagWriteError, MemoryError):  # of the disk and the machine, not of the room
                 raise
+            except OSError as error:  # of a file, which can perhaps be read the next time
+                self._unread[index] += 1
+                if self._unread[index] >= MAX_ATTEMPTS:
+                    raise
+                failure: Exception = error
             except Exception as error:  # whatever it is, the other rooms are made, and this one is listed
-                self._count(index, error)
-                if bag.rooms > before:
-                    raise _Spoiled from error
+                self.failed[index] = FailedRow(index=index, attempts=1, error=_line(error))
+                self._tell(Progress("failed", index, self.failed[index]["error"]))
+                failure = error
             else:
                 return _row(scene, text)
+            if bag.rooms > before:
+                raise _Spoiled from failure
         return None
-
-    def _count(self, index: int, error: Exception) -> None:
-        attempts = self.tries[index]["attempts"] + 1 if index in self.tries else 1
-        self.tries[index] = FailedRow(index=index, attempts=attempts, error=_line(error))
-        self._tell(Progress("failed", index, self.tries[index]["error"]))
 
 
 def _row(scene: SceneDescription, text: str) -> RoomRow:

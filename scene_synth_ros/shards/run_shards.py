@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+import signal
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME, completion_name
 from scene_synth_ros.shards.completion import Manifest, ShardError, document_bytes, faults_of, make_manifest, read_completion
+from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, prepare_shards
 from scene_synth_ros.shards.plan import DatasetPlan, PlanError, read_plan
 from scene_synth_ros.shards.store import LocalStore, Store
-from scene_synth_ros.shards.workers import Told, Workers
+from scene_synth_ros.workers.pool import Death, WorkerError, WorkerPool
 
+Told = Callable[[Mapping[str, Any]], None]
+
+_OWN_DEATHS = {signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
+"""Signals by which a process ends for what it does; any other comes from outside, and ends the run."""
 _UNITS = {"": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KIB": 2**10, "MIB": 2**20, "GIB": 2**30, "TIB": 2**40}
 _SIZE = re.compile(r"([0-9]+(?:\.[0-9]+)?) *([KMGT]?I?B|)")
 _ROOMS_TRIED = 5
@@ -45,9 +53,11 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
 
 
 def run_shards(
-    plan: DatasetPlan, store: Store, shards: Sequence[int], *, workers: int, threads: int, lock: int, told: Told = lambda _: None
+    plan: DatasetPlan, store: Store, shards: Sequence[int], *, workers: int, threads: int, locks: Sequence[int], told: Told = lambda _: None
 ) -> None:
     """Make shards with worker processes.
+
+    A worker that ends by what it does is replaced; a room that ends it ``MAX_ATTEMPTS`` times is given up.
 
     Args:
         plan: of the dataset.
@@ -55,14 +65,32 @@ def run_shards(
         shards: to make.
         workers: how many.
         threads: processors of each.
-        lock: descriptor of the folder's lock.
-        told: called with what workers say.
+        locks: descriptors of the folder's lock, which workers hold, too.
+        told: called with ``{"what", "room", "error"}`` as shards proceed (:class:`Progress`), and ``{"what": "done", "shard"}``.
 
     Raises:
-        ShardError: a shard could not be made.
+        ShardError: a shard could not be made, or a worker was killed.
     """
-    with Workers(plan, store.where, workers, threads, lock) as processes:
-        processes.make(shards, told)
+    deaths: Counter[int] = Counter()
+    given_up: dict[int, str] = {}
+
+    def died(death: Death) -> tuple[int, dict[int, str]]:
+        shard, _ = death.task
+        if -death.status not in _OWN_DEATHS or death.last is None:
+            raise ShardError(f"shard {shard}: {death.line}; --resume makes what is missing")
+        room = death.last.room
+        deaths[room] += 1
+        if deaths[room] >= MAX_ATTEMPTS:
+            given_up[room] = f"a process that made it was ended by {signal.Signals(-death.status).name}"
+        return shard, given_up
+
+    setup = plan.to_json(), store.where
+    with WorkerPool(prepare_shards, setup, workers, threads, locks) as pool:
+        try:
+            for shard in pool.results(((shard, {}) for shard in shards), lambda progress: told(progress._asdict()), died):
+                told({"what": "done", "shard": shard})
+        except WorkerError as error:
+            raise ShardError(f"{error}; --resume goes on from here") from None
 
 
 def check_shards(plan: DatasetPlan, store: Store, shards: Sequence[int]) -> Iterator[str]:
@@ -102,14 +130,14 @@ def read_size(text: str) -> int:
     return size
 
 
-def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, lock: int) -> DatasetPlan:
+def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, locks: Sequence[int]) -> DatasetPlan:
     """Return a plan whose shards are about as large as its ``shard_bytes``: the first room that can be made is made to know its bytes.
 
     Args:
         plan: with ``shard_bytes``.
         store: of the dataset; the room is made in a workspace of it.
         threads: processors of the worker that makes it.
-        lock: descriptor of the folder's lock.
+        locks: descriptors of the folder's lock.
 
     Raises:
         ShardError: none of the first rooms can be made.
@@ -118,7 +146,7 @@ def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, lock: int) -> D
     with store.workspace("size") as folder:
         trial = LocalStore(folder)
         for room in range(min(_ROOMS_TRIED, plan.rooms)):
-            run_shards(single, trial, [room], workers=1, threads=threads, lock=lock)
+            run_shards(single, trial, [room], workers=1, threads=threads, locks=locks)
             completion = read_completion(trial, single, room)
             size = sum(row["bytes"] for row in completion["files"]) if completion else 0
             if size:

@@ -6,6 +6,7 @@ What is temporary in a store has a name that begins with a dot.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import shutil
 from collections.abc import Collection, Iterator
 from contextlib import AbstractContextManager
@@ -15,6 +16,8 @@ from typing import BinaryIO, Protocol
 
 from scene_description.whole import SUFFIX, move_folder, temporary_path, write_whole
 from scene_synth_ros.bags.dataset_files import SHARDS_NAME
+
+_PIECE = 2**20
 
 
 class Store(Protocol):
@@ -27,8 +30,8 @@ class Store(Protocol):
     def read(self, name: str) -> bytes | None:
         """Return a small file, None where there is none."""
 
-    def open(self, name: str) -> BinaryIO:
-        """Open a file for reading in pieces; FileNotFoundError where there is none."""
+    def sha256(self, name: str) -> str | None:
+        """Return the SHA-256 of a file, in hexadecimal; None where there is none."""
 
     def write(self, name: str, data: bytes) -> None:
         """Write a small file, in place of one of its name; it has its name only once it is whole and on disk."""
@@ -56,6 +59,14 @@ class Store(Protocol):
         """
 
 
+def sha256_of(file: BinaryIO) -> str:
+    """Return the SHA-256 of what is left of a file, in hexadecimal."""
+    digest, piece = hashlib.sha256(), memoryview(bytearray(_PIECE))
+    while size := file.readinto(piece):  # type: ignore[attr-defined]
+        digest.update(piece[:size])
+    return digest.hexdigest()
+
+
 @dataclass(frozen=True, slots=True)
 class LocalStore:
     """A dataset in a local folder; workspaces lie in it, so that what is made needs only its name.
@@ -78,9 +89,13 @@ class LocalStore:
         except FileNotFoundError:
             return None
 
-    def open(self, name: str) -> BinaryIO:
+    def sha256(self, name: str) -> str | None:
         """Do as the protocol says."""
-        return (self.root / name).open("rb")
+        try:
+            with (self.root / name).open("rb") as file:
+                return sha256_of(file)
+        except FileNotFoundError:
+            return None
 
     def write(self, name: str, data: bytes) -> None:
         """Do as the protocol says."""

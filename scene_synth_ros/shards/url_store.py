@@ -8,21 +8,16 @@ still lived, is replaced by the same bytes.  Extra ``cloud``.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import importlib
-import os
-import shutil
-import tempfile
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, cast
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.dataset_files import SHARDS_NAME
-
-_WORKSPACES = "scene_synth_shards"
-_LOCK = ".lock"
+from scene_synth_ros.shards.store import sha256_of
+from scene_synth_ros.workers.temporary_folder import remove_abandoned_folders, temporary_folder
 
 
 class StoreError(SceneSynthError):
@@ -55,10 +50,14 @@ class UrlStore:
             except FileNotFoundError:
                 return None
 
-    def open(self, name: str) -> BinaryIO:
-        """Open a file for reading in pieces; FileNotFoundError where there is none."""
-        files, root = file_system(self.url)
-        return cast(BinaryIO, files.open(f"{root}/{name}", "rb"))
+    def sha256(self, name: str) -> str | None:
+        """Return the SHA-256 of a file, in hexadecimal; None where there is none."""
+        with self._told(name) as (files, path):
+            try:
+                with files.open(path, "rb") as file:
+                    return sha256_of(file)
+            except FileNotFoundError:
+                return None
 
     def write(self, name: str, data: bytes) -> None:
         """Write a small file, in place of one of its name."""
@@ -76,42 +75,37 @@ class UrlStore:
 
     @contextlib.contextmanager
     def workspace(self, shard: str) -> Iterator[Path]:
-        """Give a temporary folder of this machine; those that killed processes have left beside it are removed."""
-        parent = Path(tempfile.gettempdir()) / f"{_WORKSPACES}_{os.getuid()}"
-        parent.mkdir(mode=0o700, exist_ok=True)
-        _remove_abandoned(parent)
-        folder = Path(tempfile.mkdtemp(prefix=f"{shard}_", dir=parent))
-        with (folder / _LOCK).open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            try:
-                yield folder
-            finally:
-                shutil.rmtree(folder, ignore_errors=True)
+        """Give a temporary folder of this machine."""
+        with temporary_folder() as folder:
+            yield folder
 
     def put_folder(self, made: Path, name: str) -> None:
         """Upload a folder of files over one of its name; what that had besides is removed in the end."""
         with self._told(name) as (files, path):
-            wanted = {f"{path}/{file.name}": file for file in sorted(made.iterdir())}
-            for target, file in wanted.items():
-                files.put_file(str(file), target)
-            self._remove([found for found in self._found(path) if found not in wanted])
+            objects = {f"{path}/{file.name}": str(file) for file in sorted(made.iterdir())}
+            for target, file in objects.items():
+                files.put_file(file, target)
+            self._remove([target for target in self._files(path) if target not in objects])
 
     @contextlib.contextmanager
     def fetched(self, name: str) -> Iterator[Path]:
         """Give a folder of files, downloaded into a temporary one."""
-        with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder:
+        with temporary_folder() as around:
+            folder = around / name.rpartition("/")[2]
+            folder.mkdir()
             with self._told(name) as (files, path):
-                for found in self._found(path):
-                    files.get_file(found, str(Path(folder) / found.rpartition("/")[2]))
-            yield Path(folder)
+                for file in self._files(path):
+                    files.get_file(file, str(folder / file.rpartition("/")[2]))
+            yield folder
 
     def remove(self, name: str) -> None:
         """Remove a file or a folder; harmless where there is none."""
         with self._told(name) as (_, path):
-            self._remove(self._found(path))
+            self._remove(self._files(path))
 
     def clean(self, shards: Collection[str] | None = None) -> int:
-        """Remove the files of shards that have no completion file, and the parts of uploads that were interrupted."""
+        """Remove the files of shards without a completion file, parts of interrupted uploads, and what was left of them on this machine."""
+        remove_abandoned_folders()
         there = set(self.names(SHARDS_NAME))
         unfinished = {name for name in there if not name.endswith(".json") and f"{name}.json" not in there}
         for name in sorted(unfinished if shards is None else unfinished & set(shards)):
@@ -135,7 +129,7 @@ class UrlStore:
         except Exception as error:  # of whatever library reaches the store; those of S3 have several roots
             raise StoreError(f"{self.url}/{name}: {' '.join(str(error).split()) or type(error).__name__}") from None
 
-    def _found(self, path: str) -> list[str]:
+    def _files(self, path: str) -> list[str]:
         files, _ = file_system(self.url)
         return cast("list[str]", files.find(path))
 
@@ -174,11 +168,3 @@ def _abort_uploads(files: Any, path: str, shards: Collection[str] | None) -> int
                 files.call_s3("abort_multipart_upload", Bucket=bucket, Key=upload["Key"], UploadId=upload["UploadId"])
                 aborted += 1
     return aborted
-
-
-def _remove_abandoned(parent: Path) -> None:
-    """Remove the workspaces of processes that are gone: nobody holds their locks."""
-    for folder in parent.iterdir():
-        with contextlib.suppress(OSError), (folder / _LOCK).open("r+") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            shutil.rmtree(folder, ignore_errors=True)

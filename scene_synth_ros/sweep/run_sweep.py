@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import json
-import multiprocessing
 import os
 import shutil
-import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,10 +18,11 @@ from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.offline_renderer import meter_room
 from scene_synth_ros.offline.rules import rules_of
-from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.sweep.sweep_file import SweepError
 from scene_synth_ros.sweep.sweep_json import SWEEP_NAME
 from scene_synth_ros.sweep.variant import RECORD_NAME, BaseRoom, SweepPlan, Variant, sweep_document
+from scene_synth_ros.workers.folder_lock import folder_lock
+from scene_synth_ros.workers.pool import WorkerPool
 
 
 class Outcome(NamedTuple):
@@ -51,17 +45,21 @@ def run_sweep(
         tell: called with every variant that is made or refused, how many are done with, and of how many.
 
     Raises:
-        SweepError: the folder holds something else, or another run is at work in it.
-        BagWriteError: a bag cannot be written.
+        SweepError: the folder holds something else.
+        FolderInUseError: another run is at work in it.
+        BagWriteError, WorkerError: a bag cannot be written, or a worker was killed.
     """
     exposure = plan.spec.run.exposure
-    with _folder_of_one(folder):
+    strangers = folder.is_dir() and [path for path in folder.iterdir() if not path.name.startswith(".lock")]
+    if strangers and not ((folder / SWEEP_NAME).exists() or (folder / "variants").exists()):
+        raise SweepError(f"--out {folder}: expected a new folder or one of a sweep, got one that holds other things")
+    with folder_lock(folder) as lock:
         chosen = [variant for variant in plan.variants if not only or variant.id in only]
         found = [variant.id for variant in chosen if is_done(variant, folder, exposure)]
         left = [variant for variant in chosen if variant.id not in found]
         made: list[Made] = []
         try:
-            for done in _make_all(left, folder, exposure, workers):
+            for done in _make_all(left, folder, exposure, workers, lock):
                 made.append(done)
                 tell(done, len(made), len(left))
         finally:
@@ -71,55 +69,20 @@ def run_sweep(
     return Outcome(tuple(found), tuple(made))
 
 
-@contextlib.contextmanager
-def _folder_of_one(folder: Path) -> Iterator[None]:
-    """Make the folder and hold it for this run alone."""
-    if folder.is_dir() and any(folder.iterdir()) and not ((folder / SWEEP_NAME).exists() or (folder / "variants").exists()):
-        raise SweepError(f"--out {folder}: expected a new folder or one of a sweep, got one that holds other things")
-    folder.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise SweepError(f"--out {folder}: another sweep is at work there; wait for it, or choose another folder") from None
-        yield
-    finally:
-        os.close(descriptor)
-
-
-def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int) -> Iterator[Made]:
+def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int, lock: int) -> Iterator[Made]:
     """Yield what becomes of the variants, as they are made."""
     if workers == 1 or len(variants) < 2:
         yield from (make_variant(variant, folder, exposure) for variant in variants)
         return
-    context = multiprocessing.get_context("spawn")
-    number, count = context.Value("i", 0), min(workers, len(variants))
-    with ProcessPoolExecutor(count, context, _start_worker, (number, count)) as pool:
-        try:
-            jobs = [pool.submit(make_variant, variant, folder, exposure) for variant in variants]
-            for job in as_completed(jobs):
-                yield job.result()
-        except BrokenProcessPool:
-            raise SweepError(
-                "a worker was killed, by lack of memory perhaps; take fewer --workers and run again for what is missing"
-            ) from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():  # what they have half made is removed by the next run
-                process.terminate()
-            raise
+    count = min(workers, len(variants))
+    share = -(-len(os.sched_getaffinity(0)) // count)
+    with WorkerPool(prepare_variants, (folder, exposure), count, share, [lock]) as pool:
+        yield from pool.results(variants)
 
 
-def _start_worker(number: Synchronized[int], count: int) -> None:
-    """Take this worker's share of the processors, by which kernels choose their threads; Ctrl-C is left to the first process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    limit_arenas()
-    with number.get_lock():
-        place = number.value
-        number.value += 1
-    processors = sorted(os.sched_getaffinity(0))
-    os.sched_setaffinity(0, processors[place % len(processors) :: count] or processors)
+def prepare_variants(setup: tuple[Path, str]) -> Callable[[Variant, object], Made]:
+    """Return what makes a variant in a worker process; ``setup`` is the folder of the sweep and its exposure."""
+    return lambda variant, _: make_variant(variant, *setup)
 
 
 class Made(NamedTuple):

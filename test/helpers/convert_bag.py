@@ -27,8 +27,6 @@ from scene_synth_ros.convert.writer import convert
 from scene_synth_ros.messages.conversions import camera_info_to_msg, image_to_msg, labels_to_msg, layer_encoding, pose_to_msg
 
 TRUTH = ("depth", "semantic", "instance")
-_FOLDERS: list[tempfile.TemporaryDirectory[str]] = []
-"""Of the bags; they go when the tests end."""
 PERIOD_NS = 33_333_333
 SIZE = {"width": 80, "height": 60}
 PINHOLE = CameraConfig(**SIZE, focal_x_px=70.0, focal_y_px=72.0, principal_x_px=41.3, principal_y_px=28.2)
@@ -80,8 +78,7 @@ def room(index: int, frames: int) -> SceneDescription:
 @cache
 def convert_bag(rooms: int = 2, frames: int = 3, layers: tuple[str, ...] = TRUTH, **cameras: CameraConfig) -> ConvertBag:
     """Write a bag, once for the same arguments; cameras by name, one pinhole unless told otherwise."""
-    _FOLDERS.append(tempfile.TemporaryDirectory(prefix="convert_bag_"))
-    folder = Path(_FOLDERS[-1].name) / "bag"
+    folder = Path(tempfile.mkdtemp(prefix="convert_bag_")) / "bag"
     cameras = cameras or {"camera": PINHOLE}
     scenes = [room(index, frames) for index in range(rooms)]
     flat = flatten(scenes[0])

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
 import gc
 import os
 import random
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 from unittest import mock
 
 import rclpy
@@ -43,8 +43,8 @@ _PROFILE = (PROFILE_VARIABLE, str(config_path(PROFILE)))
 """What a process has in its environment that announces itself as the nodes do."""
 _KEPT = 30
 """How many claims of domains are kept until the oldest is let go for a new one."""
-_claims: dict[int, IO[str]] = {}
-"""Locks of the domains that this process has used last."""
+_claims: dict[int, socket.socket] = {}
+"""Abstract names, which end with this process, of the domains that this process has used last."""
 _never_again: set[int] = set()
 """Domains in which nodes of the product lived in this process: parts of them outlive ``destroy_node`` until they are collected."""
 _PEERS: dict[Context, list[Peer]] = {}
@@ -54,9 +54,9 @@ def claim_domain() -> int:
     """Return a DDS domain that no other test run of this machine uses; it is kept until some later ones have been claimed."""
     while True:
         domain = random.SystemRandom().randint(1, 100)
-        with suppress(OSError):  # held by another run, or left by another user
-            claim = (Path(tempfile.gettempdir()) / f"scene_synth_test_domain_{domain}.lock").open("w", encoding="ascii")
-            fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        claim = socket.socket(socket.AF_UNIX)
+        with suppress(OSError):  # held by another run
+            claim.bind(f"\0scene_synth_test_domain_{domain}")
             _claims[domain] = claim
             for oldest in [held for held in _claims if held not in _never_again][:-_KEPT]:
                 _claims.pop(oldest).close()

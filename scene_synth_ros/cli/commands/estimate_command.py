@@ -13,8 +13,10 @@ from tqdm import tqdm
 from scene_synth_ros.cli.options import add_number, add_workers
 from scene_synth_ros.cli.parameters.run_parameters import add_run_options, run_parameters, run_words
 from scene_synth_ros.estimate.estimate import Estimate, sample_indices
-from scene_synth_ros.estimate.measuring import measure_rooms
+from scene_synth_ros.estimate.room_costs import measure_rooms
 from scene_synth_ros.shards.plan import MAX_ROOMS, make_plan
+from scene_synth_ros.workers.pool import terminable
+from scene_synth_ros.workers.processors import default_workers
 
 MAX_SAMPLE, MAX_MACHINES = 10_000, 10**6
 
@@ -35,12 +37,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the estimate; return 0."""
-    workers = arguments.workers or max(1, len(os.sched_getaffinity(0)) // arguments.threads)
+    workers = arguments.workers or default_workers(arguments.threads)
     plan = make_plan(run_parameters(run_words(arguments, Path("bag"))), rooms_per_shard=arguments.shard_rooms or 0)
     settings = plan.settings_of(0)
     types = len(settings.grammar["scene"].room_type.split(","))
     indices = sample_indices(plan.rooms, arguments.sample, types)
-    with tqdm(total=len(indices), desc="measuring", unit="room", disable=None, leave=False) as line:
+    with tqdm(total=len(indices), desc="measuring", unit="room", disable=None, leave=False) as line, terminable():
         measured = measure_rooms(settings, indices, arguments.sample_frames, workers, arguments.threads, lambda _: line.update())
     estimate = Estimate(
         rooms=plan.rooms,

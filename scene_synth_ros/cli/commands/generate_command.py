@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
-import signal
-import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,6 +23,8 @@ from scene_synth_ros.shards.open_store import held, open_store
 from scene_synth_ros.shards.plan import MAX_ROOMS, DatasetPlan, make_plan, read_plan
 from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, read_size, run_shards, sized_plan
 from scene_synth_ros.shards.store import Store
+from scene_synth_ros.workers.pool import terminable
+from scene_synth_ros.workers.processors import default_workers
 
 _OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "grammar", "shard_rooms", "shard_size")
 """Options that decide the plan, beside ``--rooms``."""
@@ -66,11 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Make a dataset; return 0, or 1 if a room could not be made."""
     _check_options(arguments)
-    former = signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    try:
+    with terminable():
         return _generate(arguments)
-    finally:
-        signal.signal(signal.SIGTERM, former)
 
 
 def _generate(arguments: argparse.Namespace) -> int:
@@ -85,14 +82,14 @@ def _generate(arguments: argparse.Namespace) -> int:
 
 def _make(plan: DatasetPlan, store: Store, share: Share, arguments: argparse.Namespace) -> DatasetPlan:
     """Make what is missing of a share; return the plan with the size of its shards."""
-    with held(store.where, share.lock) as lock:
-        plan = _begun(plan, store, arguments, lock)
+    with held(store.where, share.lock) as locks:
+        plan = _begun(plan, store, arguments, locks)
         shards = share.shards(plan)
         names = None if share.count == 1 else {shard_name(shard) for shard in shards}
         if left := store.clean(names):
             say(f"removed what an interrupted run has left of {counted(left, 'shard')}")
         try:
-            _complete(plan, store, shards, arguments, lock)
+            _complete(plan, store, shards, arguments, locks)
         except (KeyboardInterrupt, SystemExit):
             say(f"interrupted; what is complete stays: scene_synth generate --out {arguments.out} --resume")
             raise
@@ -165,18 +162,18 @@ def _given_plan(arguments: argparse.Namespace, there: DatasetPlan | None) -> Dat
     return plan
 
 
-def _begun(plan: DatasetPlan, store: Store, arguments: argparse.Namespace, lock: int) -> DatasetPlan:
+def _begun(plan: DatasetPlan, store: Store, arguments: argparse.Namespace, locks: Sequence[int]) -> DatasetPlan:
     """Write the plan, or see that it is the folder's; return it with the size of its shards."""
     if plan.shard_bytes and store.read(PLAN_NAME) is None and not store.names(""):
         say("making a room to know its size")
-        plan = sized_plan(plan, store, threads=arguments.threads, lock=lock)
+        plan = sized_plan(plan, store, threads=arguments.threads, locks=locks)
     begin_dataset(plan, store, arguments.out, resume=_goes_on(arguments))
     return plan
 
 
-def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argparse.Namespace, lock: int) -> None:
+def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argparse.Namespace, locks: Sequence[int]) -> None:
     """Make those of some shards that are missing."""
-    workers = arguments.workers or max(1, len(os.sched_getaffinity(0)) // arguments.threads)
+    workers = arguments.workers or default_workers(arguments.threads)
     missing = missing_shards(plan, store, shards)
     if arguments.check:
         complete = sorted(set(shards) - set(missing))
@@ -192,7 +189,7 @@ def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argpars
         if arguments.ray:
             make_on_ray(plan, store.where, missing, address=arguments.ray, workers=workers, threads=arguments.threads, told=progress.take)
         else:
-            run_shards(plan, store, missing, workers=workers, threads=arguments.threads, lock=lock, told=progress.take)
+            run_shards(plan, store, missing, workers=workers, threads=arguments.threads, locks=locks, told=progress.take)
 
 
 def _goes_on(arguments: argparse.Namespace) -> bool:

@@ -28,6 +28,7 @@ from scene_synth_ros.sweep.run_sweep import Made, Outcome, run_sweep
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec, read_sweep
 from scene_synth_ros.sweep.sweep_json import SWEEP_NAME, VariantRow, read_sweep_json
 from scene_synth_ros.sweep.variant import BaseRoom, SweepPlan
+from scene_synth_ros.workers.pool import terminable
 
 SHIPPED = ("sweeps",)
 """Folders of the configuration that hold sweeps."""
@@ -64,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.plan:
         sys.stdout.write(_plan_table(plan))
         return 0
-    with tqdm(total=len(arguments.only or ids), unit="variant", disable=None, leave=False) as line:
+    with tqdm(total=len(arguments.only or ids), unit="variant", disable=None, leave=False) as line, terminable():
 
         def tell(made: Made, done: int, of: int) -> None:
             line.total = of

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,6 +21,7 @@ from scene_description import SceneDescription, scene_to_json
 from scene_description.whole import write_whole
 from scene_synth_ros.cli.pictures.picture_grid import png_bytes
 from scene_synth_ros.synthesize.catalogs import with_catalog
+from scene_synth_ros.workers.pool import WorkerPool
 
 WRITES = ("json", "svg", "png")
 """Files that a room may have."""
@@ -59,39 +57,27 @@ def sampled_rooms(job: SampleJob, synthesizer: SceneSynthesizer, count: int, wor
     if workers == 1:
         yield from (_make(job, synthesizer, index) for index in range(count))
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers, count), context, _start_worker, (job,)) as pool:
-        waiting: list[Future[RoomOutcome]] = []
-        index = 0
-        try:
-            while waiting or index < count:
-                while index < count and len(waiting) < 4 * workers:
-                    waiting.append(pool.submit(_make_in_worker, index))
-                    index += 1
-                yield waiting.pop(0).result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    ahead: dict[int, RoomOutcome] = {}
+    following = 0
+    with WorkerPool(prepare_sampling, job, min(workers, count)) as pool:
+        for index, outcome in pool.results(range(count)):
+            ahead[index] = outcome
+            while following in ahead:
+                yield ahead.pop(following)
+                following += 1
 
 
-_in_worker: Callable[[int], RoomOutcome] | None = None
-
-
-def _start_worker(job: SampleJob) -> None:
-    global _in_worker
+def prepare_sampling(job: SampleJob) -> Callable[[int, object], tuple[int, RoomOutcome]]:
+    """Return what makes a room by its index in a worker process."""
     synthesizer = with_catalog(SceneSynthesizer.from_config(job.grammar_files), job.catalog)
     _warm(job, synthesizer)
-    _in_worker = partial(_make, job, synthesizer)
+    return lambda index, _: (index, _make(job, synthesizer, index))
 
 
 def _warm(job: SampleJob, synthesizer: SceneSynthesizer) -> None:
     """Compile or load the kernels before times are taken."""
     with contextlib.suppress(RequestError):
         synthesizer.synthesize(job.request, job.seed, 0, CameraTimes(frames=1, start_ns=0, rate_hz=10.0))
-
-
-def _make_in_worker(index: int) -> RoomOutcome:
-    assert _in_worker is not None
-    return _in_worker(index)
 
 
 def _make(job: SampleJob, synthesizer: SceneSynthesizer, index: int) -> RoomOutcome:

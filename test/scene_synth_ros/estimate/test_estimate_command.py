@@ -8,7 +8,7 @@ import pytest
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.estimate.estimate import Estimate, size, span
-from scene_synth_ros.estimate.measuring import Clocks, Measured, RoomCost
+from scene_synth_ros.estimate.room_costs import Clocks, Measured, RoomCost
 from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.plan import make_plan
 from scene_synth_ros.shards.store import LocalStore

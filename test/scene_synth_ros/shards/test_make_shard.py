@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -75,52 +74,66 @@ def test_the_manifest_waits_for_every_shard(store: LocalStore, tmp_path: Path) -
     assert read_completion(one, PLAN, 1) is None
 
 
+class Failing:
+    """Lets room 1 fail with an error so many times where it is ``sampled``, or in the second frame where it is ``rendered``."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.where, self.times, self.error = "", 0, Exception()
+        sample, frame = RoomsAhead._sample, OfflineRenderer.frame
+
+        def sample_or_fail(rooms: RoomsAhead, index: int) -> object:
+            self.fail("sampled", index == 1)
+            return sample(rooms, index)
+
+        def frame_or_fail(renderer: OfflineRenderer, index: int) -> object:
+            self.fail("rendered", renderer._work.scene.index == index == 1)
+            return frame(renderer, index)
+
+        monkeypatch.setattr(RoomsAhead, "_sample", sample_or_fail)
+        monkeypatch.setattr(OfflineRenderer, "frame", frame_or_fail)
+
+    def fail(self, where: str, here: bool) -> None:
+        if here and where == self.where and self.times:
+            self.times -= 1
+            raise self.error
+
+
 @pytest.fixture
-def failing(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, int]]:
-    """Let room 1 fail so many times where it is ``sampled``, and in the second frame where it is ``rendered``."""
-    left = {"sampled": 0, "rendered": 0}
-    sample, frame = RoomsAhead._sample, OfflineRenderer.frame
-
-    def sample_or_fail(rooms: RoomsAhead, index: int) -> object:
-        if index == 1 and left["sampled"]:
-            left["sampled"] -= 1
-            raise GrammarError("no layout\nfits")
-        return sample(rooms, index)
-
-    def frame_or_fail(renderer: OfflineRenderer, index: int) -> object:
-        if renderer._work.scene.index == index == 1 and left["rendered"]:
-            left["rendered"] -= 1
-            raise ZeroDivisionError("in a frame")
-        return frame(renderer, index)
-
-    monkeypatch.setattr(RoomsAhead, "_sample", sample_or_fail)
-    monkeypatch.setattr(OfflineRenderer, "frame", frame_or_fail)
-    yield left
+def failing(monkeypatch: pytest.MonkeyPatch) -> Failing:
+    return Failing(monkeypatch)
 
 
 @pytest.mark.parametrize("where", ["sampled", "rendered"])
-def test_a_room_that_fails_and_then_does_not_leaves_no_trace(
-    store: LocalStore, tmp_path: Path, failing: dict[str, int], where: str
-) -> None:
-    failing[where] = MAX_ATTEMPTS - 1
-    told: list[str] = []
-    make_shard(PLAN, 0, LocalStore(tmp_path), lambda progress: told.append(progress.what))
-    assert told.count("failed") == MAX_ATTEMPTS - 1
+def test_a_file_that_cannot_be_read_for_a_moment_leaves_no_trace(store: LocalStore, tmp_path: Path, failing: Failing, where: str) -> None:
+    failing.where, failing.times, failing.error = where, MAX_ATTEMPTS - 1, OSError(5, "Input/output error")
+    make_shard(PLAN, 0, LocalStore(tmp_path))
     again, first = digests(tmp_path), digests(store.root)
-    assert again == {name: first[name] for name in again} and len(again) == 3
+    assert failing.times == 0 and again == {name: first[name] for name in again} and len(again) == 3
 
 
-_FAULT = "fault of the program: ZeroDivisionError: in a frame"
+def test_a_file_that_cannot_be_read_time_and_again_ends_the_shard(tmp_path: Path, failing: Failing) -> None:
+    failing.where, failing.times, failing.error = "sampled", 100, OSError(5, "Input/output error")
+    with pytest.raises(OSError, match="Input/output"):
+        make_shard(PLAN, 0, LocalStore(tmp_path))
+    assert failing.times == 100 - MAX_ATTEMPTS and list((tmp_path / "shards").iterdir()) == []
 
 
-@pytest.mark.parametrize(("where", "error"), [("sampled", "no layout fits"), ("rendered", _FAULT)])
-def test_a_room_that_fails_every_time_is_listed_and_the_others_are_as_ever(
-    store: LocalStore, tmp_path: Path, failing: dict[str, int], where: str, error: str
+@pytest.mark.parametrize(
+    ("where", "error", "says"),
+    [
+        ("sampled", GrammarError("no layout\nfits"), "no layout fits"),
+        ("rendered", ZeroDivisionError("in a frame"), "fault of the program: ZeroDivisionError: in a frame"),
+    ],
+)
+def test_a_room_that_would_fail_every_time_is_tried_once_and_listed_and_the_others_are_as_ever(
+    store: LocalStore, tmp_path: Path, failing: Failing, where: str, error: Exception, says: str
 ) -> None:
-    failing[where] = 100
-    completion = make_shard(PLAN, 0, LocalStore(tmp_path))
+    failing.where, failing.times, failing.error = where, 100, error
+    told: list[str] = []
+    completion = make_shard(PLAN, 0, LocalStore(tmp_path), lambda progress: told.append(progress.what))
+    assert failing.times == 99 and told.count("failed") == 1
     (row,) = completion["failed"]
-    assert (row["index"], row["attempts"]) == (1, MAX_ATTEMPTS) and row["error"].startswith(error)
+    assert (row["index"], row["attempts"]) == (1, 1) and row["error"].startswith(says)
     assert [room["index"] for room in completion["rooms"]] == [0]
     whole = messages_of(bag(store, 0))
     begin_of_1 = [log for topic, log, _ in whole if topic == "/synth/scene"][1]

@@ -1,15 +1,14 @@
 """A dataset in an object store: what the store promises, against moto's S3 server."""
 
-import os
-import subprocess
-import sys
+import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
 import fsspec
 import pytest
-from s3_server import BUCKET, s3_server
+from s3_server import BUCKET, forget_clients, s3_server
 
+from scene_synth_ros.shards.completion import FileRow, faults_of
 from scene_synth_ros.shards.url_store import StoreError, UrlStore, file_system
 
 
@@ -42,15 +41,13 @@ def test_files_are_read_listed_and_removed(store: UrlStore, tmp_path: Path) -> N
     assert store.names("") == ["dataset.json", "shards"]
     assert store.names("shards") == ["00000", "00000.json"]
     assert store.read("dataset.json") == b"{1}"
-    with store.open("shards/00000/b.mcap") as file:
-        assert file.read(1) == b"B"
+    assert store.sha256("shards/00000/b.mcap") == hashlib.sha256(b"B").hexdigest()
     store.remove("shards/00000")
     assert store.names("shards") == ["00000.json"]
     store.remove("shards/00000.json")
     store.remove("shards/00000.json")
     assert store.names("shards") == []
-    with pytest.raises(FileNotFoundError):
-        store.open("shards/00000/b.mcap")
+    assert store.sha256("shards/00000/b.mcap") is None
 
 
 def test_what_others_have_written_since_a_listing_is_read(store: UrlStore) -> None:
@@ -60,8 +57,7 @@ def test_what_others_have_written_since_a_listing_is_read(store: UrlStore) -> No
     bucket, key, _ = fsspec.filesystem("s3").split_path(f"{store.url}/shards/00001.json")
     fsspec.filesystem("s3").call_s3("put_object", Bucket=bucket, Key=key, Body=b"1")
     assert store.read("shards/00001.json") == b"1"
-    with store.open("shards/00001.json") as file:
-        assert file.read() == b"1"
+    assert store.sha256("shards/00001.json") == hashlib.sha256(b"1").hexdigest()
     assert store.names("shards") == ["00000.json", "00001.json"]
 
 
@@ -104,22 +100,11 @@ def test_shards_without_a_completion_file_are_removed_those_that_are_asked_for(s
         assert [path.read_text() for path in local.iterdir()] == ["00000"]
 
 
-def test_workspaces_end_and_those_of_killed_processes_are_removed(store: UrlStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_removes_the_workspaces_of_its_killed_workers(store: UrlStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    call = "S('').workspace('7') as w: os.write(1, bytes(w)), os._exit(9)"
-    say = f"import os; from scene_synth_ros.shards.url_store import UrlStore as S\nwith {call}"
-    root = str(Path(__file__).parents[3])
-    env = {**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": root}
-    left = Path(subprocess.run([sys.executable, "-c", say], env=env, capture_output=True, text=True, check=False).stdout.strip())
-    assert left.is_dir()
-    with store.workspace("00000") as one:
-        assert not left.exists()
-        with store.workspace("00000") as two:
-            assert one != two
-            assert one.is_dir()
-            assert two.is_dir()
-    assert not one.exists()
-    assert not two.exists()
+    (tmp_path / ".scene_synth_12345678.locked").mkdir()
+    assert store.clean({"00000"}) == 0
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -133,3 +118,18 @@ def test_what_cannot_be_used_is_said_in_one_line(server: None, url: str, says: s
     with pytest.raises(StoreError, match=says) as raised:
         UrlStore(url).write("dataset.json", b"{}")
     assert "\n" not in str(raised.value)
+
+
+def test_a_store_that_fails_while_files_are_checked_ends_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = FileRow(name="00000/bag.mcap", bytes=1, sha256="")
+    with s3_server():
+        store = UrlStore(f"s3://{BUCKET}/checked")
+        store.put_folder(folder_of(tmp_path / "made", bag="A"), "shards/00000")
+        assert len(list(faults_of(store, {"files": [row]}))) == 1  # type: ignore[typeddict-item]
+    monkeypatch.setenv("AWS_ENDPOINT_URL_S3", "http://127.0.0.1:9")
+    monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
+    forget_clients()
+    with pytest.raises(StoreError, match=r"checked/shards/00000/bag\.mcap: Could not connect") as raised:
+        list(faults_of(store, {"files": [row]}))  # type: ignore[typeddict-item]
+    assert "\n" not in str(raised.value)
+    forget_clients()

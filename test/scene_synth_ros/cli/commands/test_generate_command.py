@@ -16,9 +16,9 @@ from PIL import Image as Picture
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.commands import generate_command
 from scene_synth_ros.shards.make_shard import make_shard
-from scene_synth_ros.shards.open_store import folder_lock
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import LocalStore
+from scene_synth_ros.workers.folder_lock import folder_lock
 
 WORDS = ["--rooms", "4", "--frames", "1", "--seed", "7", "--params", "ground_truth", *(word for own in TINY[:2] for word in ("-p", own))]
 
@@ -94,6 +94,28 @@ def test_a_shard_that_was_cut_since_ends_the_card_in_one_line_that_says_what_to_
     assert len(told) == 1 and "shards/00002: expected the description of room 2, got none" in told[0] and "--resume --check" in told[0]
 
 
+SMALL_WORLD = """
+mount -t tmpfs -o size=16k tmpfs /dev/shm && mount -t tmpfs -o size=160k tmpfs "$OUT" || exit 99
+"$@"; echo "status $?"; ls -A "$OUT/shards"
+mount -o remount,size=20m "$OUT" && "$@"; echo "status $?"
+cp -r "$OUT" "$OUT-whole"
+"""
+
+
+def test_a_full_disk_ends_the_run_in_one_line_and_room_heals_it_and_shared_memory_is_not_needed(dataset: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    command = [sys.executable, "-m", "scene_synth_ros", "generate", *WORDS, "--out", str(tmp_path / "out"), "--workers", "2", "--resume"]
+    words = ["unshare", "--map-root-user", "--mount", "sh", "-c", SMALL_WORLD, "sh", *command]
+    run = subprocess.run(words, env={**os.environ, "OUT": str(tmp_path / "out")}, capture_output=True, text=True, check=False)
+    if run.returncode == 99 or "unshare" in run.stderr:
+        pytest.skip(f"a small disk cannot be mounted here: {run.stderr.strip()}")
+    _, whole = run.stdout.split("status 2\n")
+    errors = [line for line in run.stderr.splitlines() if line.startswith("scene_synth")]
+    assert len(errors) == 1 and "no space left on device" in errors[0].lower() and "--resume goes on from here" in errors[0], errors
+    assert "Traceback" not in run.stderr and ".partial" not in whole
+    assert whole.endswith("status 0\n") and digests(tmp_path / "out-whole") == digests(dataset)
+
+
 @pytest.mark.parametrize(
     ("words", "error"),
     [
@@ -133,7 +155,7 @@ def test_another_plan_and_another_run_are_refused(
     assert generate(*WORDS, "--out", dataset) == 2
     assert generate(*WORDS, "-p", "renderer_node.streams.uv:=true", "--out", dataset, "--resume") == 2
     assert generate("--seed", 8, "--out", dataset, "--resume") == 2
-    monkeypatch.setattr("scene_synth_ros.shards.open_store._PATIENCE_S", 0.0)
+    monkeypatch.setattr("scene_synth_ros.workers.folder_lock._PATIENCE_S", 0.0)
     with folder_lock(dataset):
         assert generate("--out", dataset, "--resume") == 2
     lines = capsys.readouterr().err.splitlines()

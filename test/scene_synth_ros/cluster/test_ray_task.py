@@ -1,4 +1,4 @@
-"""Processors that processes take without knowing each other, and what a Ray task refuses."""
+"""What a Ray task refuses."""
 
 import os
 from pathlib import Path
@@ -6,28 +6,9 @@ from pathlib import Path
 import pytest
 
 from scene_synth_ros.bags.run_info import versions
-from scene_synth_ros.cluster.ray_task import claimed_processors, make_on_node
+from scene_synth_ros.cluster.ray_task import make_on_node
 from scene_synth_ros.shards.completion import ShardError
 from scene_synth_ros.shards.plan import DatasetPlan
-
-
-@pytest.fixture
-def three_processors(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {4, 5, 9})
-
-
-@pytest.mark.usefixtures("three_processors")
-def test_claims_do_not_meet_while_there_are_free_processors() -> None:
-    with claimed_processors(1) as one, claimed_processors(1) as two:
-        with claimed_processors(1) as three:
-            assert (one, two, three) == ([4], [5], [9])
-            with claimed_processors(2) as shared:
-                assert shared == [4, 5]
-        with claimed_processors(2) as last:
-            assert last == [4, 9]
-    with claimed_processors(7) as everything:
-        assert everything == [4, 5, 9]
 
 
 def test_a_node_that_does_not_see_the_dataset_makes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,39 +2,27 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import resource
-import signal
-import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, replace
-from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mcap.reader import make_reader
 
 from grammar.synthesize import SceneSynthesizer
-from scene_description import SceneDescription, SceneSynthError, scene_to_json
+from scene_description import SceneDescription, scene_to_json
 from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.rules import rules_of, sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
-from scene_synth_ros.shards.worker_start import pin, processors_of, thread_environment
-from scene_synth_ros.suite.environment import environment
-from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.synthesize.scene_messages import scene_to_msgs
+from scene_synth_ros.workers.pool import WorkerPool
+from scene_synth_ros.workers.temporary_folder import temporary_folder
 
 _WARM_FRAMES = 2
-
-
-class EstimateError(SceneSynthError):
-    """A sample that cannot be measured; one line."""
 
 
 class Measured(NamedTuple):
@@ -78,26 +66,14 @@ def measure_rooms(
         tell: called with every room that is measured.
 
     Raises:
-        EstimateError: a worker was killed.
-        SceneSynthError: a room cannot be made.
+        WorkerError: a room cannot be made, or a worker was killed.
     """
-    context = multiprocessing.get_context("spawn")
-    count = min(workers, len(indices))
     samples: list[_Sample] = []
-    with ProcessPoolExecutor(count, context, _start_worker, (context.Value("i", 0), threads, time.time())) as pool:
-        try:
-            with environment(thread_environment(threads)):  # as processes find it that start now
-                jobs = [pool.submit(_measure, settings, index, most_frames) for index in indices]
-            for job in as_completed(jobs):
-                samples.append(job.result())
-                tell(samples[-1].cost)
-        except BrokenProcessPool:
-            raise EstimateError("a worker was killed, by lack of memory perhaps; take fewer --workers") from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
+    setup = settings, most_frames, time.time()
+    with WorkerPool(prepare_measuring, setup, min(workers, len(indices)), threads) as pool:
+        for sample in pool.results(indices):
+            samples.append(sample)
+            tell(sample.cost)
     return Measured(
         rooms=tuple(sorted((sample.cost for sample in samples), key=lambda cost: cost.index)),
         start_s=max(sample.start_s for sample in samples),
@@ -105,28 +81,24 @@ def measure_rooms(
     )
 
 
-_started: list[float] = []
-"""When this process was asked for, by the time of day; then what it took to start."""
+def prepare_measuring(setup: tuple[OfflineSettings, int, float]) -> Callable[[int, object], _Sample]:
+    """Return what measures a room by its index, in a worker process.
 
-
-def _start_worker(number: Synchronized[int], threads: int, asked: float) -> None:
-    """Take this worker's processors; Ctrl-C is left to the first process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    limit_arenas()
-    with number.get_lock():
-        place = number.value
-        number.value += 1
-    pin(processors_of(place, threads, sorted(os.sched_getaffinity(0))))
-    _started.append(asked)
-
-
-def _measure(settings: OfflineSettings, index: int, most_frames: int) -> _Sample:
+    Args:
+        setup: parameters of the dataset, frames of a room that are rendered, and when the process was asked for, by the time of day (s).
+    """
+    settings, most_frames, asked_s = setup
     rules = rules_of(settings)
-    if len(_started) == 1:  # kernels are loaded, or compiled, with the first room of a process
-        measure_room(settings, rules, index, _WARM_FRAMES)
-        _started.append(time.time() - _started[0])
-    cost = measure_room(settings, rules, index, most_frames)
-    return _Sample(cost, _started[1], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+    start_s: list[float] = []
+
+    def measure(index: int, _: object) -> _Sample:
+        if not start_s:  # kernels are loaded, or compiled, with the first room of a process
+            cost_of_room(settings, rules, index, _WARM_FRAMES)
+            start_s.append(time.time() - asked_s)
+        cost = cost_of_room(settings, rules, index, most_frames)
+        return _Sample(cost, start_s[0], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+
+    return measure
 
 
 class Clocks(NamedTuple):
@@ -192,7 +164,7 @@ class RoomCost:
         return cls(**fields)
 
 
-def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int, most_frames: int) -> RoomCost:
+def cost_of_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int, most_frames: int) -> RoomCost:
     """Make a room of a dataset in a temporary folder, measure it, and remove it.
 
     Where it has more frames than are asked for, neighbours from the middle of its path are rendered: what one frame takes is the time
@@ -206,8 +178,8 @@ def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int,
     synthesis = read_clocks().since(began)
     part = _middle(scene, max(2, most_frames))
     marks: list[Clocks] = []
-    with tempfile.TemporaryDirectory(prefix="scene_synth_estimate_") as folder:
-        bag = Path(folder) / "room"
+    with temporary_folder() as folder:
+        bag = folder / "room"
         with OfflineBag(bag, settings, rules.floor_map, machine=False) as writer:
             writer.add_room(part, rendered=lambda: marks.append(read_clocks()))
         total = read_clocks().since(began)
