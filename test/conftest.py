@@ -4,8 +4,8 @@ import os
 import re
 import shutil
 import sys
-from collections import Counter
 import tempfile
+from collections import Counter
 from functools import cache
 from pathlib import Path
 from typing import Any
