@@ -78,7 +78,7 @@ FOLDERS = {
         "shards": {"bags", "mcap", "offline", "suite", "workers"},
         "cluster": {"bags", "shards", "suite", "workers"},
         "estimate": {"synthesize", "mcap", "messages", "offline", "workers"},
-        "convert": {"dataset"},
+        "convert": {"dataset", "messages"},
         "splits": {"bags", "dataset"},
         "cli": {
             "bags",

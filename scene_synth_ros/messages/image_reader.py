@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image as Picture
 
 from scene_description import SceneSynthError
 from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, Header
@@ -131,6 +130,8 @@ def decode_pixels(topic: str, data: bytes | memoryview, size: tuple[int, int] | 
     Raises:
         CodecError: it is neither PNG nor JPEG, damaged, or of another size, which is found before its pixels are decoded.
     """
+    from PIL import Image as Picture  # nodes that read no pictures start without it
+
     is_depth = topic.endswith(TRANSPORTS[2])
     a, b, data = split_depth(data) if is_depth else (0.0, 0.0, data)
     try:
