@@ -1,6 +1,7 @@
 """The nouns that the grammar and the renderer share: a furnished room, its JSON form, labels and poses.
 
-Imports numpy only.  Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
+Imports numpy only, but for ``yaml_text``, which reads YAML for all packages.
+Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
 """
 
 from scene_description.errors import SceneSynthError, error_line

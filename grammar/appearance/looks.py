@@ -17,12 +17,11 @@ import numpy as np
 
 from grammar.appearance.appearance import MaterialPool
 from grammar.appearance.materials import Hue, Range, linear_rgb
-from grammar.spec.grammar_file import parse_yaml
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, Material, Part, Room, SceneObject, Texture, from_mapping
 from scene_description.color import linear_from_srgb
 from scene_description.types import Color
+from scene_description.yaml_text import load_yaml
 
 ANY, ROOM = "*", "room"
 _TARGET = re.compile(r"(\*|[A-Za-z0-9_]+)(?:/(\*|[A-Za-z0-9_.\-]+))?")
@@ -84,10 +83,7 @@ def read_looks(texts: tuple[str, ...]) -> tuple[TargetedLook, ...]:
 def _read(text: str) -> TargetedLook:
     """Parse one look; a bare text is a material, a single number a range of one point."""
     where = f"looks: {text!r}"
-    try:
-        data = parse_yaml(text, where)
-    except GrammarError as error:
-        raise RequestError(str(error)) from None
+    data = load_yaml(text, where, RequestError)
     if not isinstance(data, dict) or len(data) != 1:
         raise RequestError(f"{where}: expected one 'TARGET: {{...}}', got {'none' if not isinstance(data, dict) else len(data)}")
     ((target, asked),) = data.items()

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.object_rules import CORE, CORNER, NONE
 from grammar.spec.room_rules import OPENINGS
 from grammar.spec.rules import GrammarError
 from grammar.spec.run_rules import END
 from grammar.spec.values import Extent, Symbol
 from scene_description import FieldError, Limits, from_mapping
+from scene_description.yaml_text import read_yaml
 
 Names = Mapping[str, Annotated[str, Limits(max_length=60)]]
 
@@ -99,7 +99,7 @@ def read_category_map(path: Path) -> CategoryMap:
         GrammarError: the file does not parse or a field does not fit.
     """
     try:
-        return from_mapping(CategoryMap, read_yaml(path))
+        return from_mapping(CategoryMap, read_yaml(path, GrammarError))
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None
 
