@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import yaml
 
-from scene_description.errors import SceneSynthError, error_line
+from scene_description.errors import SceneSynthError, error_line, read_at_most
 
 MAX_BYTES = 16 * 2**20
 MAX_VALUES = 300_000
@@ -62,8 +62,7 @@ def read_yaml(path: Path, error: type[SceneSynthError] = YamlError, tags: Tags |
         error: the file cannot be read, has more than ``MAX_BYTES``, or is no YAML of plain values; one line that begins with the path.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = read_at_most(path, MAX_BYTES, error)
     except OSError as reason:
         raise error(error_line(reason)) from None
     return load_yaml(data, str(path), error, tags)

@@ -20,7 +20,7 @@ from grammar.learning.layout_fields import UnfitError, quoted, read_number, read
 from grammar.learning.layout_objects import read_objects
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.rules import GrammarError
-from scene_description import error_line
+from scene_description.errors import error_line, read_at_most
 
 LAYOUT_SCHEMA = "scene_synth.layout/1"
 
@@ -72,12 +72,9 @@ def read_layouts(path: Path, names: CategoryMap, room_type: str) -> LayoutFile:
         GrammarError: the file itself cannot be read.
     """
     try:
-        with path.open("rb") as stream:
-            text = stream.read(_MAX_FILE_BYTES + 1)
+        text = read_at_most(path, _MAX_FILE_BYTES, GrammarError)
     except OSError as error:
         raise GrammarError(f"layouts: {error_line(error)}") from None
-    if len(text) > _MAX_FILE_BYTES:
-        raise GrammarError(f"layouts: {path}: expected at most {_MAX_FILE_BYTES} bytes, got more; split the file")
     rooms: list[ObservedRoom] = []
     skipped: list[Skipped] = []
     others = 0
