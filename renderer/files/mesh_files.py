@@ -91,6 +91,9 @@ def _read_once(path: Path, root: Path, kind: str, mtime_ns: int, size: int) -> R
         reason = error_line(error)[:160]
         raise MeshFileError(f"expected a readable {kind} file, got an error ({reason})") from error
     for piece in raw.pieces:
+        count, low, high = len(piece.vertices), piece.faces.min(), piece.faces.max()
+        if not piece.vertices.shape == piece.normals.shape == (count, 3) or low < 0 or high >= count:
+            raise MeshFileError(f"expected vertices and normals of 3 numbers, and faces of these vertices, got others in '{piece.node}'")
         if not all(np.isfinite(rows).all() for rows in (piece.vertices, piece.normals, *piece.uvs.values())):
             raise MeshFileError(f"expected finite numbers, got others in '{piece.node}'")
     return raw
