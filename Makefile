@@ -64,7 +64,7 @@ test: develop interfaces
 coverage: develop interfaces
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) --cov=scene_description --cov=grammar --cov=renderer --cov=evaluation --cov=scene_synth_ros --cov-report=term:skip-covered
 
-# hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
+# hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES, SOAK_PARAMETERS and SOAK_CASES (of fuzzing) make it smaller
 soak: develop
 	$(BIN)/python -m pytest -m soak -s test/soak
 

@@ -15,10 +15,12 @@ from typing import Annotated, Any, Final, Literal
 from evaluation.confidence import Interval
 from evaluation.core.errors import EvaluationError
 from evaluation.core.task import Task
+from scene_description.errors import read_at_most
 from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
 from scene_description.whole import write_whole
 
 SCHEMA: Final = "scene_synth_evaluation/1"
+MAX_BYTES = 2**28
 FactorValue = str | float | bool | None
 """A factor's value in a sweep."""
 
@@ -203,7 +205,7 @@ def read_evaluation(path: Path) -> Evaluation:
         OSError: it cannot be read.
     """
     try:
-        return evaluation_from_mapping(json.loads(path.read_text(encoding="utf-8")))
+        return evaluation_from_mapping(json.loads(read_at_most(path, MAX_BYTES, EvaluationError)))
     except FieldError as error:
         raise EvaluationError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:

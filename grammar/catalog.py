@@ -16,12 +16,12 @@ from grammar.appearance.appearance import MaterialPool, core_of, draw_index_by_o
 from grammar.appearance.appearance_rules import Appearance, CategoryLook, PartRule, StyleRule
 from grammar.derivation.densities import draw_size
 from grammar.spec.categories import Categories, Category, Solid, SupportSurface
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.rules import Grammar, GrammarError
 from scene_description import FieldError, ModelReference, Part, SceneObject, from_mapping
 from scene_description.catalog import Catalog, CatalogEntry, CatalogList, CatalogModel
 from scene_description.scene_json import check_file_path
+from scene_description.yaml_text import read_yaml
 
 FILE_NAME = "catalog.yaml"
 Choice = CatalogModel | None
@@ -36,7 +36,7 @@ def read_catalog(folder: Path) -> CatalogList:
     """
     path = folder / FILE_NAME
     try:
-        catalog = from_mapping(CatalogList, read_yaml(path))
+        catalog = from_mapping(CatalogList, read_yaml(path, GrammarError))
         for i, entry in enumerate(catalog.models):
             check_file_path(f"models[{i}].file", entry.file)
     except FieldError as error:

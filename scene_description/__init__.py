@@ -1,11 +1,12 @@
 """The nouns that the grammar and the renderer share: a furnished room, its JSON form, labels and poses.
 
-Imports numpy only.  Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
+Imports numpy only, but for ``yaml_text``, which reads YAML for all packages.
+Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
 """
 
-from scene_description.errors import SceneSynthError, error_line
+from scene_description.errors import SceneSynthError, error_line, read_at_most
 from scene_description.labels import NYU40, Label
-from scene_description.scene_json import SCHEMA, scene_from_json, scene_to_json
+from scene_description.scene_json import SCHEMA, read_scene, scene_from_json, scene_to_json
 from scene_description.strict import FieldError, Limits, from_mapping, to_mapping
 from scene_description.types import (
     CameraPose,
@@ -65,6 +66,8 @@ __all__ = [
     "ValidityReport",
     "error_line",
     "from_mapping",
+    "read_at_most",
+    "read_scene",
     "scene_from_json",
     "scene_to_json",
     "to_mapping",

@@ -10,10 +10,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Final, NoReturn
 
 from scene_description.ceilings import ceiling_over_opening_m, check_slopes
+from scene_description.errors import SceneSynthError, read_at_most
 from scene_description.polygons import signed_area_m2
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_description.types import MAX_OBJECTS, Material, ModelReference, Opening, Part, SceneDescription
@@ -50,6 +51,21 @@ def scene_from_json(text: str | bytes) -> SceneDescription:
     scene = from_mapping(SceneDescription, data)
     check_scene(scene)
     return scene
+
+
+def read_scene(path: Path) -> SceneDescription:
+    """Read and check the scene description in a file.
+
+    Raises:
+        FieldError: as of :func:`scene_from_json`, with the file before the field's path.
+        SceneSynthError: it is too long.
+        OSError: it cannot be read.
+    """
+    data = read_at_most(path, MAX_TEXT_LENGTH, SceneSynthError)
+    try:
+        return scene_from_json(data)
+    except FieldError as error:
+        raise FieldError(f"{path}: {error.path or 'document'}", error.expected, error.got) from None
 
 
 def check_scene(scene: SceneDescription) -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from grammar.appearance.materials import Hue, MaterialRange, Share
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, from_mapping
+from scene_description.yaml_text import read_yaml
 
 Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
 Families = Mapping[str, Odds]
@@ -111,7 +111,7 @@ def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
         GrammarError: a file does not parse, a field does not fit, or a family or part is named that does not exist; one line.
     """
     try:
-        materials = from_mapping(_MaterialFile, read_yaml(materials_path)).materials
+        materials = from_mapping(_MaterialFile, read_yaml(materials_path, GrammarError)).materials
         families: dict[str, tuple[str, ...]] = {}
         for name, material in materials.items():
             if (material.hue == "own") == (material.hue_deg is None):
@@ -120,7 +120,7 @@ def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
     except FieldError as error:
         raise GrammarError(f"{materials_path}: {error}") from None
     try:
-        look = from_mapping(_AppearanceFile, read_yaml(appearance_path))
+        look = from_mapping(_AppearanceFile, read_yaml(appearance_path, GrammarError))
         _check(look, families)
     except FieldError as error:
         raise GrammarError(f"{appearance_path}: {error}") from None

@@ -20,11 +20,11 @@ from grammar.appearance.daylight import (
     fitting_conditions,
     make_daylight,
 )
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
 from scene_description import Environment, FieldError, Light, Limits, Luminaire, Room, SceneObject, from_mapping
 from scene_description.ceilings import ceiling_planes
 from scene_description.color_temperature import color_of_temperature, luminance_rgb
+from scene_description.yaml_text import read_yaml
 
 SpotMetres = Annotated[float, Limits(ge=0.1, le=10.0, unit="m")]
 SpotFlux = Annotated[float, Limits(ge=1.0, le=1e5, unit="lm")]
@@ -93,7 +93,7 @@ def read_lighting_config(path: Path) -> LightingConfig:
         GrammarError: the file does not parse or a field does not fit; one line with file and field.
     """
     try:
-        config = from_mapping(LightingConfig, read_yaml(path))
+        config = from_mapping(LightingConfig, read_yaml(path, GrammarError))
         _check_config(config)
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None

@@ -17,14 +17,14 @@ import numpy as np
 
 from grammar.appearance.appearance import MaterialPool
 from grammar.appearance.materials import Hue, Range, linear_rgb
-from grammar.spec.grammar_file import parse_yaml
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, Material, Part, Room, SceneObject, Texture, from_mapping
 from scene_description.color import linear_from_srgb
 from scene_description.types import Color
+from scene_description.yaml_text import load_yaml
 
 ANY, ROOM = "*", "room"
+_SHOWN = 200
 _TARGET = re.compile(r"(\*|[A-Za-z0-9_]+)(?:/(\*|[A-Za-z0-9_.\-]+))?")
 SURFACE = ("roughness", "metallic", "transmission", "clearcoat", "sheen")
 """Fields of a look that are ranges of the same field of a material."""
@@ -83,17 +83,14 @@ def read_looks(texts: tuple[str, ...]) -> tuple[TargetedLook, ...]:
 
 def _read(text: str) -> TargetedLook:
     """Parse one look; a bare text is a material, a single number a range of one point."""
-    where = f"looks: {text!r}"
-    try:
-        data = parse_yaml(text, where)
-    except GrammarError as error:
-        raise RequestError(str(error)) from None
+    where = f"looks: {text[:_SHOWN]!r}"
+    data = load_yaml(text, where, RequestError)
     if not isinstance(data, dict) or len(data) != 1:
         raise RequestError(f"{where}: expected one 'TARGET: {{...}}', got {'none' if not isinstance(data, dict) else len(data)}")
     ((target, asked),) = data.items()
     match = _TARGET.fullmatch(str(target))
     if match is None:
-        raise RequestError(f"{where}: expected a target category/part, id/part, room/surface or */part, got {str(target)!r}")
+        raise RequestError(f"{where}: expected a target category/part, id/part, room/surface or */part, got {str(target)[:_SHOWN]!r}")
     if isinstance(asked, str):
         asked = {"material": asked}
     if isinstance(asked, dict):

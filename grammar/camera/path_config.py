@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, from_mapping
+from scene_description.yaml_text import read_yaml
 
 Metres = Annotated[float, Limits(ge=0.0, le=100.0, unit="m")]
 Weight = Annotated[float, Limits(ge=0.0, le=100.0)]
@@ -79,7 +79,7 @@ def read_camera_path_config(path: Path) -> CameraPathConfig:
         GrammarError: the file does not parse or a field does not fit; one line with file and field.
     """
     try:
-        config = from_mapping(CameraPathConfig, read_yaml(path))
+        config = from_mapping(CameraPathConfig, read_yaml(path, GrammarError))
         total = math.fsum(mount.probability for mount in config.mounts.values())
         if abs(total - 1.0) > 1e-6:
             raise FieldError("mounts", "probabilities that sum to 1", f"{total:.6g}")

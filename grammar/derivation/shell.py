@@ -172,10 +172,16 @@ def _draw_shape(
 
 
 def _shapes_left(room: RoomRule, fitted: bool) -> RoomShapes:
-    """Return the odds of shapes of a room whose size has no arms: where other components of the mixture have, it is none of these."""
+    """Return the odds of shapes of a room whose size has no arms: where other components of the mixture have, it is none of these.
+
+    Raises:
+        RejectedError: it can only have arms.
+    """
     if not fitted or all(size.arm_m is None for size in room.sizes):
         return room.shapes
-    left = 1.0 - sum(getattr(room.shapes, name) for name in ARMED)
+    left = math.fsum(getattr(room.shapes, name) for name in SHAPES if name not in ARMED)
+    if left <= 0.0:
+        raise RejectedError("a size with arms for a room of that shape")
     odds: dict[str, Any] = {name: 0.0 if name in ARMED else getattr(room.shapes, name) / left for name in SHAPES}
     return replace(room.shapes, **odds)
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.object_rules import CORE, CORNER, NONE
 from grammar.spec.room_rules import OPENINGS
 from grammar.spec.rules import GrammarError
 from grammar.spec.run_rules import END
 from grammar.spec.values import Extent, Symbol
 from scene_description import FieldError, Limits, from_mapping
+from scene_description.yaml_text import read_yaml
 
 Names = Mapping[str, Annotated[str, Limits(max_length=60)]]
 
@@ -58,6 +58,7 @@ class CategoryMap:
     ``wide``: categories whose front is a long side; what is recorded deeper than wide is turned so that its back is at the nearer wall.
     ``backed``: categories whose box does not tell the front, so that sources guess it: what stands at a wall has its back there.
     ``highest_m``: categories that sources record with what is above them (taps, mirrors); they are cut to this height.
+    ``standing``: categories that hang; what stands on the floor is of the category that this other name has in the table.
     ``low``: categories of which a source's low pieces are another one.
     ``beside``: categories that ``rooms`` makes of a general name, which are others by what they stand beside.
     ``catalogue``: categories that exist; with it a name that is in no table is taken for the nearest of them
@@ -72,6 +73,7 @@ class CategoryMap:
     wide: tuple[Symbol, ...] = ()
     backed: tuple[Symbol, ...] = ()
     highest_m: Mapping[str, Extent] = field(default_factory=dict)
+    standing: Mapping[str, str] = field(default_factory=dict)
     low: Mapping[str, Low] = field(default_factory=dict)
     beside: Mapping[str, Beside] = field(default_factory=dict)
     catalogue: frozenset[str] = frozenset()
@@ -99,7 +101,7 @@ def read_category_map(path: Path) -> CategoryMap:
         GrammarError: the file does not parse or a field does not fit.
     """
     try:
-        return from_mapping(CategoryMap, read_yaml(path))
+        return from_mapping(CategoryMap, read_yaml(path, GrammarError))
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None
 

@@ -30,8 +30,17 @@ _OVERLAP = 0.05
 """Rooms that share more of the smaller one's floor have no frame in common: each lies at its own origin."""
 
 
+_MOST_BOXES = 1000
+_MOST_OPENINGS = 15
+"""Of one kind, as many as a grammar may give a room."""
+
+
 class UnfitError(Exception):
-    """A line, an object or an opening that cannot be used; the text is the reason."""
+    """A line, an object or an opening that cannot be used; the text is the reason, ``objects`` how many objects are lost with it."""
+
+    def __init__(self, reason: str, objects: int = 0) -> None:
+        super().__init__(reason)
+        self.objects = objects
 
 
 def quoted(name: str) -> str:
@@ -101,7 +110,11 @@ def _cross(a: Point2, b: Point2, c: Point2) -> float:
 
 
 def read_openings(data: Mapping[str, Any], polygon: Sequence[Point2], reasons: list[str]) -> dict[str, tuple[ObservedOpening, ...]]:
-    """Return the openings of a room by kind; a kind that the line does not list is left out."""
+    """Return the openings of a room by kind; a kind that the line does not list is left out.
+
+    Raises:
+        UnfitError: there are more than a grammar may give a room.
+    """
     return {kind: found for kind in _KINDS if (found := _read_kind(data, kind, polygon, reasons)) is not None}
 
 
@@ -111,6 +124,8 @@ def _read_kind(data: Mapping[str, Any], kind: str, polygon: Sequence[Point2], re
     boxes = data.get(key)
     if not isinstance(boxes, list):
         return None
+    if len(boxes) > _MOST_BOXES:
+        raise UnfitError(f"room: {len(boxes)} {key}, more than {_MOST_BOXES}")
     found: list[ObservedOpening] = []
     for box in boxes:
         try:
@@ -122,6 +137,8 @@ def _read_kind(data: Mapping[str, Any], kind: str, polygon: Sequence[Point2], re
                 found.append(_in_wall(kind, low, high, polygon))
         except UnfitError as unfit:
             reasons.append(str(unfit))
+    if len(found) > _MOST_OPENINGS:
+        raise UnfitError(f"room: {len(found)} {key}, more than {_MOST_OPENINGS}")
     return tuple(found)
 
 

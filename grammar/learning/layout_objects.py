@@ -16,6 +16,8 @@ Size = tuple[float, float, float]
 
 _SIDE_LOW_M, _SIDE_HIGH_M = 0.002, 12.0
 _BEYOND_WALLS_M = 0.5
+_RAISED_M = 0.3
+_LONGEST_NAME = 200
 _AT_WALL_M, _STRAIGHT_RAD, _SQUARE = 0.15, 0.1, 1.2
 
 
@@ -38,6 +40,8 @@ def read_objects(
             _check_inside(item, polygon)
             if item.category in names.low and item.size_m[2] < names.low[item.category].below_m:
                 item = replace(item, category=names.low[item.category].is_a)
+            if item.category in names.standing and supporter is None and item.position_m[2] < _RAISED_M:
+                item = replace(item, category=names.category(room_type, names.standing[item.category], "") or item.category)
             if item.category in names.wide and item.size_m[0] > item.size_m[1]:
                 item = _turned_wide(item, polygon)
             if (item.category in names.backed or unturned) and supporter is None:
@@ -92,12 +96,13 @@ def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
     target = on - 1 if isinstance(on, int) and not isinstance(on, bool) and on >= 1 else None
     turned = math.remainder(yaw - 0.5 * math.pi, 2.0 * math.pi)
     size, position = (depth, width, height), (x, y, z - 0.5 * height)
+    unknown = category is None
     category, own_name = (category, "") if category is not None else _guessed(names, name, size, target is not None)
     return _Read(
         ObservedObject(category=category, size_m=size, position_m=position, yaw_rad=turned, name=own_name),
         target,
         unturned,
-        "" if names.category(room_type, name, raw if isinstance(raw, str) else "") else _told(name, category, own_name),
+        _told(name, category, own_name) if unknown or (name in names.catalogue and category != name) else "",
         names.is_general(room_type, name, raw if isinstance(raw, str) else ""),
     )
 
@@ -113,8 +118,8 @@ def _by_neighbour(item: ObservedObject, objects: Sequence[ObservedObject], names
 
 def _guessed(names: CategoryMap, name: str, size_m: Size, raised: bool) -> tuple[str, str]:
     """Return a category for a name that no table has, and the symbol that keeps the name where the category is a general one."""
-    nearest = nearest_category(name, names.catalogue)
-    return (nearest, "") if nearest is not None else (kind_of(size_m, raised), symbol_of(name))
+    nearest = nearest_category(name[:_LONGEST_NAME], names.catalogue)
+    return (nearest, "") if nearest is not None else (kind_of(size_m, raised), symbol_of(name[:_LONGEST_NAME]))
 
 
 def _told(name: str, category: str, own_name: str) -> str:

@@ -35,6 +35,7 @@ Kernel = tuple[float, Floats, Floats]
 """Weight, mean, and variance of the sizes that were merged into it."""
 
 _MAX_KERNELS = 24
+_LEAST_QUARTILES_M = 0.2
 _ROUNDS = 30
 _LEAST_SD_M = (0.01, 0.01, 0.01)
 _LEAST_RELATIVE_SD = 0.03
@@ -196,9 +197,16 @@ def learn_normal(base: TruncatedNormal, seen: Sequence[float]) -> TruncatedNorma
 
 
 def _height(seen: Sequence[float]) -> TruncatedNormal:
-    """Return the distribution of the height of rooms, within what was observed."""
-    low, high = float(np.min(seen)), float(np.max(seen))
-    return TruncatedNormal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
+    """Return the distribution of the height of rooms, within what was observed.
+
+    A height far from all others is taken for measured wrongly: beyond the outer fences of Tukey (*Exploratory Data Analysis*, 1977), three
+    times the distance of the quartiles away from them, which counts as 0.2 m at least.
+    """
+    quarter, three_quarters = np.quantile(seen, (0.25, 0.75))
+    away = 3.0 * max(float(three_quarters - quarter), _LEAST_QUARTILES_M)
+    heights = [height for height in seen if quarter - away <= height <= three_quarters + away]
+    low, high = min(heights), max(heights)
+    return TruncatedNormal(mean=float(np.mean(heights)), sd=max(float(np.std(heights)), 0.005), low=low, high=max(high, low + 0.01))
 
 
 def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float], alpha: float) -> RoomRule:
@@ -212,7 +220,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
     areas = np.array([signed_area_m2(outline) for outline in outlines])
     side = learn_normal(base.width_m, (extents * np.sqrt(areas / extents.prod(1))[:, None]).ravel().tolist())
-    shares = np.divide(covered_m2, areas)
+    shares = np.minimum(np.divide(covered_m2, areas), 1.0)
     fitted = float(np.median(shares)) >= _FURNISHED_SHARE
     bare = float(np.quantile(shares, _BARE_ROOMS)) <= _LEAST_SHARE
     high = float(np.quantile(areas, 0.95))

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from grammar.spec.categories import Categories
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
 from grammar.spec.values import Extent, Radians, Spread
 from scene_description import FieldError, Limits, from_mapping
+from scene_description.yaml_text import read_yaml
 
 Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
 Count = Annotated[float, Limits(ge=0.0, le=100.0)]
@@ -118,7 +118,7 @@ def read_small_things(path: Path, categories: Categories) -> SmallThings:
         GrammarError: the file does not parse or a field does not fit; one line with file and field.
     """
     try:
-        rules = from_mapping(SmallThings, read_yaml(path))
+        rules = from_mapping(SmallThings, read_yaml(path, GrammarError))
         for where, names, known in _names(rules, categories):
             unknown = sorted(set(names) - set(known))
             if unknown:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from grammar.spec.grammar_file import read_yaml
 from grammar.spec.object_rules import Access
 from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, from_mapping
 from scene_description.labels import LABEL_ID
+from scene_description.yaml_text import read_yaml
 
 Offset = Annotated[float, Limits(ge=-10.0, le=10.0, unit="m")]
 Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
@@ -111,7 +111,7 @@ def read_categories(path: Path) -> Categories:
         GrammarError: the file does not parse or a field does not fit; one line with file and field.
     """
     try:
-        categories = from_mapping(_CategoryFile, read_yaml(path)).categories
+        categories = from_mapping(_CategoryFile, read_yaml(path, GrammarError)).categories
         for name, category in categories.items():
             if category.label not in LABEL_ID:
                 raise FieldError(f"categories.{name}.label", "the name of an NYU40 class", repr(category.label))

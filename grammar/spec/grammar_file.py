@@ -1,4 +1,4 @@
-"""Grammar files: YAML -> :class:`grammar.spec.rules.Grammar`, strict.  The only file that imports a YAML reader.
+"""Grammar files: YAML -> :class:`grammar.spec.rules.Grammar`, strict.
 
 A file may name another one in ``extends``, beside it or, where there is none, one that comes with the program; its own keys then win over
 those, mapping by mapping, lists, numbers and mappings with the tag ``!whole`` whole.  So what all room types share is written once.
@@ -15,18 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from grammar.spec.check import check_grammar
 from grammar.spec.request import GRAMMAR_SETS, GrammarSet
 from grammar.spec.room_rules import RoomNeeds
 from grammar.spec.rules import Grammar, GrammarError
-from scene_description import FieldError, error_line, from_mapping
+from scene_description import FieldError, from_mapping
 from scene_description.share import config_path
 from scene_description.strict import shorten
-
-_MAX_FILE_BYTES = 64_000_000
-_DEEPEST = 100
+from scene_description.yaml_text import read_yaml
 
 _NEEDS: dict[str, RoomNeeds] = {}
 """Room type -> what its rooms need, of those asked for or read so far: reading a file takes a tenth of a second."""
@@ -41,72 +37,6 @@ class _Whole(dict[str, Any]):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Needed:
     needs: RoomNeeds
-
-
-class _StrictLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """YAML 1.1 without keys that appear twice; read by libyaml where PyYAML has it, eight times as fast."""
-
-
-def _mapping_without_duplicates(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
-    loader.flatten_mapping(node)
-    seen: set[Any] = set()
-    for key_node, _ in node.value:
-        key = loader.construct_object(key_node)  # type: ignore[no-untyped-call]
-        if isinstance(key, (list, dict)) or key in seen:
-            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} twice", key_node.start_mark)
-        seen.add(key)
-    return dict(loader.construct_mapping(node, deep=True))
-
-
-_StrictLoader.add_constructor("tag:yaml.org,2002:map", _mapping_without_duplicates)
-_StrictLoader.add_constructor("!whole", lambda loader, node: _Whole(_mapping_without_duplicates(loader, node)))
-
-
-def _load(text: str) -> Any:
-    """Return the content of a YAML text; its nesting is checked first, because libyaml's reader overflows the stack of the process."""
-    depth = 0
-    for event in yaml.parse(text, Loader=_StrictLoader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > _DEEPEST:
-            raise yaml.composer.ComposerError(None, None, f"nesting deeper than {_DEEPEST}", event.start_mark)  # type: ignore[arg-type]
-    return yaml.load(text, Loader=_StrictLoader)
-
-
-_load_shared = functools.lru_cache(maxsize=64)(_load)
-"""The same for texts that are read again and again, as what grammars extend is; nobody may change what it returns."""
-
-
-def read_yaml(path: Path) -> Any:
-    """Return the content of a YAML file, not to be changed.
-
-    Raises:
-        GrammarError: the file cannot be read or does not parse; one line with file, line and column.
-    """
-    try:
-        if path.stat().st_size > _MAX_FILE_BYTES:
-            raise GrammarError(f"{path}: expected a file of at most {_MAX_FILE_BYTES} bytes, got {path.stat().st_size}")
-        return _load_shared(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
-        raise GrammarError(f"{path}:{place} expected YAML, got {getattr(error, 'problem', None) or 'text that does not parse'}") from None
-    except OSError as error:
-        raise GrammarError(error_line(error)) from None
-    except (UnicodeDecodeError, RecursionError) as error:
-        raise GrammarError(f"{path}: expected a readable YAML file, got {type(error).__name__} ({error})") from None
-
-
-def parse_yaml(text: str, where: str) -> Any:
-    """Return the content of a YAML text, for example of a parameter.
-
-    Raises:
-        GrammarError: it does not parse; one line that begins with ``where``.
-    """
-    try:
-        return _load(text)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        reason = getattr(error, "problem", None) or "text that does not parse"
-        raise GrammarError(f"{where}: expected YAML, got {reason}") from None
 
 
 def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
@@ -170,10 +100,16 @@ def read_room_type(room_type: str, categories: Collection[str], grammar_set: Gra
     return read_grammar(config_path(f"{folder}/{room_type}.yaml"), categories)
 
 
+@functools.lru_cache(maxsize=64)
+def _read_once(path: Path, modified_ns: int) -> Any:
+    """Return the content of a file, which several grammars may share and nobody changes."""
+    return read_yaml(path, GrammarError, {"!whole": _Whole})
+
+
 def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     if path in above:
         raise GrammarError(f"{path}: extends: expected files without a cycle, got {' -> '.join(p.name for p in (*above, path))}")
-    data = read_yaml(path)
+    data = _read_once(path, path.stat().st_mtime_ns if path.exists() else 0)
     if not isinstance(data, Mapping):
         raise GrammarError(f"{path}: document: expected a mapping, got {type(data).__name__}")
     if "extends" not in data:

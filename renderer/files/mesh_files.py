@@ -6,7 +6,7 @@ glTF goes through our own reader (``gltf_container`` says why), the others throu
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -20,6 +20,8 @@ from renderer.models.model import Parts, Size, fitted
 from scene_description import FileReading, error_line
 
 MAX_FILE_BYTES = 64_000_000
+MAX_REFERRED_BYTES = 200_000_000
+"""Of all files together that a model refers to, each as often as it does."""
 FORMATS = ("glb", "gltf", "obj", "ply", "stl")
 
 
@@ -79,35 +81,46 @@ def read_mesh_file(path: Path, root: Path, reading: FileReading) -> MeshFile:
 @lru_cache(maxsize=16)
 def _read_once(path: Path, root: Path, kind: str, mtime_ns: int, size: int) -> Raw:
     """Read a file; time and size are there to tell versions apart."""
-    fetch = partial(_fetch, path.parent, root)
     try:
         with path.open("rb") as stream:
             data = stream.read(size + 1)
-        raw = _READERS[kind](data, kind, fetch)
+        raw = _READERS[kind](data, kind, _Referred(path.parent, root).fetch)
     except MeshFileError:
         raise
     except Exception as error:  # readers raise what they like on broken data
         reason = error_line(error)[:160]
         raise MeshFileError(f"expected a readable {kind} file, got an error ({reason})") from error
     for piece in raw.pieces:
+        count, low, high = len(piece.vertices), piece.faces.min(), piece.faces.max()
+        if not piece.vertices.shape == piece.normals.shape == (count, 3) or low < 0 or high >= count:
+            raise MeshFileError(f"expected vertices and normals of 3 numbers, and faces of these vertices, got others in '{piece.node}'")
         if not all(np.isfinite(rows).all() for rows in (piece.vertices, piece.normals, *piece.uvs.values())):
             raise MeshFileError(f"expected finite numbers, got others in '{piece.node}'")
     return raw
 
 
-def _fetch(folder: Path, root: Path, key: str) -> bytes:
-    """Return the bytes of a file that a model refers to, from below the root only."""
-    shown = repr(key[:80])
-    try:
-        path = (folder / key.strip().replace("\\", "/")).resolve()
-        inside = path.is_relative_to(root)
-    except (OSError, ValueError, RuntimeError):
-        inside = False
-    if not inside:
-        raise MeshFileError(f"refers to {shown}: expected a path inside the catalogue")
-    if not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
-        raise MeshFileError(f"refers to {shown}: expected a file of at most {MAX_FILE_BYTES} bytes")
-    return path.read_bytes()
+class _Referred:
+    """The files that a model refers to, by paths from its folder; from below the root only, and within one budget."""
+
+    def __init__(self, folder: Path, root: Path) -> None:
+        self._folder, self._root, self._bytes = folder, root, 0
+
+    def fetch(self, key: str) -> bytes:
+        """Return the bytes of a file."""
+        shown = repr(key[:80])
+        try:
+            path = (self._folder / key.strip().replace("\\", "/")).resolve()
+            inside = path.is_relative_to(self._root)
+        except (OSError, ValueError, RuntimeError):
+            inside = False
+        if not inside:
+            raise MeshFileError(f"refers to {shown}: expected a path inside the catalogue")
+        if not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
+            raise MeshFileError(f"refers to {shown}: expected a file of at most {MAX_FILE_BYTES} bytes")
+        self._bytes += path.stat().st_size
+        if self._bytes > MAX_REFERRED_BYTES:
+            raise MeshFileError(f"refers to {shown}: expected files of at most {MAX_REFERRED_BYTES} bytes together, got more")
+        return path.read_bytes()
 
 
 def _read_gltf(data: bytes, kind: str, fetch: Fetch) -> Raw:

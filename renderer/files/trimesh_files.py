@@ -87,7 +87,7 @@ def read_mtl(data: bytes, fetch: Callable[[str], bytes]) -> tuple[tuple[FileMate
         raise MeshFileError(f"material library: expected at most {MAX_MATERIALS} materials, got {len(found)}")
     images: dict[int, bytes] = {}
     places: dict[str, int] = {}
-    materials = []
+    materials, pixels = [], 0
     for name, fields in found.items():
         file = fields.pop("image", None)
         material = replace(_START, name=name, **{key: _cut(key, value) for key, value in fields.items()})
@@ -95,11 +95,13 @@ def read_mtl(data: bytes, fetch: Callable[[str], bytes]) -> tuple[tuple[FileMate
             if file not in places:
                 places[file] = len(places)
                 images[places[file]] = fetch(file)
+                pixels += math.prod(image_size(images[places[file]], f"image {places[file]} of the material library"))
+                if pixels > MAX_IMAGE_PIXELS:
+                    raise MeshFileError(
+                        f"material library: expected images of at most {MAX_IMAGE_PIXELS} pixels together, got {pixels} or more"
+                    )
             material = replace(material, base_image=ImageUse(places[file], 0, np.eye(2, 3)))
         materials.append(material)
-    pixels = sum(math.prod(image_size(image, f"image {i} of the material library")) for i, image in images.items())
-    if pixels > MAX_IMAGE_PIXELS:
-        raise MeshFileError(f"material library: expected images of at most {MAX_IMAGE_PIXELS} pixels together, got {pixels}")
     return tuple(materials), images
 
 

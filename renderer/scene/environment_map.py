@@ -23,9 +23,11 @@ from renderer.files.exr_files import read_exr_color
 from renderer.files.mesh_files import find_mesh_file
 from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import NO_MAP
+from scene_description import read_at_most
 from scene_description.types import EnvironmentMap
 
 MAX_WIDTH, MAX_HEIGHT = 8192, 4096
+_MAX_BYTES = 8 * MAX_WIDTH * MAX_HEIGHT
 MAX_FILE_BYTES = 600_000_000
 KEPT_WIDTH = 2048
 """Wider maps are averaged down to it."""
@@ -105,7 +107,7 @@ def read_rgbe(path: Path) -> NDArray[np.float32]:
     Raises:
         MeshFileError: the file is no such picture, too large or cut short.
     """
-    data = path.read_bytes()
+    data = read_at_most(path, _MAX_BYTES, MeshFileError)
     width, height, exposure, start = _read_header(data, path.name)
     codes = np.zeros((height, width, 4), np.uint8)
     if not _decode(np.frombuffer(data, np.uint8), start, codes):

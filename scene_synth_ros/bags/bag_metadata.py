@@ -9,7 +9,7 @@ from typing import Any
 
 from scene_description import SceneSynthError
 from scene_description.strict import shorten
-from scene_synth_ros.bags.bag_yaml import BagYamlError, dump_yaml, load_yaml
+from scene_description.yaml_text import dump_yaml, read_yaml
 from scene_synth_ros.bags.qos_metadata import NAMED_QOS_VERSION, OfferedQos, QosMetadataError, qos_items, qos_text, read_qos
 
 METADATA_NAME = "metadata.yaml"
@@ -17,7 +17,6 @@ WRITABLE_VERSIONS = (5, 9)
 NO_TIME_NS = 2**63 - 1
 
 _WRAPPER = "rosbag2_bagfile_information"
-_MAX_FILE_SIZE = 16 * 2**20
 
 
 class BagMetadataError(SceneSynthError):
@@ -129,18 +128,12 @@ def read_metadata(path: Path) -> BagMetadata:
     Raises:
         BagMetadataError: the file cannot be read, or is no metadata of a bag.
     """
+    document = read_yaml(path, BagMetadataError)
     try:
-        with path.open("rb") as file:
-            text = file.read(_MAX_FILE_SIZE + 1)
-    except OSError as error:
-        raise BagMetadataError(f"{path}: {error.strerror or error}") from None
-    if len(text) > _MAX_FILE_SIZE:
-        raise BagMetadataError(f"{path}: expected at most {_MAX_FILE_SIZE >> 20} MiB of metadata")
-    try:
-        return _read_mapping(_mapping(_mapping(load_yaml(text), "document").get(_WRAPPER), _WRAPPER))
+        return _read_mapping(_mapping(_mapping(document, "document").get(_WRAPPER), _WRAPPER))
     except KeyError as error:
         raise BagMetadataError(f"{path}: key {error} is missing") from None
-    except (BagYamlError, BagMetadataError) as error:
+    except BagMetadataError as error:
         raise BagMetadataError(f"{path}: {error}") from None
 
 

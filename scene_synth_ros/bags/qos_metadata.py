@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from scene_description import SceneSynthError
 from scene_description.strict import shorten
-from scene_synth_ros.bags.bag_yaml import BagYamlError, dump_yaml, load_yaml
+from scene_description.yaml_text import dump_yaml, load_yaml
 
 NAMED_QOS_VERSION = 9
 INFINITE_NS = 2**63 - 1
@@ -113,10 +113,7 @@ def read_qos(stored: object) -> tuple[OfferedQos, ...]:
         QosMetadataError: the text is no YAML sequence of profiles.
     """
     if isinstance(stored, str):
-        try:
-            stored = load_yaml(stored)
-        except BagYamlError as error:
-            raise QosMetadataError(f"offered_qos_profiles: {error}") from None
+        stored = load_yaml(stored, "offered_qos_profiles", QosMetadataError)
     if stored is None or stored == "":
         return ()
     if not isinstance(stored, list):

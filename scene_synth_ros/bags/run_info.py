@@ -10,9 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
-from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
+from scene_description.yaml_text import YamlError, dump_yaml, load_yaml
 
 RECORD_NAME = "scene_synth"
 JPEG_QUALITY = "jpeg_quality"
@@ -74,14 +72,14 @@ def parameters_file(nodes: NodeValues) -> bytes:
     """
     said = {name: {key: value for key, value in sorted(values.items()) if value != []} for name, values in sorted(nodes.items())}
     document = {name: {"ros__parameters": values} for name, values in said.items()}
-    return yaml.safe_dump(document, sort_keys=False, allow_unicode=True).encode()
+    return dump_yaml(document).encode()
 
 
 def read_parameters(text: bytes) -> dict[str, Mapping[Any, Any]]:
     """Return node -> parameter -> value of a ROS parameter file of whatever origin; nothing where it is none, or a very large one."""
     try:
-        document = load_yaml(text) if len(text) <= _MAX_YAML else None
-    except BagYamlError:
+        document = load_yaml(text, PARAMETERS_NAME) if len(text) <= _MAX_YAML else None
+    except YamlError:
         document = None
     nodes = document.items() if isinstance(document, Mapping) else ()
     found = {str(node): content.get("ros__parameters") for node, content in nodes if isinstance(content, Mapping)}

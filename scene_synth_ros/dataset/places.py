@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -146,7 +147,9 @@ def read_json(file: StoredFile, schema: str) -> dict[str, Any]:
         OSError: it cannot be read.
     """
     with file.open("rb") as stream:
-        text = stream.read(_MAX_SHARD)
+        size = stream.seek(0, os.SEEK_END)
+        stream.seek(0)
+        text = stream.read(min(size, _MAX_SHARD))  # reading takes the memory that it is asked for, however short the file
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -172,7 +175,7 @@ def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[
         raise DatasetError(f"{folder}: expected {SPLITS_NAME} for the split '{name}', got none; make it with scene_synth split")
     file = folder.file(SPLITS_NAME)
     splits = read_json(file, SPLITS_SCHEMA).get("splits")
-    if not isinstance(splits, dict) or name not in splits:
+    if not isinstance(splits, dict) or not isinstance(splits.get(name), list):
         raise DatasetError(f"{file}: expected split '{name}', got {', '.join(splits) if isinstance(splits, dict) else 'no splits'}")
     starts = np.concatenate([[0], np.cumsum([room.frames for room in rooms])]).astype(np.int64)
     places: dict[tuple[int, str | None], list[int]] = {}
@@ -200,9 +203,8 @@ def _row(row: Any, where: str) -> tuple[int, str | None, int, list[int] | None]:
     found: dict[str, Any] = row if isinstance(row, dict) else {}
     room, scene, copy, frames = found.get("room"), found.get("scene"), found.get("copy", 0), found.get("frames")
     numbers = [room, copy, *(frames if isinstance(frames, list) else ())]
-    fits = (
-        all(isinstance(item, int) and item >= 0 for item in numbers) and isinstance(scene, str | None) and isinstance(frames, list | None)
-    )
+    counted = all(isinstance(item, int) and 0 <= item < 2**63 for item in numbers)
+    fits = counted and isinstance(scene, str | None) and isinstance(frames, list | None)
     if not fits or room is None:
         raise DatasetError(f"{where}: expected a room and its frames or null, got {row!r:.80}")
     return room, scene, copy, frames

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from evaluation.evaluation_file import FactorValue
-from scene_synth_ros.sweep.sweep_json import SWEEP_SCHEMA
+from scene_description import SceneSynthError, read_at_most
+from scene_synth_ros.sweep.sweep_json import MAX_BYTES, SWEEP_SCHEMA
 
 DESIGNS = ("one_at_a_time", "grid", "latin_hypercube")
 AS_IT_IS = "as it is"
@@ -63,7 +64,7 @@ def factor_value(value: object) -> FactorValue:
 def read_sweep(path: Path) -> tuple[Sweep, str]:
     """Return what the file says, and a line for people where it cannot be used, else an empty one."""
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(read_at_most(path, MAX_BYTES, SceneSynthError))
         if not isinstance(document, dict) or document.get("schema") != SWEEP_SCHEMA:
             return Sweep(), f"{path.name}: expected schema {SWEEP_SCHEMA!r}; labels and commands of the variants are missing"
         design = json.dumps(document.get("spec", {}).get("design", ""))
@@ -75,7 +76,7 @@ def read_sweep(path: Path) -> tuple[Sweep, str]:
             changed={row["id"]: frozenset(map(str, row["changed"])) for row in variants if "changed" in row},
             bases={row["id"]: _base(row["base"]) for row in variants if row.get("base")},
         ), ""
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (SceneSynthError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
         return Sweep(), f"{path.name}: cannot be read ({reason}); labels and commands of the variants are missing"
 

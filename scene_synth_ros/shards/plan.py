@@ -15,6 +15,7 @@ from scene_synth_ros.bags.run_info import MADE_BY, parameters_note, versions
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 
 MAX_ROOMS, MAX_FRAMES, MAX_SHARDS = 10**9, 100_000, 10**6
+MAX_PLAN_BYTES = 16 * 2**20
 _MAX_DEFAULT_ROOMS, _DEFAULT_SHARDS = 16, 32
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from grammar import GrammarError, RequestError
 from grammar.counterfactual import FACTORS, Change, ChangeError, current_value
 from grammar.synthesize import SceneSynthesizer
-from scene_description import FieldError, SceneDescription, error_line, scene_from_json
+from scene_description import FieldError, SceneDescription, SceneSynthError, error_line, read_scene
 from scene_description.strict import read_value, split_annotation
 from scene_synth_ros.offline.rules import sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
@@ -197,11 +197,9 @@ def _read(where: str, file: str, frames: int | None) -> SceneDescription:
     beside = Path(where).parent / file
     path = beside if beside.exists() else Path(file)
     try:
-        scene = scene_from_json(path.read_text(encoding="utf-8"))
-    except UnicodeDecodeError:
-        raise SweepError(f"{where}: base.scenes: {file}: expected JSON, got bytes that are no text") from None
-    except (FieldError, OSError) as error:
-        raise SweepError(f"{where}: base.scenes: {error_line(error) if isinstance(error, OSError) else f'{file}: {error}'}") from None
+        scene = read_scene(path)
+    except (SceneSynthError, OSError) as error:
+        raise SweepError(f"{where}: base.scenes: {error_line(error)}") from None
     if frames is not None and frames > len(scene.camera_path):
         raise SweepError(f"{where}: run.frames: expected at most the {len(scene.camera_path)} poses of {file}, got {frames}")
     return replace(scene, camera_path=scene.camera_path[:frames])

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-import yaml
-
 from grammar import SceneRequest
 from grammar.counterfactual import FACTORS
 from scene_description import FieldError, Limits, SceneSynthError
 from scene_description.strict import field_types, from_mapping, shorten
+from scene_description.yaml_text import read_yaml
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 from scene_synth_ros.suite.parameters import annotations_of, suggestion
 
@@ -114,10 +113,7 @@ def read_sweep(path: Path) -> SweepSpec:
         SweepError: it cannot be read or does not fit.
         OSError: there is none.
     """
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise SweepError(f"{path}: expected YAML, got {' '.join(str(error).split())[:200]}") from None
+    data = read_yaml(path, SweepError)
     try:
         return _spec(data)
     except FieldError as error:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from scene_description import FieldError, Limits, SceneSynthError
+from scene_description import FieldError, Limits, SceneSynthError, read_at_most
 from scene_description.strict import from_mapping, shorten
 
 SWEEP_NAME, SWEEP_SCHEMA = "sweep.json", "scene_synth_sweep/1"
-_MAX_SIZE = 64 * 2**20
+MAX_BYTES = 64 * 2**20
 
 
 class SweepJsonError(SceneSynthError):
@@ -87,10 +87,8 @@ def read_sweep_json(file: Path) -> SweepRecord:
         SweepJsonError: it is too long, no JSON, of another schema, or a row does not fit.
         OSError: it cannot be read.
     """
-    if file.stat().st_size > _MAX_SIZE:
-        raise SweepJsonError(f"{file}: expected at most {_MAX_SIZE} bytes, got {file.stat().st_size}")
     try:
-        document = json.loads(file.read_text(encoding="utf-8"))
+        document = json.loads(read_at_most(file, MAX_BYTES, SweepJsonError))
     except (ValueError, RecursionError) as error:
         raise SweepJsonError(f"{file}: expected JSON, got {' '.join(str(error).split())[:100]}; make the sweep again") from None
     schema = document.get("schema") if isinstance(document, dict) else None

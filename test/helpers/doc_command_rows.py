@@ -87,6 +87,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make bench": Parsed("takes many minutes, and speed is never judged in a test"),
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
+    ".venv/bin/python test/fuzz/campaign.py --cases 20000": Listed("takes minutes; test/fuzz runs campaigns"),
     # installing
     "apt install gcc g++ python3-dev chromium": Listed("needs root and the network"),
     ".venv/bin/pip install '.[denoise]'": Listed("needs the network; that the extra exists is tested"),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_scene import sample_scene
 
-from scene_description import FieldError, SceneDescription, scene_from_json, scene_to_json
+from scene_description import FieldError, SceneDescription, read_scene, scene_from_json, scene_to_json
 from scene_description.scene_json import MAX_TEXT_LENGTH
 
 TEXT = scene_to_json(sample_scene())
@@ -41,6 +43,16 @@ def put(data: Any, path: tuple[str | int, ...], value: object) -> None:
 def places(data: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
     inner = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     return [path] * bool(path) + [place for key, item in inner for place in places(item, (*path, key))]
+
+
+def test_a_file_is_refused_with_its_name_and_bytes_that_are_no_text_too(tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text(TEXT)
+    assert read_scene(path) == sample_scene()
+    for content, line in ((b"\xff\xfe\x00", "document: expected JSON, got"), (b'{"schema": 1}', "schema: expected 'scene_synth/1', got 1")):
+        path.write_bytes(content)
+        with pytest.raises(FieldError, match=f"^{re.escape(f'{path}: {line}')}"):
+            read_scene(path)
 
 
 def test_round_trip_is_byte_equal_and_gives_an_equal_scene() -> None:

@@ -10,7 +10,7 @@ from renderer.camera.config import CameraConfig
 from renderer.export.scene_glb import scene_to_glb
 from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
-from scene_description import scene_from_json
+from scene_description import read_scene
 from scene_description.whole import write_whole
 from scene_synth_ros.cli.options import UsageError, add_catalog, refuse_missing_folder
 
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path in (out, meshes) if kind == ".sdf" else (out,):
         if path.exists() and not arguments.force:
             raise UsageError(f"{path}: exists already; choose another name or say --force")
-    scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
+    scene = read_scene(arguments.scene)
     flat = flatten(scene, arguments.catalog)
     if kind == ".sdf":
         world = scene_to_sdf(scene, flat, meshes.name)

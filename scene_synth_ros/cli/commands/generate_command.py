@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from scene_description import read_at_most
 from scene_synth_ros.bags.dataset_files import PLAN_NAME, shard_name
 from scene_synth_ros.bags.run_info import versions
 from scene_synth_ros.cli.files.dataset_card import write_card
@@ -20,7 +21,7 @@ from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.shards.completion import Manifest, ShardError, missing_shards
 from scene_synth_ros.shards.open_store import held, open_store
-from scene_synth_ros.shards.plan import MAX_ROOMS, DatasetPlan, make_plan, read_plan
+from scene_synth_ros.shards.plan import MAX_PLAN_BYTES, MAX_ROOMS, DatasetPlan, make_plan, read_plan
 from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, read_size, run_shards, sized_plan
 from scene_synth_ros.shards.store import Store
 from scene_synth_ros.workers.pool import terminable
@@ -138,7 +139,7 @@ def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
     if arguments.rooms is not None:
         plan = _given_plan(arguments, there)
     elif arguments.plan is not None:
-        plan = read_plan(arguments.plan.read_bytes(), str(arguments.plan))
+        plan = read_plan(read_at_most(arguments.plan, MAX_PLAN_BYTES, UsageError), str(arguments.plan))
     elif there is not None:
         plan = there
     else:

@@ -7,7 +7,7 @@ import math
 import multiprocessing
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +39,7 @@ from grammar.spec.energy_terms import TERMS
 from grammar.spec.grammar_file import room_types
 from grammar.spec.rules import Grammar
 from scene_description.share import config_path
+from scene_description.whole import whole_file, write_whole
 from scene_synth_ros.cli.options import UsageError, add_number
 
 _SHOWN_LINES, _SHOWN_REASONS = 8, 4
@@ -81,8 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Learn and write the grammar; print what it rests on."""
-    if arguments.out.exists():
-        raise UsageError(f"--out: expected a new file, got {arguments.out}, which exists")
+    _check_new({"--out": arguments.out, "--curve": arguments.curve, "--correction-curve": arguments.correction_curve})
     categories = read_categories(config_path("categories.yaml"))
     base_path = arguments.base or config_path(f"grammars/{arguments.room}.yaml")
     base = read_grammar(base_path, categories)
@@ -111,15 +111,28 @@ def run(arguments: argparse.Namespace) -> int:
     header = _header(arguments, files, learned, len(held), extends)
     text = grammar_yaml(learned.grammar, header, learned.counts, base if extends else None, extends)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    with arguments.out.open("x", encoding="utf-8") as out:
-        out.write(text)
+    with whole_file(arguments.out) as out:
+        out.write_text(text, encoding="utf-8")
+        read_grammar(out, categories)
     if arguments.curve is not None:
-        arguments.curve.write_text(curve_csv(learned.curve), encoding="utf-8")
+        write_whole(arguments.curve, curve_csv(learned.curve))
     if arguments.correction_curve is not None:
-        arguments.correction_curve.write_text(truncation_csv(learned.truncation_curve), encoding="utf-8")
-    read_grammar(arguments.out, categories)
-    _print_summary(learned, len(held), _left_out(files), arguments.out)
+        write_whole(arguments.correction_curve, truncation_csv(learned.truncation_curve))
+    _print_summary(learned, len(held), _left_out(files, learned), arguments.out)
     return 0
+
+
+def _check_new(files: Mapping[str, Path | None]) -> None:
+    """Refuse files that exist, and two options that name one file."""
+    taken: set[Path] = set()
+    for option, path in files.items():
+        if path is None:
+            continue
+        if path.exists():
+            raise UsageError(f"{option}: expected a new file, got {path}, which exists")
+        if path.resolve() in taken:
+            raise UsageError(f"{option}: expected a file of its own, got {path}, which another option names")
+        taken.add(path.resolve())
 
 
 def _print_stage(name: str) -> None:
@@ -191,7 +204,7 @@ def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned:
         f"Made by: {command} --least {arguments.least} --iterations {arguments.iterations} --corrections {arguments.corrections}",
         f"  --rooms {arguments.rooms} --pooled {arguments.pooled:g} --seed {arguments.seed}",
         f"Source: {learned.rooms} rooms with {learned.objects} objects; {held} more rooms, of other houses, were held out.",
-        _left_out(files),
+        _left_out(files, learned),
         *sorted({reason for file in files for reason in file.reasons() if reason.startswith("name:")}),
         *arguments.note,
         '"learned from n": n observations made it (nodes: expected number; weights: rooms).'
@@ -202,18 +215,24 @@ def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned:
     ]
 
 
-def _left_out(files: Sequence[LayoutFile]) -> str:
-    """Return which share of the objects could not be used, and which these were most."""
-    reasons: Counter[str] = Counter()
-    for file in files:
-        reasons.update({reason.removeprefix("object: "): n for reason, n in file.reasons().items() if reason.startswith("object:")})
-    kept = sum(len(room.objects) for file in files for room in file.rooms)
-    most = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common(_SHOWN_REASONS))
-    return f"Left out: {sum(reasons.values()) / max(sum(reasons.values()) + kept, 1):.1%} of the objects{': ' if most else ''}{most}"
+def _left_out(files: Sequence[LayoutFile], learned: LearnedGrammar) -> str:
+    """Return which share of the objects could not be read, and which of those that were taught nothing; and which these were most."""
+    lost = sum((file.lost_objects() for file in files), Counter[str]())
+    read = sum(len(room.objects) for file in files for room in file.rooms)
+    reading = _share(lost, read, "of the objects in reading")
+    return f"Left out: {reading}; {_share(learned.unmatched, learned.objects, 'of those learned from match no symbol')}"
+
+
+def _share(lost: Mapping[str, int], others: int, what: str) -> str:
+    """Return which share is lost, and the reasons or categories of most of it."""
+    count, most = sum(lost.values()), Counter(lost).most_common(_SHOWN_REASONS)
+    named = f": {', '.join(f'{name} ({number})' for name, number in most)}" if most else ""
+    return f"{count / max(count + others, 1):.1%} {what}{named}"
 
 
 def _print_file(file: LayoutFile, every: bool) -> None:
-    sys.stdout.write(f"{file.name}: {len(file.rooms)} rooms, {file.other_rooms} of other types, {len(file.skipped)} things left out\n")
+    left_out = sum(not item.reason.startswith("name:") for item in file.skipped)
+    sys.stdout.write(f"{file.name}: {len(file.rooms)} rooms, {file.other_rooms} of other types, {left_out} things left out\n")
     for reason, count in file.reasons().most_common():
         lines = [item.line for item in file.skipped if item.reason == reason]
         shown = sorted(set(lines))[: None if every else _SHOWN_LINES]

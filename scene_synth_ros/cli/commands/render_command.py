@@ -24,7 +24,7 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from renderer.standpoint import standpoint
-from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
+from scene_description import CameraPose, EnvironmentMap, SceneDescription, read_at_most, read_scene
 from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.cli.files.frame_files import write_frame, write_scans
@@ -158,7 +158,7 @@ def _layer_options() -> dict[str, list[str]]:
 
 def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
     """Return the scene, with the path and the environment that the options ask for."""
-    scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
+    scene = read_scene(arguments.scene)
     if arguments.trajectory is not None:
         scene = replace(scene, camera_path=tuple(_read_trajectory(arguments.trajectory)))
     if arguments.environment is not None:
@@ -172,9 +172,7 @@ def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
 
 
 def _read_trajectory(path: Path) -> Sequence[CameraPose]:
-    if path.stat().st_size > MAX_TEXT_LENGTH:
-        raise UsageError(f"{path}: expected at most {MAX_TEXT_LENGTH} bytes, got {path.stat().st_size}")
-    return trajectory_from_tum(path.read_text(encoding="utf-8"), str(path))
+    return trajectory_from_tum(read_at_most(path, MAX_TEXT_LENGTH, UsageError).decode("utf-8", "replace"), str(path))
 
 
 def _misplaced(places: Sequence[str]) -> str:

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from grammar import RequestError, SceneRequest
 from grammar.checks.metrics import Metric, RoomMetrics, summarise
@@ -22,6 +21,7 @@ from grammar.synthesize import SceneSynthesizer
 from scene_description import from_mapping
 from scene_description.strict import field_types, split_annotation
 from scene_description.whole import write_whole
+from scene_description.yaml_text import load_yaml
 from scene_synth_ros.cli.lines import say
 from scene_synth_ros.cli.options import add_field, add_number, add_workers
 from scene_synth_ros.cli.processes.room_sampling import WRITES, SampleJob, sampled_rooms
@@ -128,10 +128,7 @@ def parse_constraints(texts: list[str], room_type: str) -> SceneRequest:
         name, assigned, value = text.partition(":=")
         if not assigned or not name:
             raise RequestError(f"-p {text}: expected NAME:=VALUE, for example max_objects:=12")
-        try:
-            values[name] = yaml.safe_load(value)
-        except yaml.YAMLError:
-            raise RequestError(f"-p {text}: expected a YAML value, got {value!r}") from None
+        values[name] = load_yaml(value, f"-p {name}", RequestError)
     return from_mapping(SceneRequest, values, "")
 
 

@@ -8,12 +8,12 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-import yaml
 from tqdm import tqdm
 
 from grammar import GrammarError
 from renderer import LAYERS
 from scene_description import error_line
+from scene_description.yaml_text import flow_yaml
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.options import UsageError, add_workers
@@ -113,16 +113,11 @@ def _settings(spec: SweepSpec, parameters: Mapping[str, object]) -> OfflineSetti
     words = RunWords(
         params=Path(spec.run.params),
         overlay=tuple(map(Path, spec.run.overlays)),
-        overrides=tuple(f"{name}:={_yaml(value)}" for name, value in (run | scene | own | dict(parameters)).items()),
+        overrides=tuple(f"{name}:={flow_yaml(value)}" for name, value in (run | scene | own | dict(parameters)).items()),
         frames=spec.run.frames,
         record=_BAG,
     )
     return read_settings(run_parameters(words), NAMESPACE)
-
-
-def _yaml(value: object) -> str:
-    """Return a value as one line of YAML."""
-    return yaml.safe_dump([value], default_flow_style=True, width=10**6).strip()[1:-1]
 
 
 def _line(plan: SweepPlan, made: Made, done: int, of: int) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from grammar.spec.categories import read_categories
 from grammar.spec.grammar_file import read_grammar, read_room_type, room_types
 from grammar.synthesize import FloorMap, floor_map
-from scene_description import SceneDescription, scene_from_json
+from scene_description import SceneDescription, read_scene
 from scene_description.share import config_path
 from scene_synth_ros.cli.files.bag_rooms import read_rooms, room_names
 from scene_synth_ros.cli.files.truth_files import truth_files
@@ -44,7 +44,7 @@ def write_scene_truth(scene_file: Path, out: Path, catalog_dir: Path | None = No
         OSError: a file cannot be read or written.
     """
     with new_folder(out) as folder:
-        scene = scene_from_json(scene_file.read_text(encoding="utf-8"))
+        scene = read_scene(scene_file)
         files = truth_files(scene, catalog_dir, scene_floor(scene, grammar_file), {})
         size = _write(folder, files)
     return f"{out}: {len(files)} files, {size / 1e6:.1f} MB"

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from scene_description import SceneSynthError
 from scene_description.share import config_path
+from scene_description.yaml_text import dump_yaml, load_yaml, read_yaml
 
 SHIPPED = ("runs", "presets", "cameras", "rigs", "scanners")
 """Folders of the configuration that hold profiles and overlays."""
@@ -47,14 +46,15 @@ def find_shipped(path: Path, folders: Sequence[str], what: str) -> Path:
     Raises:
         ProfileError: there is no such file; the line lists the shipped ones.
     """
-    if path.exists():
+    if path.exists() and not path.is_dir():
         return path
     shipped = {file.stem: file for folder in folders for file in sorted(config_path(folder).glob("*.yaml"))}
-    parts = path.with_suffix("").parts
+    parts = (*path.parts[:-1], path.stem) if path.name else ()
     parts = parts[1:] if parts[:1] == ("config",) else parts
     found = shipped.get(parts[-1]) if parts and path.suffix in ("", ".yaml") else None
     if found is None or parts[:-1] not in ((), (found.parent.name,)):
-        raise ProfileError(f"{path}: expected {what}, or the name of a shipped one: {', '.join(shipped)}")
+        got = "a folder" if path.is_dir() else "nothing there"
+        raise ProfileError(f"{path}: expected {what}, or the name of a shipped one: {', '.join(shipped)}, got {got}")
     return found
 
 
@@ -68,12 +68,7 @@ def load_profile(path: Path) -> NodeParameters:
         ProfileError: the file cannot be read, is no YAML, or has another form.
     """
     path = find_profile(path)
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ProfileError(f"{path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise ProfileError(f"{path}: expected YAML, got {' '.join(str(error).split())}") from None
+    data = read_yaml(path, ProfileError)
     parameters: NodeParameters = {node: {} for node in NODES}
     if not isinstance(data, Mapping):
         raise ProfileError(f"{path}: expected node names with ros__parameters below, got {type(data).__name__}")
@@ -139,16 +134,13 @@ def apply_overrides(parameters: NodeParameters, overrides: Iterable[str]) -> Nod
             raise ProfileError(f"-p {override}: expected NODE.NAME:=VALUE, for example renderer_node.render.samples_per_pixel:=8")
         if not is_node(node):
             raise ProfileError(f"-p {override}: unknown node '{node}'; known: {', '.join(NODES)}")
-        try:
-            result.setdefault(node, {})[name] = yaml.safe_load(text)
-        except yaml.YAMLError:
-            raise ProfileError(f"-p {override}: expected a YAML value, got {text!r}") from None
+        result.setdefault(node, {})[name] = load_yaml(text, f"-p {target}", ProfileError)
     return result
 
 
 def write_node_file(path: Path, values: Mapping[str, Any]) -> None:
     """Write one node's parameters as a file that ``--params-file`` takes."""
-    path.write_text(yaml.safe_dump({ALL_NODES: {"ros__parameters": dict(values)}}), encoding="utf-8")
+    path.write_text(dump_yaml({ALL_NODES: {"ros__parameters": dict(values)}}), encoding="utf-8")
 
 
 def _flatten(values: Mapping[Any, Any], where: str, prefix: str = "") -> dict[str, Any]:

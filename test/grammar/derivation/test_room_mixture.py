@@ -1,16 +1,29 @@
 """Sizes of rooms from a mixture whose components hold furniture by the share of the floor that it covers."""
 
+import contextlib
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from grammar.derivation.derive import derive
 from grammar.derivation.parse_tree import RejectedError
-from grammar.derivation.shell import ROOM_SIZE, draw_room_size, may_be_bare
-from grammar.spec.room_rules import RoomSize
+from grammar.derivation.shell import ROOM_SIZE, draw_room, draw_room_size, may_be_bare
+from grammar.spec.categories import read_categories
+from grammar.spec.grammar_file import read_room_type
+from grammar.spec.request import GrammarSet, SceneRequest
+from grammar.spec.room_rules import ARMED, SHAPES, RoomSize
+from scene_description.polygons import signed_area_m2
+from scene_description.share import config_path
+
+CATEGORIES = read_categories(config_path("categories.yaml"))
 
 SIZES = (
     RoomSize(probability=0.75, mean_m=(3.0, 2.0), sd_m=(1e-6, 1e-6), floor_share=0.5, share_sd=0.05),
     RoomSize(probability=0.25, mean_m=(4.0, 3.0), sd_m=(1e-6, 1e-6), floor_share=0.25, share_sd=0.05),
 )
+
+HALL = RoomSize(probability=0.25, mean_m=(5.0, 3.0), sd_m=(1e-6, 1e-6), arm_m=1.0, arm_sd_m=1e-6)
 
 
 def drawn(covered_m2: float, count: int) -> list[tuple[float, list[float], int]]:
@@ -44,8 +57,31 @@ def test_furniture_of_another_share_is_rejected() -> None:
 
 
 def test_halls_of_arms_have_the_area_of_their_arms():
-    hall = RoomSize(mean_m=(5.0, 3.0), sd_m=(1e-6, 1e-6), arm_m=1.0, arm_sd_m=1e-6)
-    area, sides, (attribute,), arm = draw_room_size((hall,), 0.0, np.random.default_rng(0))
+    area, sides, (attribute,), arm = draw_room_size((HALL,), 0.0, np.random.default_rng(0))
     assert (area, sorted(sides), arm) == (pytest.approx(7.0, abs=1e-4), pytest.approx([3.0, 5.0], abs=1e-4), pytest.approx(1.0, abs=1e-4))
     assert attribute.value.endswith("arms 1.000 m")
-    assert may_be_bare(hall) and not may_be_bare(SIZES[0])
+    assert may_be_bare(HALL) and not may_be_bare(SIZES[0])
+
+
+@pytest.mark.parametrize("shape", ARMED)
+@pytest.mark.parametrize("sizes", [(SIZES[0], HALL), (replace(SIZES[0], floor_share=None), HALL)], ids=["furnished", "bare"])
+def test_a_room_of_arms_only_takes_a_size_with_arms(shape: str, sizes: tuple[RoomSize, ...]) -> None:
+    grammar = read_room_type("hallway", CATEGORIES, "learned")
+    shapes = replace(grammar.room.shapes, **{name: float(name == shape) for name in SHAPES})
+    grammar = replace(grammar, room=replace(grammar.room, sizes=sizes, shapes=shapes, area_low_m2=1.0, area_high_m2=50.0))
+    rng, areas = np.random.default_rng(1), []
+    for _ in range(40):
+        with contextlib.suppress(RejectedError):
+            room, _, _ = draw_room(grammar, SceneRequest(room_type="hallway"), (), 1.5, rng)
+            areas.append(signed_area_m2(room.polygon_m))
+    area = 9.0 if shape == "u_shape" else 7.0  # the legs of the U stand on the short side
+    assert len(areas) > 2 and areas == pytest.approx([area] * len(areas), abs=1e-3)
+
+
+@pytest.mark.parametrize("shape", ARMED)
+@pytest.mark.parametrize("grammar_set", ["by_hand", "learned"])
+def test_hallways_have_the_arms_that_are_asked_for(shape: str, grammar_set: GrammarSet) -> None:
+    grammar = read_room_type("hallway", CATEGORIES, grammar_set)
+    request = SceneRequest(room_type="hallway", room_shape=shape)
+    tree = derive(grammar, CATEGORIES, request, np.random.default_rng(5))
+    assert len(tree.room.polygon_m) == {"l_shape": 6, "t_shape": 8, "u_shape": 8}[shape]

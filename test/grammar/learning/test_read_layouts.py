@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -115,6 +116,57 @@ def test_on_follows_the_objects_that_are_kept(tmp_path: Path) -> None:
     stand = BED | {"cat": "nightstand", "size": [0.5, 0.4, 0.5], "pos": [1.0, 1.0, 0.25]}
     (room,) = read_layouts(write(tmp_path, line(objects=[BED | {"yaw": "x"}, lamp, stand])), NAMES, "bedroom").rooms
     assert [(item.category, item.on) for item in room.objects] == [("table_lamp", 1), ("nightstand", None)]
+
+
+def beds(count: int) -> list[dict[str, object]]:
+    return [BED | {"pos": [1.0 + 0.001 * k, 1.1, 0.5]} for k in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason", "lost"),
+    [
+        ({"objects": beds(64)}, "room: 'flat' has 64 of bed, more than 63", 64),
+        ({"objects": beds(3000)}, "room: 'flat' has 3000 objects, more than 1000", 3000),
+        ({"objects": [{**bed, "cat": cat} for cat in ("bed", "desk", "bench", "wardrobe") for bed in beds(63)]},
+         "room: 'flat' has 252 objects that can be used, more than 250", 252),
+        ({"objects": beds(2), "doors": [["door", 0.3 * k, -0.05, 0.0, 0.3 * k + 0.9, 0.05, 2.0] for k in range(8)] * 2},
+         "room: 16 doors, more than 15", 2),
+        ({"objects": beds(2), "height": None}, "room: no height", 2),
+        ({"objects": beds(2), "polygon": None}, "room: no usable polygon", 2),
+    ],
+)  # fmt: skip
+def test_a_room_that_no_grammar_can_have_is_named_and_left_out(tmp_path: Path, changes: dict[str, object], reason: str, lost: int) -> None:
+    began = time.process_time()
+    file = read_layouts(write(tmp_path, line(), line(id="flat", **changes)), NAMES, "bedroom")
+    assert time.process_time() - began < 2.0
+    assert len(file.rooms) == 1
+    assert [(item.line, item.reason, item.objects) for item in file.skipped if item.reason.startswith("room:")] == [(2, reason, lost)]
+
+
+def test_the_share_of_objects_left_out_counts_those_of_rooms_left_out(tmp_path: Path) -> None:
+    file = read_layouts(write(tmp_path, line(objects=[*beds(6), 7]), line(objects=beds(3), height=None)), NAMES, "bedroom")
+    assert (sum(len(room.objects) for room in file.rooms), file.lost_objects()) == (6, {"not a JSON object": 1, "room: no height": 3})
+
+
+def test_shelves_that_stand_on_the_floor_do_not_hang(tmp_path: Path) -> None:
+    def shelf(bottom: float, **more: object) -> dict[str, object]:
+        return {"cat": "shelf", "pos": [2.0, 0.2, bottom + 0.9], "size": [0.8, 0.3, 1.8], "yaw": 0.0, **more}
+
+    table = {"cat": "desk", "pos": [2.0, 0.2, 0.1], "size": [1.0, 0.6, 0.2], "yaw": 0.0}
+    objects = [BED, table, shelf(0.0), shelf(0.8), shelf(0.2, on=2)]
+    (room,) = read_layouts(write(tmp_path, line(objects=objects)), NAMES, "bedroom").rooms
+    assert [item.category for item in room.objects[2:]] == ["bookshelf", "wall_shelf", "wall_shelf"]
+    (bath,) = read_layouts(write(tmp_path, line(objects=objects[2:3], room_type="bathroom")), NAMES, "bathroom").rooms
+    assert [item.category for item in bath.objects] == ["storage_shelf"]
+
+
+def test_a_name_of_ours_that_the_table_takes_for_another_is_told(tmp_path: Path) -> None:
+    names = replace(NAMES, catalogue=frozenset({"bed", "tv_stand", "dresser"}))
+    stands = [{"cat": "tv_stand", "pos": [2.0, 0.3, 0.3], "size": [1.2, 0.4, 0.6], "yaw": 0.0}] * 2
+    file = read_layouts(write(tmp_path, line(objects=[BED, *stands])), names, "bedroom")
+    assert [item.category for item in file.rooms[0].objects] == ["bed", "dresser", "dresser"]
+    assert file.reasons() == {"name: 'tv_stand' is taken for dresser": 2}
+    assert file.lost_objects() == {}
 
 
 def test_missing_file_is_refused(tmp_path: Path) -> None:

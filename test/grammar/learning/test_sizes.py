@@ -119,3 +119,25 @@ def test_many_sizes_are_merged_with_their_moments() -> None:
     assert len(modes) == 24
     assert sum(mode.probability for mode in modes) == pytest.approx(1.0)
     assert sum(mode.probability * mode.mean_m[0] for mode in modes) == pytest.approx(0.4295)
+
+
+@pytest.mark.parametrize(
+    ("heights", "mean", "high"),
+    [
+        ([2.5] * 19 + [7.9], 2.5, 2.51),
+        ([2.4, 2.5, 2.6] * 6 + [7.9], 2.5, 2.6),
+        ([2.5] * 19 + [1.5], 2.5, 2.51),
+        ([2.5] * 3 + [3.0] * 17, 2.925, 3.0),
+        ([2.5, 3.0, 3.5, 4.0, 4.5, 5.0], 3.75, 5.0),
+    ],
+)
+def test_a_ceiling_far_from_all_others_is_taken_for_measured_wrongly(heights: list[float], mean: float, high: float) -> None:
+    rooms = [replace(room(3.0, 4.0), height_m=height) for height in heights]
+    learned = learn_room(BASE.room, rooms, [1.0] * len(rooms), 0.0).height_m
+    assert (learned.mean, learned.high) == (pytest.approx(mean), pytest.approx(high))
+
+
+def test_furniture_that_overlaps_covers_the_whole_floor_at_most() -> None:
+    sizes = learn_room(BASE.room, [room(3.0, 4.0)] * 9, [6.0] * 8 + [60.0], 0.0).sizes
+    assert sorted(size.floor_share for size in sizes) == [0.5] * 8 + [1.0]
+    assert max(size.share_sd for size in sizes) < 0.2

@@ -21,6 +21,7 @@ from renderer.core.errors import MeshFileError
 from renderer.files.file_parts import MAX_PARTS
 from renderer.files.image_io import decode_image, encode_image, image_size
 from renderer.files.mesh_files import load_mesh_file, read_mesh_file
+from renderer.files.trimesh_files import read_mtl
 from scene_description import FileReading
 
 PLAIN = FileReading()
@@ -200,6 +201,36 @@ def test_obj_with_its_library(tmp_path: Path) -> None:
     assert back.base_image is not None and image_size(read.images[back.base_image.image], "wood") == (4, 4)
     (mesh,) = (part.mesh for name, part in read.parts.items() if "back" in name)
     assert np.allclose(sorted(mesh.uvs.tolist()), [[0, 0], [0, 1], [1, 0]]), "v points up the image, as in the file"
+
+
+def test_a_library_of_many_pictures_is_refused_before_they_are_read(tmp_path: Path) -> None:
+    read: list[str] = []
+
+    def fetch(name: str) -> bytes:
+        read.append(name)
+        return huge_image(4096)
+
+    text = "".join(f"newmtl m{k}\nmap_Kd {k}.png\n" for k in range(1000))
+    with pytest.raises(MeshFileError, match=r"material library: expected images of at most \d+ pixels together, got 83886080 or more$"):
+        read_mtl(text.encode(), fetch)
+    assert read == [f"{k}.png" for k in range(5)]
+
+
+def test_what_a_model_refers_to_has_one_budget(tmp_path: Path) -> None:
+    """Pictures of few pixels and files of 60 MB, of which only the first bytes are on the disk."""
+    for k in range(8):
+        with (tmp_path / f"{k}.png").open("wb") as file:
+            file.write(encode_image(np.zeros((4, 4), np.uint8), "png"))
+            file.truncate(60_000_000)
+    (tmp_path / "a.mtl").write_text("".join(f"newmtl m{k}\nmap_Kd {k}.png\n" for k in range(8)))
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m0\nf 1 2 3\n")
+    tree, binary = triangle_tree()
+    tree["buffers"] += [{"byteLength": 60_000_000, "uri": "0.png"}] * 8
+    (tmp_path / "a.glb").write_bytes(pack_glb(tree, bytes(binary)))
+    for name, place in (("a.obj", "3.png"), ("a.glb", "0.png")):
+        text = f"^model file '{name}': refers to '{place}': expected files of at most 200000000 bytes together"
+        with pytest.raises(MeshFileError, match=text):
+            read_mesh_file(tmp_path / name, tmp_path, PLAIN)
 
 
 def huge_image(side: int) -> bytes:

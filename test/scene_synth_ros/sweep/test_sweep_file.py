@@ -44,7 +44,7 @@ def test_a_name_says_what_its_factor_is_unless_that_is_said(tmp_path: Path) -> N
         ("range: [0.8, 1.2]", "range: [1.2, 0.8]", "factors.fov.range: expected the lesser number first"),
         ("range: [0.8, 1.2]", "range: [0, 1.2], scale: log", "factors.fov.range: expected numbers above 0"),
         ("range: [0.8, 1.2]", "values: [1.0], target: {object: all}", "factors.fov.target: expected nothing beside a parameter"),
-        ("factors:", "factors: [", "expected YAML, got"),
+        ("factors:", "factors: [", "line 7, column 3: expected YAML, got"),
     ],
 )
 def test_what_does_not_fit_is_told_in_one_line(old: str, new: str, told: str, tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """The command ``scene_synth learn`` from layout files to a grammar file."""
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -59,9 +61,12 @@ def test_corrections_are_the_same_in_one_process_and_two(layouts: Path, tmp_path
 
 
 def test_refuses_to_overwrite_and_bad_options(layouts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "there.yaml"
+    out, new = tmp_path / "there.yaml", str(tmp_path / "new.yaml")
     out.write_text("kept")
     for more, message in (
+        (["--out", new, "--curve", str(out)], "--curve: expected a new file, got"),
+        (["--out", new, "--correction-curve", str(out)], "--correction-curve: expected a new file, got"),
+        (["--out", new, "--curve", new], "--curve: expected a file of its own, got"),
         (["--out", str(out)], "expected a new file"),
         (["--out", str(tmp_path / "n"), "--hold-out", "2"], "--hold-out: expected"),
     ):
@@ -70,6 +75,28 @@ def test_refuses_to_overwrite_and_bad_options(layouts: Path, tmp_path: Path, cap
         assert ended.value.code == 2
         assert message in capsys.readouterr().err
     assert out.read_text() == "kept"
+
+
+def test_a_room_of_200_beds_is_named_and_left_out_and_so_are_its_objects(
+    layouts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = layouts.read_text(encoding="utf-8").splitlines()[:8]
+    room = json.loads(lines[0])
+    crowded = {**room, "id": "hall", "house": "hall", "objects": [room["objects"][0] | {"category": "bed"}] * 200}
+    tiny = {**room["objects"][0], "category": "bed", "size_m": [0.02, 0.02, 0.02]}
+    doll = json.dumps({**room, "objects": [*room["objects"], tiny, tiny]})
+    file, out = tmp_path / "rooms.jsonl", tmp_path / "learned.yaml"
+    file.write_text("\n".join([doll, *lines[1:], json.dumps(crowded)]) + "\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as ended:
+        main(["learn", str(file), "--out", str(out), "--hold-out", "0", "--iterations", "0", "--corrections", "0"])
+    assert ended.value.code == 0
+    printed = capsys.readouterr().out
+    assert "room: 'hall' has 200 of bed, more than 63: 1 (lines 9)" in printed
+    used = sum(len(json.loads(line)["objects"]) for line in lines)
+    line = next(line for line in printed.splitlines() if line.startswith("Left out: "))
+    reading = f"Left out: {200 / (202 + used):.1%} of the objects in reading: room: 'hall' has 200 of bed, more than 63 (200); "
+    assert re.fullmatch(re.escape(reading) + r"\d\.\d% of those learned from match no symbol: .*\bbed \(2\).*", line)
+    assert line in " ".join(out.read_text(encoding="utf-8").replace("#", "").split())
 
 
 def test_scene_layout_has_supporters_and_poses(layouts: Path) -> None:
