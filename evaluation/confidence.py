@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from evaluation.core.task import Tally, Task
+from evaluation.core.task import COVERAGE, Tally, Task
 
 DRAWS = 2000
 LEVEL = 0.95
@@ -49,24 +49,43 @@ class Interval:
     high: float | None = None
 
 
-def intervals(task: Task, rooms: Sequence[Tally], *, seed: int, draws: int = DRAWS, level: float = LEVEL) -> dict[str, Interval]:
+def intervals(
+    task: Task,
+    rooms: Sequence[Tally],
+    *,
+    seed: int,
+    answers: Sequence[tuple[int, int]] = (),
+    draws: int = DRAWS,
+    level: float = LEVEL,
+) -> dict[str, Interval]:
     """Return metric name -> value and confidence interval, within the range of the metric: no error below 0, no share above 1.
 
     Args:
         task: whose tallies they are.
-        rooms: one tally a room: its frames' tallies merged (``task.tallying.merge``).
+        rooms: one tally a room, of one room at least: its frames' tallies merged (``task.tallying.merge``).
         seed: of the draws.
+        answers: of each room frames with an estimate and all frames, whose share ``coverage`` is multiplied by; after those of ``rooms``
+            may come rooms without any estimate.  Empty: all frames have one.
         draws: how many sets of rooms are drawn.
         level: how often an interval is to hold the truth.
     """
-    values = task.score_tallies(rooms)
-    if len(rooms) < 2:
-        return {name: Interval(value=value if np.isfinite(value) else None) for name, value in values.items()}
+    frames = np.array(answers or [(1, 1)] * len(rooms), np.float64).reshape(-1, 2)
+    coverage = np.array([metric.name == COVERAGE for metric in task.metrics])
+
+    def statistic(weights: Floats) -> Floats:
+        values = task.tallying.finish(rooms, weights[:, : len(rooms)])
+        answered, asked = (weights @ frames).T
+        share = np.divide(answered, asked, out=np.full(len(weights), np.nan), where=asked > 0.0)
+        return np.where(coverage, values * share[:, None], values)
+
+    values = statistic(np.ones((1, len(frames))))[0]
+    if len(frames) < 2:
+        return {m.name: Interval(value=float(v) if np.isfinite(v) else None) for m, v in zip(task.metrics, values, strict=True)}
     own = [task.tallying.finish([room], np.ones((1, 1)))[0] for room in rooms]
-    pseudo = pseudo_values(lambda weights: task.tallying.finish(rooms, weights), np.isfinite(own))
+    has_value = np.concatenate([np.isfinite(own), np.tile(coverage, (len(frames) - len(rooms), 1))])
     return {
-        metric.name: mean_interval(values[metric.name], column, SCALES[metric.better], seed=seed, draws=draws, level=level)
-        for metric, column in zip(task.metrics, pseudo.T, strict=True)
+        metric.name: mean_interval(float(value), column, SCALES[metric.better], seed=seed, draws=draws, level=level)
+        for metric, value, column in zip(task.metrics, values, pseudo_values(statistic, has_value).T, strict=True)
     }
 
 

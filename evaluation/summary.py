@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ from scene_description.labels import NYU40
 
 NYU40_NAMES: Mapping[int, str] = {label.id: label.name for label in NYU40}
 WITHOUT_ESTIMATE = "frames without an estimate"
-"""Key of ``missing``: how many frames of all tasks the algorithm said nothing of."""
+"""Key of ``missing``: how many frames the algorithm said nothing of in a task or more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,7 +57,7 @@ def make_evaluation(
     rows: list[SummaryRow] = []
     for task in tasks:
         rows += summarise(task, [frame for frame in frames if frame.task == task.name], seed=seed, draws=draws, class_names=class_names)
-    lost = sum(frame.measurement is None for frame in frames)
+    lost = len({(frame.key.bag, frame.key.variant, frame.key.stamp_ns) for frame in frames if frame.measurement is None})
     return Evaluation(
         title=title,
         algorithm=algorithm,
@@ -84,27 +85,30 @@ def summarise(
         return []
     rows: list[SummaryRow] = []
 
-    def add(by: str, key: FactorValue, rooms: Mapping[RoomKey, Tally], count: int) -> None:
-        metrics = intervals(task, list(rooms.values()), seed=seed, draws=draws)
+    def add(by: str, key: FactorValue, rooms: Sequence[Tally], count: int, answers: Sequence[tuple[int, int]] = ()) -> None:
+        metrics = intervals(task, rooms, seed=seed, answers=answers, draws=draws)
         rows.append(SummaryRow(task=task.name, by=by, key=key, metrics=metrics, rooms=len(rooms), frames=count))
 
+    def add_frames(by: str, key: FactorValue, rooms: Mapping[RoomKey, Measurement], chosen: Sequence[MeasuredFrame]) -> None:
+        answers = _answers(chosen, rooms)
+        add(by, key, [merged.whole for merged in rooms.values()], sum(answered for answered, _ in answers), answers)
+
     rooms = _merged_rooms(task, known)
-    add("all", "all", {room: merged.whole for room, merged in rooms.items()}, len(known))
+    add_frames("all", "all", rooms, frames)
     for room_type in sorted({frame.key.room_type for frame in known}):
-        chosen = {room: merged.whole for room, merged in rooms.items() if room.room_type == room_type}
-        add("room_type", room_type, chosen, sum(frame.key.room_type == room_type for frame in known))
+        of_type = {room: merged for room, merged in rooms.items() if room.room_type == room_type}
+        add_frames("room_type", room_type, of_type, [frame for frame in frames if frame.key.room_type == room_type])
     names: dict[Breakdown, Mapping[int, str]] = {"class": class_names, "distance": dict(enumerate(DISTANCE_NAMES))}
     for by, names_of in names.items():
         for key in sorted({key for merged in rooms.values() for key in parts_of(merged, by)}):
-            parts = {room: parts_of(merged, by)[key] for room, merged in rooms.items() if key in parts_of(merged, by)}
+            parts = [parts_of(merged, by)[key] for merged in rooms.values() if key in parts_of(merged, by)]
             count = sum(frame.measurement is not None and key in parts_of(frame.measurement, by) for frame in known)
             add(by, names_of.get(key, str(key)), parts, count)
     for factor in dict.fromkeys(name for frame in known for name in frame.key.factors):
         values = list(dict.fromkeys(frame.key.factors.get(factor) for frame in known))
         for value in values if len(values) > 1 else ():
-            chosen_frames = [frame for frame in known if frame.key.factors.get(factor) == value]
-            merged = _merged_rooms(task, chosen_frames)
-            add(factor, value, {room: found.whole for room, found in merged.items()}, len(chosen_frames))
+            chosen = [frame for frame in frames if frame.key.factors.get(factor) == value]
+            add_frames(factor, value, _merged_rooms(task, chosen), chosen)
     return rows
 
 
@@ -120,6 +124,13 @@ class RoomKey:
 def room_of(key: FrameKey) -> RoomKey:
     """Return the room that a frame shows."""
     return RoomKey(key.room_type, key.seed, key.room)
+
+
+def _answers(frames: Sequence[MeasuredFrame], first: Iterable[RoomKey]) -> list[tuple[int, int]]:
+    """Return of each room, ``first`` ones first, how many frames have an estimate, and how many frames there are."""
+    asked = Counter(room_of(frame.key) for frame in frames)
+    answered = Counter(room_of(frame.key) for frame in frames if frame.measurement is not None)
+    return [(answered[room], asked[room]) for room in dict.fromkeys([*first, *asked])]
 
 
 def _merged_rooms(task: Task, frames: Sequence[MeasuredFrame]) -> dict[RoomKey, Measurement]:

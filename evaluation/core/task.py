@@ -19,6 +19,9 @@ Truth = Mapping[str, Any]
 Tally = Any
 """What is kept of one frame, or of one group of its pixels; only its task's tallying looks into it."""
 
+COVERAGE = "coverage"
+"""Metric of every task: the share of the truth that the estimate says anything about."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metric:
@@ -64,7 +67,7 @@ class Task:
         name: key in ``TASKS``, and of what an algorithm returns.
         truth: layers of the truth that ``measure`` needs; "semantic" and "depth" besides give the parts by class and by distance.
         estimate: what ``measure`` takes, in words.
-        metrics: in the order of their columns; "coverage" is the share of the truth that the estimate says anything about.
+        metrics: in the order of their columns; one is ``COVERAGE``.
         measure: (truth, estimate) -> measurement of one frame.  Raises ``EvaluationError`` where shapes or types do not fit.
         tallying: how measurements become metrics.
         whole_rooms: whether truth and estimate are those of a whole room instead of one frame.

@@ -29,8 +29,19 @@ class Notes:
 
     def __init__(self) -> None:
         self.missing: Counter[str] = Counter()
+        self._missing_frames: set[str] = set()
         self._lines: Counter[str] = Counter()
         self._first: dict[str, str] = {}
+
+    def add_missing(self, task: str, place: str) -> None:
+        """Count a frame, which ``place`` tells from all others, as one without an estimate of a task."""
+        self.missing[task] += 1
+        self._missing_frames.add(place)
+
+    @property
+    def missing_frames(self) -> int:
+        """How many frames lack an estimate of a task or more."""
+        return len(self._missing_frames)
 
     def add(self, line: str, where: str = "") -> None:
         """Take a line; the same line from several frames is told once, with how often, and where it was first."""

@@ -153,7 +153,7 @@ class JudgedBag:
             self._notes.add(f"{task}: {self._origin(task)}: {estimate}", place)
         if isinstance(estimate, Reading):
             return estimate
-        self._notes.missing[task] += 1
+        self._notes.add_missing(task, place)
         return None
 
     def _measured(self, task: str, truth: TruthFrame, estimates: Estimates, place: str) -> Measurement | None:
@@ -161,7 +161,7 @@ class JudgedBag:
             return measure_frame(task, truth, estimates)
         except (EstimateError, EvaluationError) as error:
             self._notes.add(f"{task}: {self._origin(task)}: {error}", place)
-            self._notes.missing[task] += 1
+            self._notes.add_missing(task, place)
             return None
 
     def _key(self, room: int, frame: int, stamp: int) -> FrameKey:

@@ -1,5 +1,7 @@
 """From frames to an evaluation: groups, rooms, intervals, frames without an estimate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,26 @@ def test_groups_hold_the_metrics_of_their_frames_and_pixels(evaluation):
     assert row_of(evaluation, "class", "chair").metrics["abs_rel"].value == pytest.approx(errors.mean() / 0.5)
     assert row_of(evaluation, "distance", "2 to 3 m").metrics["abs_rel"].value == pytest.approx(errors.mean() / 2.0)
     assert row_of(evaluation, "light", 2.0).metrics["rmse"].value == pytest.approx(0.5)
+
+
+def test_dropped_frames_lower_coverage_of_all_room_types_and_factors(evaluation):
+    """Estimates of 4 of 5 frames, of 1 of the kitchen's 2 and of 3 of the 4 with light 1 cover all that is true."""
+    shares = {("all", "all"): 0.8, ("room_type", "bedroom"): 1.0, ("room_type", "kitchen"): 0.5, ("light", 1.0): 0.75, ("light", 2.0): 1.0}
+    assert {key: row_of(evaluation, *key).metrics["coverage"].value for key in shares} == pytest.approx(shares)
+    assert row_of(evaluation, "class", "wall").metrics["coverage"].value == 1.0, "of pixels in frames with an estimate"
+
+
+def test_a_room_without_any_estimate_counts_in_coverage_alone():
+    frames = [measured(room, 0, 0.1 * (room + 1), estimated=room < 7) for room in range(8)]
+    metrics = make_evaluation(frames, title="t", algorithm="a", created_with="c", seed=0).summary[0].metrics
+    known = make_evaluation(frames[:7], title="t", algorithm="a", created_with="c", seed=0).summary[0].metrics
+    covered = metrics["coverage"]
+    # Of seven times 1 and once 0 the mean is 0.875 and its standard error 0.125; t(7) = 2.364624.
+    assert (covered.value, covered.low, covered.high) == pytest.approx((0.875, 0.875 - 2.364624 * 0.125, 1.0), abs=1e-6)
+    assert {name: metrics[name] for name in metrics if name != "coverage"} == {name: known[name] for name in known if name != "coverage"}
+
+
+def test_a_frame_without_an_estimate_is_counted_once_for_all_its_tasks():
+    lost = measured(0, 0, 0.0, estimated=False)
+    frames = [lost, replace(lost, task="semantic"), measured(0, 1, 0.0)]
+    assert make_evaluation(frames, title="t", algorithm="a", created_with="c", seed=0).missing == {WITHOUT_ESTIMATE: 1}

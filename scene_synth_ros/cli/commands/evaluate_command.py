@@ -146,7 +146,7 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
         algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
         created_with=shlex.join(["scene_synth", *sys.argv[1:], *_chosen_topics(topics, plan)]),
         seed=arguments.seed,
-        missing={WITHOUT_ESTIMATE: sum(notes.missing.values())},
+        missing={WITHOUT_ESTIMATE: notes.missing_frames},
         class_names=names or NYU40_NAMES,
     )
 

@@ -86,7 +86,8 @@ def test_an_algorithm_gets_its_inputs_and_its_known_error_comes_out(
     found = read_evaluation(out)
     assert summary_values(found, "depth")["all"]["abs_rel"] == pytest.approx(0.1, abs=1e-7)
     assert summary_values(found, "depth_aligned")["all"]["abs_rel"] == pytest.approx(0.0, abs=1e-7)
-    assert found.missing["frames without an estimate"] == 3 * 6
+    assert found.missing["frames without an estimate"] == 6, "of three tasks"
+    assert summary_values(found, "depth")["all"]["coverage"] == pytest.approx(0.5)
     assert "note: depth: 6 frames without an estimate" in capsys.readouterr().out
     with BagReader(tmp_path / "est") as reader:
         written = [message.log_ns for message in reader.messages()]
