@@ -19,7 +19,7 @@ from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr import CdrReadError, read_text
 from scene_synth_ros.messages.image_reader import CodecError, read_image
-from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, RAW, Stream, find_streams
+from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, Stream, find_streams
 from scene_synth_ros.pages.document import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
 
@@ -46,20 +46,17 @@ def truth_topics(camera: str) -> TopicsOf:
     return find
 
 
-def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> TopicsOf:
+def estimate_topics(chosen: str, layer: str, *, same_bag: bool) -> TopicsOf:
     """Return what finds the topic of the estimates of a layer: the chosen one, else that of estimates.
 
-    Else it is, in a bag of estimates, the layer's own name; in the bag of the truth what the camera's modelled sensor has read.
+    Else it is, in a bag of estimates, the layer's own name; in the bag of the truth there is none.
     """
 
     def find(types: Mapping[str, str]) -> Mapping[str, str]:
         if chosen:
             return {layer: chosen}
         named = layer_topics({name: types[name] for name, stream in find_streams(types, *IMAGE_FORMS).items() if _is_estimate(stream)})
-        if layer in named or not same_bag:
-            return named if layer in named else layer_topics(types)
-        own = sorted((name, stream) for name, stream in find_streams(types, RAW).items() if stream.layer == f"{layer}_sensed")
-        return {layer: next((name for name, stream in own if not camera or stream.is_of(camera)), "")}
+        return named if layer in named or same_bag else layer_topics(types)
 
     return find
 
@@ -217,12 +214,12 @@ def _estimate(wanted: Wanted) -> _Request:
     """Return what to read for an estimate."""
     assert wanted.estimates is not None
     layer = ERROR_IMAGES[wanted.task].layer
-    topics = estimate_topics(wanted.topic, layer, wanted.camera, same_bag=wanted.estimates == wanted.bag)
+    topics = estimate_topics(wanted.topic, layer, same_bag=wanted.estimates == wanted.bag)
     return wanted.estimates, [layer], wanted.stamp_ns, _name(wanted, layer), topics
 
 
 def _name(wanted: Wanted, layer: str) -> str:
-    return f"{wanted.topic} {wanted.camera} {layer}"
+    return f"{wanted.topic} {layer}"
 
 
 def _read(requests: Sequence[_Request], notes: list[str], progress: Callable[[str], None]) -> dict[tuple[Path, str], Images]:

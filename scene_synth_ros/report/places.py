@@ -16,6 +16,7 @@ from scene_synth_ros.report.sweep_file import MAX_TEXT, Sweep, read_sweep
 from scene_synth_ros.sweep.sweep_json import find_sweep
 
 MOST_NAMED = 3
+NOT_KEPT = "the estimates were not kept: evaluate with --estimates-out"
 _ESTIMATES = ("--estimates-out", "--estimates")
 """Options of the command of an evaluation that name the folder of the estimates."""
 
@@ -28,15 +29,20 @@ class Places:
         path: of its file.
         bag_root: what the bags' paths are relative to, in place of the file's folder.
         estimates: the bag of the estimates, or the folder with one for each variant; None: as the evaluation's command says.
+
+    Attributes:
+        no_estimate: why there is no estimate of any frame, in words; empty where there may be.
     """
 
     def __init__(self, evaluation: Evaluation, path: Path, bag_root: Path | None, estimates: Path | None) -> None:
+        self._path = path
         self._root = bag_root if bag_root is not None else path.parent
         self._words = _words(evaluation.created_with)
         self._folder = estimates if estimates is not None else self._told_folder(path)
         self._notes: list[str] = []
         self._sweeps: dict[Path, Sweep] = {}
         self._estimates: dict[str, Path | None] = {}
+        self.no_estimate = NOT_KEPT if self._folder is None and "--algorithm" in self._words else ""
         bags = list(dict.fromkeys(frame.key.bag for frame in evaluation.frames))
         self._sweep_of = {bag: self._find_sweep(self._root / bag) for bag in bags}
         missing = [bag for bag in bags if not (self._root / bag).exists()]
@@ -90,7 +96,11 @@ class Places:
         return chosen.get(task, chosen.get(layer, ""))
 
     def estimates(self, frame: FrameKey) -> Path | None:
-        """Return the bag that has the estimate of a frame; without a folder of estimates that is the frame's own bag."""
+        """Return the bag that has the estimate of a frame, None for none; where no folder or algorithm was named, the frame's own bag."""
+        if self.no_estimate:
+            note = f"{self._path}: {self.no_estimate}"
+            self._notes += [note] if note not in self._notes else []
+            return None
         if self._folder is None:
             return self.bag(frame)
         if frame.bag not in self._estimates:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shlex
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,24 +68,37 @@ def write_report(
     each names.
 
     Raises:
-        ReportError: there are too many files, or one has neither frames nor a summary.
+        ReportError: there are too many files, ``estimates`` is given for several, or one has neither frames nor a summary.
         EvaluationError: a file is no evaluation.
         OSError: a file cannot be read, or the page not be written.
     """
     if not 1 <= len(paths) <= MOST_FILES:
         raise ReportError(f"expected 1 to {MOST_FILES} evaluation files, got {len(paths)}")
+    if estimates is not None and len(paths) > 1:
+        raise ReportError("--estimates: expected one evaluation beside it, got several; leave it out: each one's own command names its own")
     evaluations = []
     for path in paths:
         progress(f"reading {path.name}")
         evaluations.append(read_evaluation(path))
         if not evaluations[-1].frames and not evaluations[-1].summary:
             raise ReportError(f"{path}: expected frames or a summary, got neither; evaluate bags that hold estimates and truth")
+    titles = titles_apart(evaluations, paths)
+    evaluations = [dataclasses.replace(one, title=title) for one, title in zip(evaluations, titles, strict=True)]
     places = [Places(one, path, bag_root, estimates) for one, path in zip(evaluations, paths, strict=True)]
     evaluations = [place.with_bases(one) for one, place in zip(evaluations, places, strict=True)]
     data, notes, pictured = _page_data(evaluations, paths, places, worst, max_size, progress)
     document = page_document(FILES, data)
     write_whole(out, document)
     return ReportSummary(len(evaluations), len(data["tasks"]), len(data["factors"]), pictured, len(document), notes)
+
+
+def titles_apart(evaluations: Sequence[Evaluation], paths: Sequence[Path]) -> list[str]:
+    """Return a title of each evaluation that no other has: its own, else its algorithm's name, else its file."""
+    titles = [one.title for one in evaluations]
+    for others in ([one.algorithm for one in evaluations], list(map(str, paths))):
+        counts = Counter(titles)
+        titles = [title if title and counts[title] == 1 else other for title, other in zip(titles, others, strict=True)]
+    return titles
 
 
 def _page_data(
@@ -205,6 +220,7 @@ def _frame_row(one: _Shown, place: Places, design: Design, images: Mapping[str, 
         "factors": factors,
         "command": command_of(str(place.bag(key)), place.command(key)),
         "images": images,
+        "no_estimate": place.no_estimate,
     }
 
 

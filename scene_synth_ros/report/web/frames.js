@@ -1,11 +1,11 @@
 // The worst frames: colour, truth, estimate over truth with a border that moves, error with its scale, and what makes the frame again.
 
-function tile(parent, name, source, text) {
+function tile(parent, name, source, text, reason) {
   const figure = element('figure', null, parent, name);
   element('figcaption', name, figure);
   const stage = element('div', null, figure, 'stage');
   if (source) picture(source, text, stage);
-  else element('p', 'no picture', stage, 'missing');
+  else element('p', reason || 'no picture', stage, 'missing');
   return stage;
 }
 
@@ -85,9 +85,9 @@ function drawFrame(parent, frame, place, metric) {
   if (Object.keys(images).length) tile(row, 'colour', images.color, `colour, ${text}`);
   if (images.truth) {
     tile(row, 'truth', images.truth, `truth, ${text}`);
-    const stage = tile(row, 'estimate', images.estimate && images.truth, `truth, ${text}`);
+    const stage = tile(row, 'estimate', images.estimate && images.truth, `truth, ${text}`, frame.no_estimate);
     if (images.estimate) compare(stage, images, text);
-    const error = tile(row, 'error', images.error, `error, ${text}`);
+    const error = tile(row, 'error', images.error, `error, ${text}`, frame.no_estimate);
     if (images.error && legend) scale(error.parentNode, legend);
   }
   if (frame.words) element('p', frame.words, box, 'hint');

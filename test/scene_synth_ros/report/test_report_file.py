@@ -13,13 +13,17 @@ from evaluation_files import METRICS, document, frame, write
 from html_page import parse
 from PIL import Image as Picture
 from report_bag import ERROR_M, write_sweep
+from room_bag import write as write_message
+from room_bag import write_room_bag
 
 from evaluation.core.errors import EvaluationError
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.messages.conversions import image_to_msg
 from scene_synth_ros.messages.streams import IMAGE_TYPE
 from scene_synth_ros.report import report_file
 from scene_synth_ros.report.error_images import DIVERGING
 from scene_synth_ros.report.frame_pictures import estimate_topics, truth_topics
+from scene_synth_ros.report.places import NOT_KEPT
 from scene_synth_ros.report.report_file import ReportError, ReportSummary, write_report
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"
@@ -99,6 +103,33 @@ def test_pictures_are_reduced_and_bounded(sweep: Path, monkeypatch: pytest.Monke
     assert "give --worst or --max-size a smaller number" in summary.notes[-1]
 
 
+def test_estimates_that_were_not_kept_are_said_to_be_and_no_other_stream_is_shown_for_them(sweep: Path, tmp_path: Path) -> None:
+    """The bag has what its sensor has read; the algorithm's estimates were 30 % too far."""
+    with BagWriter(tmp_path / "bag") as writer:
+        for stamp, images in write_room_bag(tmp_path / "truth").images.items():
+            for name in ("depth", "depth_sensed"):
+                write_message(writer, f"/synth/camera/{name}/image_raw", image_to_msg(images["depth"], "32FC1", stamp, "eye"), stamp)
+    content = json.loads(sweep.read_text())
+    for command in ("scene_synth evaluate bag --task depth --algorithm far.py:Far", "scene_synth evaluate bag --task depth"):
+        path = write(tmp_path / "evaluation.json", content | {"created_with": command})
+        summary, data = report_of(path)
+        assert [list(row["images"]) for row in data["frames"]] == [["truth"]] * 2
+        algorithm = "--algorithm" in command
+        assert [row["no_estimate"] for row in data["frames"]] == [NOT_KEPT if algorithm else ""] * 2
+        assert summary.notes == ((f"{path}: {NOT_KEPT}",) if algorithm else ())
+    assert NOT_KEPT == "the estimates were not kept: evaluate with --estimates-out"
+
+
+def test_evaluations_of_equal_titles_are_told_apart_by_algorithm_then_by_file(sweep: Path, tmp_path: Path) -> None:
+    content = json.loads(sweep.read_text()) | {"title": "bag"}
+    names = (("a", "far.py:Far"), ("b", "near.py:Near"), ("c", "near.py:Near"))
+    paths = [write(tmp_path / f"{name}.json", content | {"algorithm": algorithm}) for name, algorithm in names]
+    _, data = report_of(*paths[:2], bag_root=sweep.parent)
+    assert [one["title"] for one in data["evaluations"]] == ["far.py:Far", "near.py:Near"] and data["title"] == "far.py:Far and near.py:Near"
+    _, data = report_of(*paths, bag_root=sweep.parent)
+    assert [one["title"] for one in data["evaluations"]] == ["far.py:Far", str(paths[1]), str(paths[2])]
+
+
 def test_estimates_are_found_in_the_bag_itself_or_where_they_are_said_to_be(sweep: Path, tmp_path: Path) -> None:
     content = json.loads(sweep.read_text()) | {"created_with": "scene_synth evaluate bag"}
     path = write(tmp_path / "moved" / "evaluation.json", content)
@@ -121,12 +152,11 @@ def test_topics_of_truth_and_estimates_are_told_apart() -> None:
     types = {f"{name}/image_raw": IMAGE_TYPE for name in names}
     assert truth_topics("")(types)["depth"] == "/synth/left/depth/image_raw"
     assert truth_topics("right")(types)["depth"] == "/synth/right/depth/image_raw"
-    assert estimate_topics("", "depth", "", same_bag=True)(types)["depth"] == "/estimates/depth/image_raw"
-    assert estimate_topics("/mine", "depth", "", same_bag=True)(types) == {"depth": "/mine"}
+    assert estimate_topics("", "depth", same_bag=True)(types)["depth"] == "/estimates/depth/image_raw"
+    assert estimate_topics("/mine", "depth", same_bag=True)(types) == {"depth": "/mine"}
     own = {name: kind for name, kind in types.items() if "estimates" not in name}
-    assert estimate_topics("", "depth", "", same_bag=True)(own) == {"depth": "/synth/left/depth_sensed/image_raw"}
-    assert estimate_topics("", "depth", "right", same_bag=True)(own) == {"depth": "/synth/right/depth_sensed/image_raw"}
-    assert estimate_topics("", "depth", "", same_bag=False)(own)["depth"] == "/synth/left/depth/image_raw"
+    assert "depth" not in estimate_topics("", "depth", same_bag=True)(own)
+    assert estimate_topics("", "depth", same_bag=False)(own)["depth"] == "/synth/left/depth/image_raw"
 
 
 def test_without_bags_there_is_a_report_without_pictures(sweep: Path, tmp_path: Path) -> None:
@@ -190,6 +220,8 @@ def test_bad_files_are_refused_in_a_line(sweep: Path, tmp_path: Path) -> None:
         report_of(empty)
     with pytest.raises(ReportError, match="expected 1 to 6 evaluation files, got 7"):
         report_of(*[sweep] * 7)
+    with pytest.raises(ReportError, match="--estimates: expected one evaluation beside it, got several"):
+        report_of(sweep, sweep, estimates=tmp_path)
     with pytest.raises(EvaluationError, match="schema: expected"):
         report_of(sweep.parent / "sweep.json")
     assert not (tmp_path / "empty.html").exists()

@@ -3,6 +3,7 @@
 ``make test`` runs this where a Chromium is installed (``apt install chromium``).
 """
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -90,6 +91,13 @@ def test_metric_and_evaluations_are_chosen_and_the_address_keeps_them(browser: P
     assert browser.state()["metric"] == "delta_1"
     browser.point("#scores tbody tr:first-child button", 0.5, 0.5, click=True)
     assert browser.state()["metric"] == "abs_rel"
+
+
+def test_estimates_that_were_not_kept_are_said_to_be_in_place_of_picture_and_error(browser: Page, report: Path) -> None:
+    content = json.loads(report.with_name("SGBM.json").read_text()) | {"created_with": "scene_synth evaluate bag --algorithm far.py:Far"}
+    browser.open(page_of(write(report.with_name("far.json"), content)))
+    assert texts(browser, ".frame:first-child figcaption") == ["colour", "truth", "estimate", "error"]
+    assert texts(browser, ".frame:first-child .missing") == ["the estimates were not kept: evaluate with --estimates-out"] * 2
 
 
 def test_the_slider_moves_the_border_between_estimate_and_truth(browser: Page, report: Path) -> None:
