@@ -83,8 +83,8 @@ class JudgedBag:
 
     @property
     def topics(self) -> dict[str, str]:
-        """Name of a stream -> topic of its estimates; empty where an algorithm gives them."""
-        return {TASK_STREAMS[task].name: topic.name for task, topic in self._estimates.items()}
+        """Task -> topic of its estimates; empty where an algorithm gives them."""
+        return {task: topic.name for task, topic in self._estimates.items()}
 
     @property
     def frames(self) -> int:

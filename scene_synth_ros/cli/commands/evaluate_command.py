@@ -22,6 +22,7 @@ from scene_synth_ros.cli.options import UsageError, add_number, refuse_no_file
 from scene_synth_ros.evaluate.algorithm import Algorithm
 from scene_synth_ros.evaluate.errors import Notes
 from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
+from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
 from scene_synth_ros.evaluate.topics import parse_mapping
 from scene_synth_ros.evaluate.truth_bags import TruthBag, truth_bags
 
@@ -128,32 +129,49 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
     folder = (arguments.json or Path("evaluation.json")).absolute().parent
     measured: list[MeasuredFrame] = []
     names: dict[int, str] = {}
-    topics: dict[str, str] = {}
+    topics: list[dict[str, str]] = []
     try:
         for number, bag in enumerate(bags, 1):
             of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
             say_progress(f"{of}looking for stamps")
             one = JudgedBag(bag, plan, notes)
-            names, topics = {**one.index.class_names, **names}, one.topics
+            names = {**one.index.class_names, **names}
+            topics.append(one.topics)
             path = os.path.relpath(bag.path.absolute(), folder)
             measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
     finally:
         say_progress("")
-    judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted(topics.values()))
+    judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted({topic for one in topics for topic in one.values()}))
     return make_evaluation(
         measured,
         title=arguments.title or arguments.truth.absolute().name,
         algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
-        created_with=shlex.join(["scene_synth", *sys.argv[1:], *_chosen_topics(topics, plan)]),
+        created_with=_command(arguments, plan, topics),
         seed=arguments.seed,
         missing={WITHOUT_ESTIMATE: notes.missing_frames},
         class_names=names or NYU40_NAMES,
     )
 
 
-def _chosen_topics(topics: Mapping[str, str], plan: Plan) -> list[str]:
-    """Return options that name the topics that were found without being named, for whoever looks at the estimates later."""
-    return [word for name, topic in topics.items() if name not in plan.topics for word in ("--topic", f"{name}:={topic}")]
+def _command(arguments: argparse.Namespace, plan: Plan, topics: Sequence[Mapping[str, str]]) -> str:
+    """Return the command that judges the same: the options that are not at their defaults, each once, and the topics that were found.
+
+    Of topics that were not named, those are told that all bags have; ``topics`` are those of each bag.
+    """
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    alike = {task: name for task, name in topics[0].items() if task not in plan.topics and all(one[task] == name for one in topics)}
+    of_stream = {TASK_STREAMS[task].name: name for task, name in alike.items()}
+    told = {"task": plan.tasks, "topic": [*dict.fromkeys(arguments.topic), *(f"{stream}:={name}" for stream, name in of_stream.items())]}
+    truth = str(arguments.truth)
+    words = ["scene_synth", "evaluate", f"./{truth}" if truth.startswith("-") else truth]
+    for name, given in vars(arguments).items():
+        value, option = told.get(name, given), f"--{name.replace('_', '-')}"
+        if name in ("command", "truth") or value == parser.get_default(name):
+            continue
+        for word in map(str, value if isinstance(value, (list, tuple)) else [value]):
+            words += [f"{option}={word}"] if word.startswith("-") else [option, word]
+    return shlex.join(words)
 
 
 def _frame_counter(of: str, frames: int) -> Callable[[], None]:

@@ -31,7 +31,7 @@ _UNREADABLE = (SceneSynthError, RuntimeError, ValueError, KeyError, IndexError, 
 
 
 class BagContents:
-    """Rooms and frames of a bag as JSON values; what could not be read is told in ``notes``, lines for people."""
+    """Rooms and frames of a bag as JSON values, taken from ``topics``; what could not be read is told in ``notes``, lines for people."""
 
     def __init__(self, reader: BagReader, index: PageIndex, max_size: int, max_bytes: int, progress: Callable[[int], None]) -> None:
         self.notes: list[str] = []
@@ -59,7 +59,8 @@ class BagContents:
             **dict.fromkeys(index.streams, self._take_image),
             **{topic: takers[stream.role] for topic, stream in self._streams.items()},
         }
-        for number, message in enumerate(reader.messages(self._readers.keys())):
+        self.topics = frozenset(self._readers)
+        for number, message in enumerate(reader.messages(self.topics)):
             self._take(message)
             if number % 16 == 0:
                 progress(number)

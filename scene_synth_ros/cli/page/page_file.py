@@ -12,16 +12,19 @@ from renderer.film.false_color import DEPTH_STOPS, FAR_M
 from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME, NodeValues, read_parameters
-from scene_synth_ros.cli.page.bag_contents import BagContents
-from scene_synth_ros.cli.page.bag_index import PageIndex, index_bag
+from scene_synth_ros.cli.page.bag_contents import MAX_NAME, BagContents
+from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.streams import IMAGE_FORMS, PICTURE, find_streams
 from scene_synth_ros.pages.document import WebFiles, page_document
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS
 
 MAX_BYTES = 200_000_000
 """Of all images of a page."""
+MOST_NAMED = 12
+"""Topics that a note names."""
 FILES = WebFiles(
     "scene_synth_ros.cli.page", "page.html", "page.css", ("values.js", "plan.js", "tables.js", "tiles.js", "viewer.js", "controls.js")
 )
@@ -92,7 +95,28 @@ def _missing(index: PageIndex, contents: BagContents) -> list[str]:
         camera["pose"] for room in contents.rooms for f in room["frames"] for camera in f["cameras"].values()
     ):
         lines.append("the bag holds no camera poses: the camera is not on the plan")
-    return lines
+    return [*lines, *_left_out(index, contents)] if index.frames_found else lines
+
+
+def _left_out(index: PageIndex, contents: BagContents) -> Iterator[str]:
+    """Yield a line of topics without messages, one of images that are not at every stamp of their camera, one of what is not shown."""
+    counts, types = {topic.name: topic.messages for topic in index.topics}, {topic.name: topic.type_name for topic in index.topics}
+    most: dict[str, int] = {}
+    for name, shown in index.streams.items():
+        most[shown.camera] = max(most.get(shown.camera, 0), counts[name])
+    # A layer may be there in a second form, as a picture for people or compressed.
+    layers = {(shown.camera, shown.layer) for shown in index.streams.values()}
+    forms = {name for name, own in find_streams(types, PICTURE, *IMAGE_FORMS).items() if (own.base, own.layer) in layers}
+    parts = [(name, counts[name], most[shown.camera]) for name, shown in index.streams.items() if shown.camera != OTHERS]
+    topics = {
+        "no messages": [name for name, count in counts.items() if not count],
+        "not at every stamp": [f"{name} {count} of {frames}" for name, count, frames in sorted(parts) if 0 < count < frames],
+        "in the bag, but not shown": [name for name, count in counts.items() if count and name not in contents.topics | forms],
+    }
+    for what, names in topics.items():
+        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        if names:
+            yield f"{what}: {', '.join(name[:MAX_NAME] for name in names[:MOST_NAMED])}{more}"
 
 
 NODE_GROUPS: dict[str, dict[str, type]] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from room_bag import CAMERA, RoomBag, write_room_bag
 
 from evaluation.evaluation_file import read_evaluation
 from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.command_line import main
 
 TASKS = "depth,normals,semantic"
@@ -153,9 +155,34 @@ def test_the_variants_of_a_sweep_are_told_apart_by_their_factors(bag: RoomBag, t
     assert {row.key.bag for row in found.frames} == {"variants/0000", "variants/0001"}
     assert {(row.key.room_type, row.key.seed) for row in found.frames} == {("bedroom", 3)}
     assert set(summary_values(found, "depth", "color")) == {"[0.5, 1.0]", "[0.5, 1.2]"}
-    assert found.created_with.endswith("--topic depth:=/estimates/depth/image_raw")
+    assert found.created_with.count("--topic depth:=/estimates/depth/image_raw") == 1
     by_light = {key: round(values["abs_rel"] or 0.0, 6) for key, values in summary_values(found, "depth", "light").items()}
     assert by_light == {1.0: 0.0, 1.2: 0.2}
+
+
+def test_the_command_that_an_evaluation_names_makes_it_again(bag: RoomBag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever way it was written: abbreviated, repeated, behind ``--``, with spaces, quotes and words that begin with a dash."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my bags").symlink_to(bag.path.parent)
+    with BagWriter(tmp_path / "both") as writer:
+        for path in (bag.path.parent / "estimates", bag.path):
+            with BagReader(path) as reader:
+                for message in reader.messages([topic for topic in reader.types if "/depth/image_raw" in topic]):
+                    writer.add_topic(message.topic, message.type_name)
+                    writer.write(message.topic, message.data, message.log_ns, message.log_ns)
+    truth = f"depth_aligned:={CAMERA}/depth/image_raw"
+    words = ["--tit=-it's", "--task", "depth", "--task", "depth,depth_aligned", "--topic", truth, "--estimates", "none"]
+    assert call(*words, "--estimates", "both", "--json=e.json", "--", "my bags/bag") == 0
+    first = read_evaluation(tmp_path / "e.json")
+    assert first.created_with == (
+        "scene_synth evaluate 'my bags/bag' --task depth --task depth_aligned --estimates both "
+        f"--topic {truth} --topic depth:=/estimates/depth/image_raw --json e.json '--title=-it'\"'\"'s'"
+    )
+    errors = [summary_values(first, task)["all"]["abs_rel"] for task in ("depth", "depth_aligned")]
+    assert errors == [pytest.approx(0.016, abs=0.002), 0.0], "the topics of the two tasks differ"
+    (tmp_path / "e.json").unlink()
+    assert call(*shlex.split(first.created_with)[2:]) == 0
+    assert read_evaluation(tmp_path / "e.json") == first
 
 
 def test_every_regression_fails_the_gate_and_no_clean_rerun_does(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

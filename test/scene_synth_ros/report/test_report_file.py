@@ -125,7 +125,8 @@ def test_evaluations_of_equal_titles_are_told_apart_by_algorithm_then_by_file(sw
     names = (("a", "far.py:Far"), ("b", "near.py:Near"), ("c", "near.py:Near"))
     paths = [write(tmp_path / f"{name}.json", content | {"algorithm": algorithm}) for name, algorithm in names]
     _, data = report_of(*paths[:2], bag_root=sweep.parent)
-    assert [one["title"] for one in data["evaluations"]] == ["far.py:Far", "near.py:Near"] and data["title"] == "far.py:Far and near.py:Near"
+    assert [one["title"] for one in data["evaluations"]] == ["far.py:Far", "near.py:Near"]
+    assert data["title"] == "far.py:Far and near.py:Near"
     _, data = report_of(*paths, bag_root=sweep.parent)
     assert [one["title"] for one in data["evaluations"]] == ["far.py:Far", str(paths[1]), str(paths[2])]
 

@@ -21,7 +21,7 @@ from std_msgs.msg import String
 
 from scene_description import SceneSynthError
 from scene_description.labels import NYU40
-from scene_synth_ros.bags.bag_reader import BagReadError
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, parameters_file
 from scene_synth_ros.cli.commands import demo_command, run_command, show_command
@@ -153,6 +153,30 @@ def test_what_a_bag_lacks_is_said(tmp_path: Path, layers: tuple[str, ...], note:
     report, data = page_of(bag.path, tmp_path / "page.html")
     assert report.notes == ((note,) if note else ())
     assert data["rooms"][0]["plan"] and [layer["name"] for camera in data["cameras"] for layer in camera["layers"]] == list(layers)
+
+
+def test_streams_that_are_not_shown_and_images_that_are_missing_are_said(tmp_path: Path) -> None:
+    """A laser, its empty topic, two forms of one layer for people, and depth at one of two stamps."""
+    source = write_room_bag(tmp_path / "source", rooms=1, frames=2, size=(6, 8), layers=("color", "depth"))
+    depth = f"{CAMERA}/depth/image_raw"
+    with BagWriter(tmp_path / "bag") as writer, BagReader(source.path) as reader:
+        for message in reader.messages():
+            if message.topic != depth or message.log_ns == max(source.images):
+                writer.add_topic(message.topic, message.type_name)
+                writer.write(message.topic, message.data, message.log_ns, message.log_ns)
+            if message.topic == depth:
+                for topic in (f"{CAMERA}/depth/image_color", f"{CAMERA}/depth/image_raw/compressedDepth", f"{CAMERA}/normals/image_color"):
+                    kind = IMAGE_TYPE if "color" in topic else COMPRESSED_TYPE
+                    writer.add_topic(topic, kind)
+                    writer.write(topic, message.data, message.log_ns, message.log_ns)
+        write(writer, "/synth/imu/data", String(), 0)
+        writer.add_topic(f"{CAMERA}/scan", "sensor_msgs/msg/LaserScan")
+    report, _ = page_of(tmp_path / "bag", tmp_path / "page.html")
+    assert report.notes == (
+        f"no messages: {CAMERA}/scan",
+        f"not at every stamp: {depth} 1 of 2",
+        f"in the bag, but not shown: {CAMERA}/normals/image_color, /synth/imu/data",
+    )
 
 
 def test_a_bag_without_messages_and_one_that_others_made(tmp_path: Path) -> None:
