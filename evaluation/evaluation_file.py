@@ -93,10 +93,37 @@ class SummaryRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class TruthRecord:
+    """What changes the meaning of a metric: the camera, the classes and the run that the truth is of; None for what its bags do not tell.
+
+    ``camera_model`` and ``distortion`` are CameraInfo's model and coefficients, ``intrinsics`` fx, fy, cx, cy in pixels, rounded to 0.01.
+    ``seed`` is the run's, ``grammar`` the name of its grammar file, ``room_types`` what was asked for.
+    """
+
+    image_width: Count | None = None
+    image_height: Count | None = None
+    camera_model: Text | None = None
+    intrinsics: tuple[float, float, float, float] | None = None
+    distortion: tuple[float, ...] | None = None
+    label_standard: Text | None = None
+    seed: Count | None = None
+    grammar: Text | None = None
+    room_types: Text | None = None
+
+
+def common_truth(records: Sequence[TruthRecord]) -> TruthRecord | None:
+    """Return the facts that all records tell alike, None for no fact: what differs among the bags of a sweep is a factor of it."""
+    told = {field.name: {getattr(record, field.name) for record in records} for field in dataclasses.fields(TruthRecord)}
+    common = TruthRecord(**{name: values.pop() for name, values in told.items() if len(values) == 1})
+    return common if common != TruthRecord() else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Evaluation:
     """All that one evaluation found.
 
     ``algorithm`` names what was judged, ``created_with`` is the command that makes the file again; ``missing`` counts what was not there.
+    ``truth`` is what the bags of the truth have in common, None where that is not known.
     """
 
     title: Text
@@ -106,6 +133,7 @@ class Evaluation:
     frames: tuple[FrameRow, ...]
     summary: tuple[SummaryRow, ...]
     missing: Mapping[str, Count] = field(default_factory=dict)
+    truth: TruthRecord | None = None
 
 
 def task_row(task: Task) -> TaskRow:
@@ -134,6 +162,7 @@ class EvaluationFile:
     frames: tuple[FrameFileRow, ...]
     summary: tuple[SummaryRow, ...]
     missing: Mapping[str, Count] = field(default_factory=dict)
+    truth: TruthRecord | None = None
 
 
 def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
@@ -147,6 +176,7 @@ def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
         "frames": [_frame_mapping(row) for row in evaluation.frames],
         "summary": [dataclasses.asdict(row) for row in evaluation.summary],
         "missing": dict(evaluation.missing),
+        **({"truth": to_mapping(evaluation.truth)} if evaluation.truth is not None else {}),
     }
 
 
@@ -169,7 +199,7 @@ def evaluation_from_mapping(data: object) -> Evaluation:
         if name not in data:
             raise FieldError(name, "a list", "nothing (the key is missing)")
     document = from_mapping(EvaluationFile, data)
-    fields = {name: getattr(document, name) for name in ("title", "algorithm", "created_with", "tasks", "summary", "missing")}
+    fields = {name: getattr(document, name) for name in ("title", "algorithm", "created_with", "tasks", "summary", "missing", "truth")}
     evaluation = Evaluation(**fields, frames=tuple(_frame_row(row) for row in document.frames))
     _check_names(evaluation)
     return evaluation

@@ -13,6 +13,7 @@ in every room has an interval of no width.  A difference of a single room cannot
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
 from evaluation.core.errors import EvaluationError
-from evaluation.evaluation_file import Evaluation, FrameKey, FrameRow, MetricRow
+from evaluation.evaluation_file import Evaluation, FrameKey, FrameRow, MetricRow, TruthRecord
 
 FALSE_ALARMS = 0.05
 """Share of comparisons of equals that may fail, all metrics and groups together; half of it is for the whole, half for groups."""
@@ -120,8 +121,9 @@ def compare(baseline: Evaluation, new: Evaluation, *, equivalence: float | None 
             (Schuirmann 1987), instead of for lack of proof that one did.
 
     Raises:
-        EvaluationError: the two judged other frames, or a metric means another thing in each.
+        EvaluationError: the two judged by another truth or other frames, or a metric means another thing in each.
     """
+    _check_truth(baseline.truth, new.truth)
     old_rows, new_rows = _by_task(baseline, "baseline"), _by_task(new, "new evaluation")
     _check_frames(old_rows, new_rows)
     metrics = _common_metrics(baseline, new)
@@ -169,6 +171,16 @@ def _frame_id(key: FrameKey) -> _FrameId:
 def _told(frame: _FrameId) -> str:
     variant = f"variant {frame.variant}, " if frame.variant is not None else ""
     return f"frame {frame.frame} at {frame.stamp_ns} ns of {variant}{frame.room_type} {frame.room} (seed {frame.seed})"
+
+
+def _check_truth(old: TruthRecord | None, new: TruthRecord | None) -> None:
+    """Refuse another camera, other classes or another run than the baseline's; what one of the two does not tell is not compared."""
+    for fact in (field.name for field in dataclasses.fields(TruthRecord)) if old is not None and new is not None else ():
+        before, after = getattr(old, fact), getattr(new, fact)
+        if before is not None and after is not None and before != after:
+            expected, got = (", ".join(map(str, value)) if isinstance(value, tuple) else str(value) for value in (before, after))
+            advice = "judge by the baseline's truth, or make a new baseline"
+            raise EvaluationError(f"truth: expected the baseline's {fact.replace('_', ' ')} {expected}, got {got}; {advice}")
 
 
 def _check_frames(old: Mapping[str, Mapping[_FrameId, FrameRow]], new: Mapping[str, Mapping[_FrameId, FrameRow]]) -> None:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CameraInfo
+
+from evaluation.evaluation_file import TruthRecord
+from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.indexed_bag import IndexedBag
+from scene_synth_ros.bags.run_info import PARAMETERS_NAME, read_parameters
 from scene_synth_ros.dataset.rooms import RoomsByStart
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import StampedPose, read_message
@@ -16,6 +25,8 @@ from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.cdr import json_object
 from scene_synth_ros.messages.stamps import CdrBytes
 from scene_synth_ros.messages.streams import SCENE, find_streams
+
+_MAX_TEXT, _MOST_COEFFICIENTS = 400, 14
 
 
 @dataclass(slots=True, kw_only=True)
@@ -29,6 +40,7 @@ class BagIndex:
         unstamped: topic -> messages that have no stamp, or cannot be read.
         poses: topic -> stamp -> pose, the newest of each stamp: a trajectory may be sent again, corrected.
         class_names: class id -> name, as the truth's labels say.
+        truth: what the bag tells of camera, classes and run.
     """
 
     path: Path
@@ -37,24 +49,62 @@ class BagIndex:
     unstamped: Counter[str] = field(default_factory=Counter)
     poses: dict[str, dict[int, StampedPose]] = field(default_factory=dict)
     class_names: dict[int, str] = field(default_factory=dict)
+    truth: TruthRecord = field(default_factory=TruthRecord)
 
 
-def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], labels: str = "") -> BagIndex:
+def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], labels: str = "", info: str = "") -> BagIndex:
     """Find out what a bag holds; of images nothing is read where the bag's own index tells their stamps.
 
-    ``labels``: topic of the JSON labels of classes; empty for none.
+    ``labels``: topic of the JSON labels of classes; ``info``: of the camera's CameraInfo; empty for none.
     """
     index = BagIndex(path=path)
     scenes = list(find_streams(bag.types, SCENE))
-    bag.prepare({*(topic.in_bag for topic in topics), *scenes, *((labels,) if labels else ())})
+    bag.prepare({*(topic.in_bag for topic in topics), *scenes, *filter(None, (labels, info))})
     for scene in scenes:
         for stamp, message in bag.messages(scene):
             index.rooms.add(message, stamp)
+    told: dict[str, Any] = {}
     if labels:
-        index.class_names = next((names for _, message in bag.messages(labels) if (names := read_class_names(message))), {})
+        for _, message in bag.messages(labels):
+            index.class_names = read_class_names(message)
+            if index.class_names:
+                told["label_standard"] = str(json_object(message).get("standard", "nyu40"))[:_MAX_TEXT]
+                break
+    if info:
+        told |= next((_camera_facts(message) for _, message in bag.messages(info)), {})
+    if labels or info:
+        index.truth = TruthRecord(**told, **_run_facts(path))
     for topic in topics:
         _take(index, topic, bag)
     return index
+
+
+def _camera_facts(message: CdrBytes) -> dict[str, Any]:
+    """Return what a CameraInfo tells; nothing of one that cannot be read or whose numbers are not finite."""
+    try:
+        info = deserialize_message(bytes(message), CameraInfo)
+    except (RuntimeError, ValueError):
+        return {}
+    numbers = [round(float(info.k[place]), 2) for place in (0, 4, 2, 5)], [round(float(value), 6) for value in info.d[:_MOST_COEFFICIENTS]]
+    if not all(map(math.isfinite, chain(*numbers))):
+        return {}
+    size = {"image_width": info.width, "image_height": info.height}
+    return {**size, "camera_model": info.distortion_model[:_MAX_TEXT], "intrinsics": tuple(numbers[0]), "distortion": tuple(numbers[1])}
+
+
+def _run_facts(path: Path) -> dict[str, Any]:
+    """Return what the parameters in a bag tell of its rooms."""
+    with BagReader(path) as reader:
+        nodes = read_parameters(reader.summary.attachments.get(PARAMETERS_NAME, b""))
+    grammar = next((values for name, values in sorted(nodes.items()) if name.rpartition("/")[2] == "grammar_node"), {})
+    found: dict[str, Any] = {}
+    if "scene.room_type" in grammar:
+        found["room_types"] = str(grammar["scene.room_type"])[:_MAX_TEXT]
+    if "grammar_file" in grammar:  # folders differ between machines
+        found["grammar"] = Path(str(grammar["grammar_file"])).name[:_MAX_TEXT] or "that of the program"
+    if type(grammar.get("seed")) is int and grammar["seed"] >= 0:
+        found["seed"] = grammar["seed"]
+    return found
 
 
 def _take(index: BagIndex, topic: TypedTopic, bag: IndexedBag) -> None:

@@ -74,7 +74,8 @@ class JudgedBag:
             read.add(self._poses)
         own = set(self._estimates.values()) if plan.estimates is None else set()
         self._read = tuple(topic for topic in read if topic.type_name not in POSES)
-        self.index = index_bag(self._opened, bag.path, read | own, Stream(self._camera, LABELS, "semantic").topic)
+        info = next((topic.name for topic in info_topics(types, self._layers).values()), "")
+        self.index = index_bag(self._opened, bag.path, read | own, Stream(self._camera, LABELS, "semantic").topic, info)
         judged = self._estimates_bag, self._estimates_path, set(self._estimates.values())
         self._estimate_index = self.index if plan.estimates is None else index_bag(*judged)
         self._class_ids = {name: number for number, name in self.index.class_names.items()}

@@ -38,11 +38,13 @@ class Places:
         self._path = path
         self._root = bag_root if bag_root is not None else path.parent
         self._words = _words(evaluation.created_with)
+        self.no_estimate = ""
         self._folder = estimates if estimates is not None else self._told_folder(path)
         self._notes: list[str] = []
         self._sweeps: dict[Path, Sweep] = {}
         self._estimates: dict[str, Path | None] = {}
-        self.no_estimate = NOT_KEPT if self._folder is None and "--algorithm" in self._words else ""
+        if self._folder is None and "--algorithm" in self._words:
+            self.no_estimate = NOT_KEPT
         bags = list(dict.fromkeys(frame.key.bag for frame in evaluation.frames))
         self._sweep_of = {bag: self._find_sweep(self._root / bag) for bag in bags}
         missing = [bag for bag in bags if not (self._root / bag).exists()]
@@ -116,8 +118,10 @@ class Places:
         name = next((self._words[option][0] for option in _ESTIMATES if self._words.get(option)), None)
         if name is None:
             return None
-        choices = (path.parent / name, Path(name), path.parent / Path(name).name)
-        return next((choice for choice in choices if choice.is_dir()), choices[0])
+        beside, here = path.parent / name, Path(name)
+        if beside.is_dir() and here.is_dir() and not beside.samefile(here):
+            self.no_estimate = f"{name} is a folder both of {path.parent} and of the working directory; give --estimates DIR"
+        return next((choice for choice in (beside, here, path.parent / here.name) if choice.is_dir()), beside)
 
     def _find_sweep(self, bag: Path) -> Sweep:
         path = find_sweep(bag)

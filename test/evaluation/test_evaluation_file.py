@@ -1,6 +1,7 @@
 """The file of an evaluation: what is written is read, and what does not fit is refused with its path."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -14,6 +15,8 @@ from evaluation.evaluation_file import (
     MetricRow,
     SummaryRow,
     TaskRow,
+    TruthRecord,
+    common_truth,
     evaluation_to_mapping,
     read_evaluation,
     write_evaluation,
@@ -58,6 +61,21 @@ def test_what_is_written_is_read(tmp_path):
     write_evaluation(path, EVALUATION)
     assert read_evaluation(path) == EVALUATION
     assert [file.name for file in tmp_path.iterdir()] == ["evaluation.json"]
+
+
+def test_the_record_of_the_truth_is_read_and_old_files_have_none(tmp_path):
+    path, record = tmp_path / "evaluation.json", TruthRecord(image_width=64, intrinsics=(55.0, 55.5, 32.0, 24.0), seed=2**63)
+    write_evaluation(path, replace(EVALUATION, truth=record))
+    assert json.loads(path.read_text())["truth"] == {"image_width": 64, "intrinsics": [55.0, 55.5, 32.0, 24.0], "seed": 2**63}
+    assert read_evaluation(path).truth == record
+    assert "truth" not in evaluation_to_mapping(EVALUATION) and EVALUATION.truth is None
+
+
+def test_several_bags_have_the_facts_in_common_that_all_tell_alike():
+    bags = [TruthRecord(image_width=64, seed=seed, camera_model="plumb_bob") for seed in (1, 2)]
+    assert common_truth(bags) == TruthRecord(image_width=64, camera_model="plumb_bob")
+    assert common_truth([*bags, TruthRecord(image_width=64)]) == TruthRecord(image_width=64)
+    assert common_truth([TruthRecord()]) is None
 
 
 def test_the_file_has_the_keys_that_readers_of_other_languages_rely_on():

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from evaluation.core.errors import EvaluationError
-from evaluation.evaluation_file import Evaluation, FrameKey, FrameRow, MetricRow, TaskRow
+from evaluation.evaluation_file import Evaluation, FrameKey, FrameRow, MetricRow, TaskRow, TruthRecord
 from evaluation.gate import compare, gate_table, group_chance, ratio_error, reach_of
 from evaluation.metrics.poses import Trajectory
 from evaluation.summary import MeasuredFrame, make_evaluation
@@ -314,3 +314,39 @@ def test_a_single_difference_cannot_be_judged(baseline):
     assert report.passed
     assert gate_table(report).startswith("unsure    poses.ate_rmse: ")
     assert compare(one, one).verdicts[0].high == 0.0
+
+
+RECORD = TruthRecord(
+    image_width=640,
+    image_height=480,
+    camera_model="plumb_bob",
+    intrinsics=(554.26, 554.26, 319.5, 239.5),
+    label_standard="nyu40",
+    seed=0,
+    room_types="bedroom,office",
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"image_width": 320}, "image width 640, got 320"),
+        ({"camera_model": "equidistant"}, "camera model plumb_bob, got equidistant"),
+        ({"intrinsics": (500.0, 500.0, 319.5, 239.5)}, "intrinsics 554.26, 554.26, 319.5, 239.5, got 500.0, 500.0, 319.5, 239.5"),
+        ({"label_standard": "ade20k"}, "label standard nyu40, got ade20k"),
+        ({"seed": 7}, "seed 0, got 7"),
+        ({"room_types": "bedroom"}, "room types bedroom,office, got bedroom"),
+    ],
+)
+def test_a_baseline_of_another_truth_is_refused_by_the_name_of_what_differs(change, said):
+    found = run(1, tasks=("depth",))
+    baseline, new = (dataclasses.replace(found, truth=record) for record in (RECORD, dataclasses.replace(RECORD, **change)))
+    with pytest.raises(EvaluationError) as refused:
+        compare(baseline, new)
+    assert str(refused.value) == f"truth: expected the baseline's {said}; judge by the baseline's truth, or make a new baseline"
+
+
+def test_facts_of_the_truth_that_one_of_two_files_does_not_tell_are_not_compared():
+    found = run(1, tasks=("depth",))
+    for old, new in ((None, RECORD), (RECORD, None), (RECORD, TruthRecord(camera_model="plumb_bob")), (RECORD, RECORD)):
+        assert compare(dataclasses.replace(found, truth=old), dataclasses.replace(found, truth=new)).passed

@@ -1,5 +1,6 @@
 """The schemas in docs are those of the types, and what the program writes validates by them."""
 
+import dataclasses
 import importlib.util
 import json
 import sys
@@ -15,7 +16,7 @@ from sample_scene import sample_scene
 from std_msgs.msg import String
 
 from evaluation.confidence import Interval
-from evaluation.evaluation_file import Evaluation, FrameKey, FrameRow, MetricRow, SummaryRow, TaskRow, evaluation_to_mapping
+from evaluation.evaluation_file import Evaluation, FrameKey, FrameRow, MetricRow, SummaryRow, TaskRow, TruthRecord, evaluation_to_mapping
 from scene_description import Limits, scene_to_json
 from scene_description.json_schema import json_schema
 from scene_description.label_standards import label_standard
@@ -99,6 +100,8 @@ def test_a_status_and_an_evaluation_validate() -> None:
         missing={"frames": 1},
     )
     validate("evaluation", json.loads(json.dumps(evaluation_to_mapping(evaluation))))
+    truth = TruthRecord(image_width=64, intrinsics=(1.0, 2.0, 3.0, 4.0), distortion=(0.0,), seed=2**63)
+    validate("evaluation", json.loads(json.dumps(evaluation_to_mapping(dataclasses.replace(evaluation, truth=truth)))))
 
 
 def test_all_that_a_dataset_holds_validates(tmp_path: Path) -> None:

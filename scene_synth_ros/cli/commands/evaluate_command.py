@@ -12,7 +12,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from evaluation.confidence import LEVEL, Interval
-from evaluation.evaluation_file import Evaluation, FactorValue, SummaryRow, TaskRow, read_evaluation, write_evaluation
+from evaluation.evaluation_file import (
+    Evaluation,
+    FactorValue,
+    SummaryRow,
+    TaskRow,
+    TruthRecord,
+    common_truth,
+    read_evaluation,
+    write_evaluation,
+)
 from evaluation.gate import compare, gate_table
 from evaluation.summary import NYU40_NAMES, WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
 from evaluation.tables import summary_csv
@@ -130,6 +139,7 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
     measured: list[MeasuredFrame] = []
     names: dict[int, str] = {}
     topics: list[dict[str, str]] = []
+    truths: list[TruthRecord] = []
     try:
         for number, bag in enumerate(bags, 1):
             of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
@@ -137,12 +147,13 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
             one = JudgedBag(bag, plan, notes)
             names = {**one.index.class_names, **names}
             topics.append(one.topics)
+            truths.append(one.index.truth)
             path = os.path.relpath(bag.path.absolute(), folder)
             measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
     finally:
         say_progress("")
     judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted({topic for one in topics for topic in one.values()}))
-    return make_evaluation(
+    evaluation = make_evaluation(
         measured,
         title=arguments.title or arguments.truth.absolute().name,
         algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
@@ -151,6 +162,7 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
         missing={WITHOUT_ESTIMATE: notes.missing_frames},
         class_names=names or NYU40_NAMES,
     )
+    return replace(evaluation, truth=common_truth(truths))
 
 
 def _command(arguments: argparse.Namespace, plan: Plan, topics: Sequence[Mapping[str, str]]) -> str:

@@ -11,10 +11,12 @@ import pytest
 from estimate_bags import REGRESSIONS, noisy_frames, summary_values, write_estimates
 from room_bag import CAMERA, RoomBag, write_room_bag
 
-from evaluation.evaluation_file import read_evaluation
+from evaluation.evaluation_file import TruthRecord, read_evaluation
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.bags.run_info import PARAMETERS_NAME, parameters_file
 from scene_synth_ros.cli.command_line import main
+from scene_synth_ros.messages.conversions import camera_info_to_msg
 
 TASKS = "depth,normals,semantic"
 ALGORITHM = """
@@ -183,6 +185,39 @@ def test_the_command_that_an_evaluation_names_makes_it_again(bag: RoomBag, tmp_p
     (tmp_path / "e.json").unlink()
     assert call(*shlex.split(first.created_with)[2:]) == 0
     assert read_evaluation(tmp_path / "e.json") == first
+
+
+def test_a_baseline_of_another_truth_is_refused(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def parameters(seed: int, grammar_file: str = "grammars/my.yaml") -> dict[str, bytes]:
+        grammar = {"seed": seed, "scene.room_type": "bedroom,office", "grammar_file": grammar_file}
+        return {PARAMETERS_NAME: parameters_file({"/synth/grammar_node": grammar, "/synth/renderer_node": {"seed": 9}})}
+
+    baseline, small = tmp_path / "baseline.json", {"rooms": 1, "frames": 1, "size": (24, 32)}
+    first = write_room_bag(tmp_path / "first", **small, attachments=parameters(3))
+    assert call(first.path, *own_topics("depth", "semantic"), "--json", baseline) == 0
+    info = camera_info_to_msg(first.camera, 0, "eye")
+    assert read_evaluation(baseline).truth == TruthRecord(
+        image_width=32,
+        image_height=24,
+        camera_model="plumb_bob",
+        intrinsics=tuple(round(info.k[place], 2) for place in (0, 4, 2, 5)),
+        distortion=tuple(info.d),
+        label_standard="nyu40",
+        seed=3,
+        grammar="my.yaml",
+        room_types="bedroom,office",
+    )
+    assert call(first.path, *own_topics("depth", "semantic"), "--baseline", baseline) == 0
+    others = {
+        "seed 3, got 4": write_room_bag(tmp_path / "seed", **small, attachments=parameters(4)),
+        "grammar my.yaml, got that of the program": write_room_bag(tmp_path / "grammar", **small, attachments=parameters(3, "")),
+        "image width 32, got 64": write_room_bag(tmp_path / "size", **{**small, "size": (48, 64)}, attachments=parameters(3)),
+    }
+    for said, other in others.items():
+        capsys.readouterr()
+        assert call(other.path, *own_topics("depth", "semantic"), "--baseline", baseline) == 2
+        told = capsys.readouterr().err
+        assert f"truth: expected the baseline's {said}; " in told and told.count("\n") == 1
 
 
 def test_every_regression_fails_the_gate_and_no_clean_rerun_does(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -120,6 +120,17 @@ def test_estimates_that_were_not_kept_are_said_to_be_and_no_other_stream_is_show
     assert NOT_KEPT == "the estimates were not kept: evaluate with --estimates-out"
 
 
+def test_of_two_folders_that_the_command_may_mean_none_is_taken(sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command was run in another folder than that of its file, and both have a folder of that name."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "estimates").mkdir()
+    summary, data = report_of(sweep)
+    said = f"estimates is a folder both of {sweep.parent} and of the working directory; give --estimates DIR"
+    assert summary.notes == (f"{sweep}: {said}",)
+    assert [(list(row["images"]), row["no_estimate"]) for row in data["frames"]] == [(["color", "truth"], said)] * 2
+    assert "error" in report_of(sweep, estimates=sweep.parent / "estimates")[1]["frames"][0]["images"]
+
+
 def test_evaluations_of_equal_titles_are_told_apart_by_algorithm_then_by_file(sweep: Path, tmp_path: Path) -> None:
     content = json.loads(sweep.read_text()) | {"title": "bag"}
     names = (("a", "far.py:Far"), ("b", "near.py:Near"), ("c", "near.py:Near"))
