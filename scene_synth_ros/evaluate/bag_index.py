@@ -68,7 +68,7 @@ def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], label
         for _, message in bag.messages(labels):
             index.class_names = read_class_names(message)
             if index.class_names:
-                told["label_standard"] = str(json_object(message).get("standard", "nyu40"))[:_MAX_TEXT]
+                told["label_standard"] = _text(json_object(message).get("standard", "nyu40"))
                 break
     if info:
         told |= next((_camera_facts(message) for _, message in bag.messages(info)), {})
@@ -89,7 +89,7 @@ def _camera_facts(message: CdrBytes) -> dict[str, Any]:
     if not all(map(math.isfinite, chain(*numbers))):
         return {}
     size = {"image_width": info.width, "image_height": info.height}
-    return {**size, "camera_model": info.distortion_model[:_MAX_TEXT], "intrinsics": tuple(numbers[0]), "distortion": tuple(numbers[1])}
+    return {**size, "camera_model": _text(info.distortion_model), "intrinsics": tuple(numbers[0]), "distortion": tuple(numbers[1])}
 
 
 def _run_facts(path: Path) -> dict[str, Any]:
@@ -99,12 +99,17 @@ def _run_facts(path: Path) -> dict[str, Any]:
     grammar = next((values for name, values in sorted(nodes.items()) if name.rpartition("/")[2] == "grammar_node"), {})
     found: dict[str, Any] = {}
     if "scene.room_type" in grammar:
-        found["room_types"] = str(grammar["scene.room_type"])[:_MAX_TEXT]
+        found["room_types"] = _text(grammar["scene.room_type"])
     if "grammar_file" in grammar:  # folders differ between machines
-        found["grammar"] = Path(str(grammar["grammar_file"])).name[:_MAX_TEXT] or "that of the program"
+        found["grammar"] = _text(Path(str(grammar["grammar_file"])).name) or "that of the program"
     if type(grammar.get("seed")) is int and grammar["seed"] >= 0:
         found["seed"] = grammar["seed"]
     return found
+
+
+def _text(value: object) -> str:
+    """Return a text of unknown origin as a file can hold it."""
+    return "".join(letter if letter.isprintable() else "?" for letter in str(value)[:_MAX_TEXT])
 
 
 def _take(index: BagIndex, topic: TypedTopic, bag: IndexedBag) -> None:

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from estimate_bags import REGRESSIONS, noisy_frames, summary_values, write_estimates
+from rclpy.serialization import serialize_message
 from room_bag import CAMERA, RoomBag, write_room_bag
+from sensor_msgs.msg import CameraInfo
 
 from evaluation.evaluation_file import TruthRecord, read_evaluation
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -218,6 +220,21 @@ def test_a_baseline_of_another_truth_is_refused(bag: RoomBag, tmp_path: Path, ca
         assert call(other.path, *own_topics("depth", "semantic"), "--baseline", baseline) == 2
         told = capsys.readouterr().err
         assert f"truth: expected the baseline's {said}; " in told and told.count("\n") == 1
+
+
+def test_what_a_strange_bag_tells_of_its_truth_is_left_out_or_made_printable(tmp_path: Path) -> None:
+    grammar = b'{"/synth/grammar_node": {"ros__parameters": {"seed": true, "scene.room_type": [1], "grammar_file": "\\a"}}}'
+    source = write_room_bag(tmp_path / "source", rooms=1, frames=1, size=(24, 32), attachments={PARAMETERS_NAME: grammar})
+    with BagWriter(tmp_path / "bag") as writer, BagReader(source.path) as reader:
+        writer.set_attachment(PARAMETERS_NAME, grammar)
+        for message in reader.messages():
+            data, info = message.data, "camera_info" in message.topic
+            if info:
+                data = bytes(serialize_message(CameraInfo(width=32, height=24, k=[float("nan")] * 9)))
+            writer.add_topic(message.topic, message.type_name)
+            writer.write(message.topic, data, message.log_ns, message.log_ns)
+    assert call(tmp_path / "bag", *own_topics("depth"), "--json", tmp_path / "e.json") == 0
+    assert read_evaluation(tmp_path / "e.json").truth == TruthRecord(label_standard="nyu40", room_types="[1]", grammar="?")
 
 
 def test_every_regression_fails_the_gate_and_no_clean_rerun_does(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
