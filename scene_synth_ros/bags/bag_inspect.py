@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
-from scene_synth_ros.bags.run_info import PARAMETERS_NAME, read_promise
+from scene_synth_ros.bags.run_info import PARAMETERS_NAME, Promise, read_promise
 from scene_synth_ros.bags.whole_frames import FRAME_TYPES, cameras, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
 from scene_synth_ros.messages.streams import SCENE, find_streams, has_own_stamps
@@ -103,8 +103,11 @@ def inspect_bag(path: str | Path) -> InspectReport:
         if backwards:
             faults.append(backwards)
         announced = [np.array(rooms[start], np.int64) for start in sorted(rooms)]
-        faults += _camera_faults(topics, stamps, announced[:-1])
-        faults += [f"{topic.name}: {topic.gaps} gaps of more than {MAX_GAP_PERIODS} periods" for topic in topics if topic.gaps]
+        promise = read_promise(summary.attachments.get(PARAMETERS_NAME, b""))
+        namespace = f"{promise.namespace}/" if promise is not None else ""
+        own = [topic for topic in topics if topic.name.startswith(namespace)]
+        faults += _camera_faults(own, stamps, announced[:-1])
+        faults += [f"{topic.name}: {topic.gaps} gaps of more than {MAX_GAP_PERIODS} periods" for topic in own if topic.gaps]
         faults += _meaning_faults(topics)
     return InspectReport(
         path=summary.path,
@@ -116,8 +119,8 @@ def inspect_bag(path: str | Path) -> InspectReport:
         topics=topics,
         custom_data=dict(summary.custom_data),
         faults=tuple(faults),
-        lacking=tuple(_lacking(summary, topics, stamps, first)),
-        notes=tuple(_last_room_notes(topics, stamps, announced[-1:])),
+        lacking=tuple(_lacking(promise, own, stamps, first)),
+        notes=tuple(_last_room_notes(own, stamps, announced[-1:])),
     )
 
 
@@ -220,10 +223,15 @@ def _camera_faults(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], 
     return faults
 
 
-def _lacking(summary: BagSummary, topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], first: AnnouncedRoom | None) -> list[str]:
+def _lacking(
+    promise: Promise | None, topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], first: AnnouncedRoom | None
+) -> list[str]:
     """Return what the parameters in a bag promise of each camera and is not there; nothing of a bag that begins later than its run."""
-    promise = read_promise(summary.attachments.get(PARAMETERS_NAME, b""))
-    if promise is None or (first is not None and (first.index != promise.first_index or len(first.stamps_ns) < promise.frames_per_room)):
+    if (
+        promise is None
+        or not promise.rooms
+        or (first is not None and (first.index != promise.first_index or len(first.stamps_ns) < promise.frames_per_room))
+    ):
         return []
     promised = promise.rooms * promise.frames_per_room
     found = {

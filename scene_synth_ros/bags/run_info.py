@@ -87,8 +87,12 @@ def read_parameters(text: bytes) -> dict[str, Mapping[Any, Any]]:
 
 
 class Promise(NamedTuple):
-    """What the parameters of a run say that its bag will hold: so many rooms from an index on, so many frames of each, of some cameras."""
+    """What the parameters of a run say that its bag will hold: so many rooms from an index on, so many frames of each, of some cameras.
 
+    ``rooms`` is 0 of a run without end; ``namespace`` is that of the run's nodes and topics.
+    """
+
+    namespace: str
     rooms: int
     first_index: int
     frames_per_room: int
@@ -96,7 +100,7 @@ class Promise(NamedTuple):
 
 
 def read_promise(parameters: bytes) -> Promise | None:
-    """Return what a parameter file says of the bag that it lies in; None of one that says no number of rooms."""
+    """Return what a parameter file says of the bag that it lies in; None of one without a grammar node."""
     nodes = read_parameters(parameters)
     grammar = next((name for name in sorted(nodes) if name.rpartition("/")[2] == "grammar_node"), None)
     if grammar is None:
@@ -106,4 +110,4 @@ def read_promise(parameters: bytes) -> Promise | None:
     namespace = grammar.rpartition("/")[0]
     renderers = [values for name, values in nodes.items() if name.startswith(f"{namespace}/renderer_node")]
     cameras = frozenset(f"{namespace}/{values.get('streams.camera')}" for values in renderers)
-    return Promise(rooms, first_index, frames, cameras) if rooms and frames else None
+    return Promise(namespace, rooms, first_index, frames, cameras)

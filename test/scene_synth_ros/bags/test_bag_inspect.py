@@ -217,6 +217,24 @@ def test_parts_of_runs_and_runs_without_end_promise_nothing(tmp_path, messages, 
     assert promised(tmp_path / "bag", messages, **promise).lacking == ()
 
 
+def test_cameras_of_others_are_not_judged_by_the_run(tmp_path):
+    """A camera in another namespace that was recorded beside the suite's keeps its own time, and loses what it loses."""
+    times = [START_NS + number * 7_000_000 for number in (0, 1, 9)]
+    strangers = [("/other/cam/image_raw", time, image(time, "rgb8", np.zeros((2, 2, 3), np.uint8))) for time in times]
+    nodes = {
+        "/synth/grammar_node": {"rooms": 3, "frames_per_room": 4, "first_index": 0},
+        "/synth/renderer_node": {"streams.camera": "camera"},
+    }
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.set_attachment("parameters.yaml", parameters_file(nodes))
+        for topic, (type_name, qos) in {**TOPICS, "/other/cam/image_raw": TOPICS[COLOR]}.items():
+            writer.add_topic(topic, type_name, [qos])
+        for topic, log_ns, data in sorted([*room(0), *room(1), *room(2), *strangers], key=lambda message: message[1]):
+            writer.write(topic, data, log_ns, log_ns)
+    report = inspect_bag(tmp_path / "bag")
+    assert (report.faults, report.lacking) == ((), ())
+
+
 def test_the_command_fails_where_something_is_lacking(tmp_path, capsys):
     promised(tmp_path / "bag", room(0))
     with pytest.raises(SystemExit) as status:
