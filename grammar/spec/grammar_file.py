@@ -115,8 +115,8 @@ def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     if "extends" not in data:
         return data
     name = data["extends"]
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_.-]+", name):
-        raise GrammarError(f"{path}: extends: expected the name of a file in the same folder, got {name!r}")
+    if not isinstance(name, str) or not re.fullmatch(r"(?!\.{1,2}$)[A-Za-z0-9_.-]{1,100}", name):
+        raise GrammarError(f"{path}: extends: expected the name of a file in the same folder, got {shorten(name)}")
     base = _read_extended(_extended(path, name), (*above, path))
     merged: Mapping[str, Any] = _merge(base, {key: value for key, value in data.items() if key != "extends"})
     return merged

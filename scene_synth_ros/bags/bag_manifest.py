@@ -71,5 +71,5 @@ def read_manifest(data: bytes) -> dict[str, TopicDigest]:
         if document["schema"] != SCHEMA or not isinstance(topics, Mapping) or len(topics) > _MAX_TOPICS:
             raise ManifestError(f"{MANIFEST_NAME}: expected {SCHEMA}")
         return {str(topic): TopicDigest(int(entry["messages"]), str(entry["sha256"])) for topic, entry in topics.items()}
-    except (ValueError, TypeError, LookupError, RecursionError) as error:
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
         raise ManifestError(f"{MANIFEST_NAME}: cannot be read ({' '.join(str(error).split())[:100]})") from None

@@ -76,7 +76,7 @@ def read_sweep(path: Path) -> tuple[Sweep, str]:
             changed={row["id"]: frozenset(map(str, row["changed"])) for row in variants if "changed" in row},
             bases={row["id"]: _base(row["base"]) for row in variants if row.get("base")},
         ), ""
-    except (SceneSynthError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (SceneSynthError, OSError, ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
         return Sweep(), f"{path.name}: cannot be read ({reason}); labels and commands of the variants are missing"
 

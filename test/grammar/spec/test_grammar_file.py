@@ -44,6 +44,12 @@ def read(tmp_path, data):
     return read_grammar(path, CATEGORIES)
 
 
+@pytest.mark.parametrize("name", ["base.yaml" * 40, ".", "..", "../base.yaml", "", "a/b"])
+def test_a_name_that_is_none_of_a_file_is_refused(tmp_path, name):
+    with pytest.raises(GrammarError, match=r"extends: expected "):
+        read(tmp_path, f"extends: '{name}'\nroom_type: cell\n")
+
+
 def test_a_good_file_is_read(tmp_path):
     grammar = read(tmp_path, mapping(TEXT))
     assert grammar.nodes["rest"].branches[1].probability == 0.75

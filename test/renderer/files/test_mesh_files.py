@@ -366,6 +366,7 @@ def test_large_images_are_reduced_by_averaging() -> None:
         ("a.stl", bytes(80) + b"\xff\xff\xff\x7f" + bytes(50), "stl"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999\n", "obj"),
         ("a.obj", b"mtllib ../secret.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "inside the catalogue"),
+        ("a.obj", b"v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n", "vertices and normals of 3 numbers"),
         ("a.obj", b"v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "extent"),
     ],
 )  # fmt: skip

@@ -107,12 +107,18 @@ def test_damage_is_told_with_file_and_frame(tmp_path: Path) -> None:
     assert told and len(told) < 4 and all("\n" not in line and str(file) in line and "frame " in line for line in told)
 
 
+def write_train(folder: Path, rows: str) -> None:
+    (folder / "splits.json").write_text(f'{{"schema": "scene_synth_splits/1", "splits": {{"train": {rows}}}}}')
+
+
 @pytest.mark.parametrize(
     ("change", "options", "line"),
     [
         (lambda folder: None, {"layers": ("color", "flow")}, r"expected layers flow, got none; /synth/camera has color, depth, semantic"),
         (lambda folder: None, {"camera": "left"}, "expected camera 'left', got /synth/camera"),
         (lambda folder: None, {"split": "train"}, "expected splits.json for the split 'train', got none"),
+        (lambda folder: write_train(folder, "5"), {"split": "train"}, "expected split 'train', got train"),
+        (lambda folder: write_train(folder, f'[{{"room": 0, "frames": [{2**63}]}}]'), {"split": "train"}, "expected a room and its frames"),
         (lambda folder: (folder / "shards" / "00000.json").write_text("{"), {}, r"00000.json: expected JSON, got"),
         (
             lambda folder: (folder / "shards" / "00000.json").write_text('{"schema": "x"}'),

@@ -74,7 +74,14 @@ def test_the_manifest_is_the_hash_of_what_the_file_holds(split: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"[]", b'{"schema": "other", "topics": {}}', b'{"schema": "scene_synth/manifest/1", "topics": {"/a": 3}}']
+    "data",
+    [
+        b"",
+        b"[]",
+        b'{"schema": "other", "topics": {}}',
+        b'{"schema": "scene_synth/manifest/1", "topics": {"/a": 3}}',
+        b'{"schema": "scene_synth/manifest/1", "topics": {"/a": {"messages": Infinity, "sha256": ""}}}',
+    ],
 )
 def test_what_is_no_manifest_is_refused(data: bytes) -> None:
     with pytest.raises(ManifestError, match=r"manifest\.json"):
