@@ -17,6 +17,7 @@ import evaluation_files
 import numpy as np
 import small_grammar
 import trimesh
+from fuzz.bag_readers import BAG_READERS, annotations
 from fuzz.cases import Kind, Reader
 from glb_files import pack_glb, triangle_tree
 from PIL import Image
@@ -33,7 +34,7 @@ from renderer.files.mesh_files import read_mesh_file
 from renderer.lidar.config import ScanConfig
 from renderer.scene.environment_map import read_rgbe
 from scene_description import FileReading, read_scene, scene_to_json
-from scene_description.annotations import ANNOTATIONS_SCHEMA, annotations_from_json
+from scene_description.annotations import annotations_from_json
 from scene_description.share import config_path
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, read_manifest
 from scene_synth_ros.bags.bag_metadata import BagMetadata, FileInfo, TopicInfo, metadata_file, read_metadata
@@ -133,20 +134,6 @@ def bag_metadata() -> list[bytes]:
     files = tuple(FileInfo(name=f"bag_{k}.mcap", start_ns=k, duration_ns=5, message_count=1) for k in range(2))
     metadata = BagMetadata(version=9, topics=topics, files=files, custom_data={"note": "a: b"})
     return [metadata_file(metadata).encode(), metadata_file(replace(metadata, version=5)).encode()]
-
-
-def annotations() -> list[bytes]:
-    box = {"center_m": (0.0, 1.0, 2.0), "size_m": (1.0, 1.0, 1.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
-    corner = {"depth_m": 2.0, "in_image": True, "behind": False, "occluded": False, "u_px": 3.5, "v_px": 2.0}
-    rectangle = {"x": 1, "y": 1, "width": 3, "height": 2}
-    bed = {
-        "id": 3, "category": "bed", "label": 4, "label_name": "bed", "visible_box": rectangle, "full_box": rectangle,
-        "visible_pixels": 5, "full_pixels": 6, "visible_fraction": 0.8, "truncation": 0.0, "camera_box": box, "world_box": box,
-        "corners": [corner] * 8, "mask": {"size": [6, 9], "counts": "05e0"},
-    }  # fmt: skip
-    relations = [{"subject": 3, "kind": "on_floor"}]
-    head = {"schema": ANNOTATIONS_SCHEMA, "stamp_ns": 7, "scene": "s", "width": 9, "height": 6}
-    return encoded(head | {"objects": [bed], "relations": relations})
 
 
 def settings() -> list[bytes]:
@@ -333,7 +320,7 @@ READERS: dict[str, Reader] = {
     "qos": row("yaml", lambda: [qos_text((OfferedQos(),), version).encode() for version in (4, 5, 9)], as_text(read_qos)),
     # JSON
     "scene": row("json", lambda: [scene_to_json(sample_scene()).encode()], in_file("scene.json", read_scene)),
-    "annotations": row("json", annotations, lambda data, folder: annotations_from_json(data)),
+    "annotations": row("json", lambda: [text.encode() for text in annotations()], lambda data, folder: annotations_from_json(data)),
     "settings": row("json", settings, as_text(settings_from_json)),
     "status": row("json", status, as_text(status_from_json)),
     "evaluation": row("json", evaluations, in_file("evaluation.json", read_evaluation)),
@@ -355,4 +342,5 @@ READERS: dict[str, Reader] = {
     "stl": row("text", lambda: [*meshes("stl"), *meshes("stl_ascii")], mesh("stl")),
     "picture": row("bytes", pictures, lambda data, folder: decode_image(data, "picture", 1024), share=2.0),
     "radiance": row("bytes", radiance, in_file("map.hdr", read_rgbe)),
+    **BAG_READERS,
 }  # fmt: skip
