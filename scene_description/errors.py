@@ -18,7 +18,7 @@ _ADVICE = {
 }
 """What to do, by the operating system's number of an error."""
 _PIECE_BYTES = 2**20
-_LONGEST_LINE = 2000
+_LONGEST_LINE = 5000
 
 
 class SceneSynthError(Exception):
@@ -27,7 +27,7 @@ class SceneSynthError(Exception):
     Edges (commands, nodes, parameters) catch this and ``OSError`` and tell the user :func:`error_line`.  Every other exception is a fault
     of the program: it is told with its traceback and with what reproduces it.
 
-    The text is one line of at most 2,000 characters whatever it quotes: white space becomes blanks, controls become escapes.
+    The text is one line of at most 5,000 characters whatever it quotes: white space becomes blanks, controls become escapes.
     """
 
     def __str__(self) -> str:

@@ -96,6 +96,9 @@ def _read_cloud(data: bytes, topic: str) -> Reading:
     kinds = {axis: _POINT_TYPES[fields[axis].datatype] for axis in "xyz"}
     if "label" in fields and fields["label"].datatype in _LABEL_TYPES:
         kinds["label"] = _LABEL_TYPES[fields["label"].datatype]
+    outside = [name for name, kind in kinds.items() if fields[name].offset + np.dtype(kind).itemsize > message.point_step]
+    if outside:  # numpy adds such numbers in 32 bits, and would read beyond the message
+        raise EstimateError(f"expected fields within points of {message.point_step} bytes, got {outside[0]} at {fields[outside[0]].offset}")
     order = ">" if message.is_bigendian else "<"
     record: Any = {
         "names": list(kinds),
@@ -108,7 +111,7 @@ def _read_cloud(data: bytes, topic: str) -> Reading:
         rows = np.frombuffer(message.data, np.uint8, message.row_step * message.height).reshape(message.height, message.row_step)
         octets = np.ascontiguousarray(rows[:, : message.point_step * message.width])
         records = octets.reshape(-1).view(form) if octets.size else np.empty(0, form)
-    except ValueError:  # numpy's, for fields outside of a point and for too few bytes
+    except ValueError:  # numpy's, for too few bytes
         got = f"{len(message.data)} bytes in rows of {message.row_step}"
         raise EstimateError(f"expected {message.width}x{message.height} points of {message.point_step} bytes, got {got}") from None
     points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)

@@ -163,7 +163,7 @@ BAG_READERS: dict[str, Reader] = {
     "mcap_dataset": row(bag_files, at("dataset.mcap", frames_of)),
     "mcap_repair": row(bag_files, at("repair.mcap", repair_bag), share=0.2),
     "image": row(lambda: messages_of(IMAGE_TYPE), lambda data, _: read_image(IMAGE_TYPE, data, TOPIC)),
-    "compressed_image": row(compressed_messages, picture("compressed")),
+    "compressed_image": row(lambda: compressed_messages()[:2], picture("compressed")),
     "compressed_depth": row(lambda: compressed_messages()[2:], picture("compressedDepth")),
     "depth_picture": row(
         lambda: [compressed("png", "I;16", bytes(12))], lambda data, _: decode_pixels(f"{TOPIC}/compressedDepth", data, (6, 8))

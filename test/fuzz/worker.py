@@ -18,7 +18,7 @@ from fuzz.cases import Reader, make_case, readers_of
 
 BEYOND_BASE = 2**30
 """Bytes of address space that a case may take beyond what the process has before it."""
-_LONGEST_LINE = 2000
+_LONGEST_LINE = 5000
 
 
 def fault_of(reader: Reader, data: bytes, folder: Path, seconds: float) -> dict[str, str] | None:

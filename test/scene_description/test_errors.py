@@ -31,7 +31,7 @@ def test_an_error_is_one_line_without_numbers_of_the_operating_system(error: Bas
 def test_an_error_tells_itself_in_one_line() -> None:
     assert str(SceneSynthError("a\nb\x00")) == "a b\\x00"
     assert str(SceneSynthError("two  blanks, é")) == "two  blanks, é"
-    assert str(SceneSynthError("x" * 10**6 + "y")) == "x" * 1000 + " ... " + "x" * 994 + "y"
+    assert str(SceneSynthError("x" * 10**6 + "y")) == "x" * 2500 + " ... " + "x" * 2494 + "y"
 
 
 def test_no_more_is_read_of_a_file_than_it_may_have(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -32,6 +31,7 @@ from scene_synth_ros.cli.processes.supervisor import (
     run_nodes,
 )
 from scene_synth_ros.synthesize.run_config import RunConfig
+from scene_synth_ros.workers.temporary_folder import temporary_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,8 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
     progress = _progress(arguments, parameters["grammar_node"])
     arguments.log_level = arguments.log_level or ("warn" if progress else "info")
-    with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts, companion(progress):
-        nodes = _processes(arguments, parameters, Path(folder))
+    with temporary_folder() as folder, Interrupts() as interrupts, companion(progress):
+        nodes = _processes(arguments, parameters, folder)
         outcome = run_nodes(nodes, arguments.namespace, interrupts, arguments.log_level)
     seconds = time.monotonic() - began
     if outcome.code:

@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import Image, PointCloud2, PointField
 
 from scene_description import CameraPose
 from scene_synth_ros.evaluate.errors import EstimateError
@@ -112,6 +112,14 @@ def test_written_estimates_read_back() -> None:
     assert (found.frame_id, found.value.class_ids, found.value.ids) == ("eye", boxes.class_ids, boxes.ids)
     np.testing.assert_array_equal(found.value.scores, boxes.scores)
     np.testing.assert_array_equal(found.value.boxes, boxes.boxes)
+
+
+def test_a_field_of_points_beyond_them_is_refused() -> None:
+    """Offsets near 2^31 wrap round in numpy: the process would read beyond the message, and crash."""
+    fields = [PointField(name=axis, offset=offset, datatype=7, count=1) for axis, offset in (("x", 0), ("y", 2**31 - 1), ("z", 8))]
+    cloud = PointCloud2(height=1, width=1, fields=fields, point_step=12, row_step=12, data=bytes(12))
+    with pytest.raises(EstimateError, match="^expected fields within points of 12 bytes, got y at 2147483647$"):
+        read_message(CLOUD, bytes(serialize_message(cloud)), "/x")
 
 
 def test_ids_of_an_image_message() -> None:
