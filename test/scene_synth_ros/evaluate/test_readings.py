@@ -118,7 +118,7 @@ def test_a_field_of_points_beyond_them_is_refused() -> None:
     """Offsets near 2^31 wrap round in numpy: the process would read beyond the message, and crash."""
     fields = [PointField(name=axis, offset=offset, datatype=7, count=1) for axis, offset in (("x", 0), ("y", 2**31 - 1), ("z", 8))]
     cloud = PointCloud2(height=1, width=1, fields=fields, point_step=12, row_step=12, data=bytes(12))
-    with pytest.raises(EstimateError, match="^expected fields within points of 12 bytes, got y at 2147483647$"):
+    with pytest.raises(EstimateError, match=r"^expected fields within points of 12 bytes, got y at 2147483647$"):
         read_message(CLOUD, bytes(serialize_message(cloud)), "/x")
 
 
