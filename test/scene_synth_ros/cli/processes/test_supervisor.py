@@ -100,3 +100,12 @@ def test_a_node_that_is_killed_when_the_others_are_done_is_not_waited_for(tmp_pa
         NodeProcess(name="grammar_node", module="ends_well", parameters=tmp_path, words=("none",)),
     ]
     assert run(nodes) == Outcome(code=0)
+
+
+def test_a_node_that_is_interrupted_while_it_loads_its_modules_has_no_traceback(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "loads_long.py").write_text(
+        "import os, signal, time\nimport scene_synth_ros\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60)\n"
+    )
+    outcome = run([NodeProcess(name="recorder_node", module="loads_long", parameters=tmp_path, words=("none",))])
+    assert outcome == Outcome(code=1, reason="recorder_node was ended by SIGINT", at="recorder_node")
+    assert "Traceback" not in capfd.readouterr().err
