@@ -19,7 +19,7 @@ from grammar.spec.check import check_grammar
 from grammar.spec.request import GRAMMAR_SETS, GrammarSet
 from grammar.spec.room_rules import RoomNeeds
 from grammar.spec.rules import Grammar, GrammarError
-from scene_description import FieldError, from_mapping
+from scene_description import FieldError, error_line, from_mapping
 from scene_description.share import config_path
 from scene_description.strict import shorten
 from scene_description.yaml_text import read_yaml
@@ -109,7 +109,10 @@ def _read_once(path: Path, modified_ns: int) -> Any:
 def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     if path in above:
         raise GrammarError(f"{path}: extends: expected files without a cycle, got {' -> '.join(p.name for p in (*above, path))}")
-    data = _read_once(path, path.stat().st_mtime_ns if path.exists() else 0)
+    try:
+        data = _read_once(path, path.stat().st_mtime_ns)
+    except OSError as error:
+        raise GrammarError(error_line(error)) from None
     if not isinstance(data, Mapping):
         raise GrammarError(f"{path}: document: expected a mapping, got {type(data).__name__}")
     if "extends" not in data:
