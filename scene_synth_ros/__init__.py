@@ -3,5 +3,6 @@
 import os
 import signal
 
-if "SCENE_SYNTH_SUPERVISED" in os.environ:  # Ctrl-C ends a node of a run that still loads its modules without a traceback
+# Ctrl-C ends a node that still loads its modules without a traceback
+if {"SCENE_SYNTH_SUPERVISED", "SCENE_SYNTH_LAUNCH"} & os.environ.keys():
     signal.signal(signal.SIGINT, signal.SIG_DFL)

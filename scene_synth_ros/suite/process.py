@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from scene_description import error_line
-from scene_synth_ros.suite.environment import SUPERVISED
+from scene_synth_ros.suite.environment import SUPERVISED, die_with_launch
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.parameters import ParameterError
@@ -53,7 +53,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``, and ``leave``, where it has that, tells the peers.  Whoever
     watches a node of ``scene_synth run`` sees it ended by the signal itself, after ``close``.  One of ``REFUSALS`` while the node is made
     (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr; a fault of the program with ``FAULT_STATUS``
-    and its traceback.  Threads that still work end with the process.
+    and its traceback.  Threads that still work end with the process.  A launch that ends, ends its nodes.
     """
     code = FAULT_STATUS
     try:
@@ -69,6 +69,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
 def _run(make: Callable[[], Node], args: list[str] | None) -> int:
     """Make the node, spin it and close it; return the exit status."""
     caught: list[int] = []
+    die_with_launch()
     collect_rarely()
     limit_arenas()
     node, refusal = _make(make, args, caught)

@@ -20,6 +20,8 @@ from launch import LaunchContext, LaunchDescription
 from scene_description.share import config_path
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.parameters.run_profile import find_profile, load_profile
+from scene_synth_ros.cli.processes.supervisor import describe_end
+from scene_synth_ros.suite.environment import LAUNCH
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 
@@ -113,8 +115,7 @@ class SuiteEnd:
             self._running.discard(name)
             if event.returncode == 0 and self._by_themselves:
                 return [Shutdown(reason="all nodes are done")] if self._with_last and not self._running else None
-            how = f"with exit status {event.returncode}" if event.returncode else "before the run was over"
-            reason = f"{name} has ended {how}"
+            reason = describe_end(name, event.returncode) if event.returncode else f"{name} has ended before the run was over"
             if not context.is_shutdown:
                 # launch counts what its event loop's handler is told as an error, and returns 1 after an orderly end
                 context.asyncio_loop.call_exception_handler({"message": reason})
@@ -144,8 +145,10 @@ def described(nodes: Callable[[Arguments], list[Any]], declared: Mapping[str, tu
     )
 
 
-def suite_node(name: str, end: SuiteEnd, *, namespace: str, executable: str = "", **options: Any) -> Node:
-    """Return a node of this package; ``executable`` where it is called otherwise than its program."""
+def suite_node(
+    name: str, end: SuiteEnd, *, namespace: str, executable: str = "", additional_env: Mapping[str, str] | None = None, **options: Any
+) -> Node:
+    """Return a node of this package, which ends with the launch; ``executable`` where it is called otherwise than its program."""
     program = executable or name
     return Node(
         package="scene_synth_ros",
@@ -154,6 +157,7 @@ def suite_node(name: str, end: SuiteEnd, *, namespace: str, executable: str = ""
         namespace=namespace,
         output="screen",
         on_exit=end.of(name),
+        additional_env={LAUNCH: str(os.getpid()), **(additional_env or {})},
         **options,
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import signal
 import subprocess
@@ -15,15 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from scene_synth_ros.suite.environment import RUN, SUPERVISED
+from scene_synth_ros.suite.environment import RUN, SUPERVISED, die_with_parent
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
 PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
 """How long nodes get to end by themselves, counted from the beginning of the end: those that publish, and all; then they are killed."""
-
-_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,9 +88,9 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
     codes = {name: process.returncode for name, process in running.items()}
     faulty = [name for name, code in codes.items() if code == FAULT_STATUS]
     if faulty:
-        return Outcome(code=FAULT_STATUS, reason=_describe(faulty[0], FAULT_STATUS))
+        return Outcome(code=FAULT_STATUS, reason=describe_end(faulty[0], FAULT_STATUS))
     failed = [name for name, code in codes.items() if code > 0 and name != RECORDER]
-    return Outcome(code=1, reason=_describe(failed[0], codes[failed[0]])) if outcome.at == RECORDER and failed else outcome
+    return Outcome(code=1, reason=describe_end(failed[0], codes[failed[0]])) if outcome.at == RECORDER and failed else outcome
 
 
 @contextlib.contextmanager
@@ -103,7 +100,7 @@ def companion(words: Sequence[str]) -> Iterator[None]:
         yield
         return
     environment = node_environment(os.environ)
-    process = subprocess.Popen(words, env=environment, stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=_die_with_parent())
+    process = subprocess.Popen(words, env=environment, stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=die_with_parent())
     try:
         yield
     finally:
@@ -132,13 +129,7 @@ def _start(node: NodeProcess, namespace: str, environment: Mapping[str, str], lo
     else:
         command += ["--ros-args", "-r", f"__ns:={namespace}", "-r", f"__node:={node.name}"]
         command += ["--params-file", str(node.parameters), "--log-level", log_level]
-    return subprocess.Popen(command, env=dict(environment), stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=_die_with_parent())
-
-
-def _die_with_parent() -> Callable[[], None]:
-    """Return what a child calls before it becomes the node: the kernel sends it SIGTERM when this process ends (prctl(2))."""
-    libc = ctypes.CDLL(None)
-    return lambda: libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    return subprocess.Popen(command, env=dict(environment), stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=die_with_parent())
 
 
 class _Respawner:
@@ -156,7 +147,7 @@ class _Respawner:
             return None
         self._left[name] -= 1
         self.respawned.add(name)
-        sys.stderr.write(f"run: {_describe(name, code)}; started again\n")
+        sys.stderr.write(f"run: {describe_end(name, code)}; started again\n")
         return self._start(self._nodes[name])
 
 
@@ -167,7 +158,7 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
             if code:
                 again = respawner.respawn(name, code)
                 if again is None:
-                    return Outcome(code=1, reason=_describe(name, code), at=name)
+                    return Outcome(code=1, reason=describe_end(name, code), at=name)
                 running[name], codes[name] = again, None
         # A node that was killed when the last room was done waits, started again, for one that never comes.
         if all(codes[name] == 0 for name in codes.keys() - respawner.respawned or codes):
@@ -176,7 +167,8 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
     return Outcome(code=130, reason="interrupted")
 
 
-def _describe(name: str, code: int) -> str:
+def describe_end(name: str, code: int) -> str:
+    """Return how a process has ended, which is not well."""
     if code < 0:
         return f"{name} was ended by {signal.Signals(-code).name}"
     fault = " after a fault of the program, which is told above" if code == FAULT_STATUS else ""

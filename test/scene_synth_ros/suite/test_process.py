@@ -1,12 +1,13 @@
 """How node processes end."""
 
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import Child, environment, stop
+from scene_synth_ros_suite import Child, environment, node_pids, stop, wait_until
 
 from scene_synth_ros.bags.bag_reader import BagReader
 
@@ -31,6 +32,25 @@ for index in range(int(sys.argv[2])):
 print("sent", flush=True)
 time.sleep(60)
 """
+LAUNCH = """
+import os, subprocess, sys, time
+subprocess.Popen([sys.executable, *sys.argv[1:]], env=os.environ | {"SCENE_SYNTH_LAUNCH": str(os.getpid())})
+time.sleep(60)
+"""
+
+
+def test_a_node_ends_with_its_launch_whatever_ends_that(tmp_path: Path) -> None:
+    env = environment() | {"SCENE_SYNTH_TEST": str(tmp_path)}
+    words = ["-m", "scene_synth_ros.record.recorder_node", "--ros-args", "-r", "__ns:=/synth", "-p", f"bag:={tmp_path / 'bag'}"]
+    launch = Child([sys.executable, "-c", LAUNCH, *words], env=env)
+    try:
+        wait_until(lambda: "recording to" in launch.said()[1], 30, "the recorder", launch)
+        launch.kill()
+        wait_until(lambda: not node_pids(str(tmp_path)), 10, "the recorder to end", launch)
+    finally:
+        stop(launch)
+        for pid in node_pids(str(tmp_path)).values():
+            os.kill(pid, signal.SIGKILL)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
