@@ -292,7 +292,9 @@ def node_pids(marker: str) -> dict[str, int]:
             surroundings = (process / "environ").read_bytes().decode(errors="replace")
         except OSError:
             continue
-        name = next((word.rsplit(".", 1)[-1] for word in words if word.startswith("scene_synth_ros.")), "")
+        modules = [word for word in words if word.startswith("scene_synth_ros.")]
+        programs = [Path(word).name for word in words if Path(word).parent.name == "scene_synth_ros"]  # of an installed copy
+        name = next((word.rsplit(".", 1)[-1] for word in (*modules, *programs)), "")
         if name and marker in surroundings:
             found[name] = int(process.name)
     return found

@@ -135,8 +135,9 @@ def test_whoever_is_ended_whenever_the_launch_ends_with_its_name_and_a_whole_bag
     print(f"seed {seed}")
     draw, ends, tally = random.Random(seed), [], Counter[str]()
     suite = launched(installed, tmp_path / "first", record="true")  # compiles the kernels of the installed copy
-    wait_until(lambda: (suite.bag / "bag_0.mcap.active").is_file() and "room" in suite.process.said()[0], 300, "frames", suite.process)
-    suite.process.send_signal(signal.SIGTERM)
+    file = suite.bag / "bag_0.mcap.active"
+    wait_until(lambda: file.is_file() and file.stat().st_size > 10**6, 300, "frames", suite.process)
+    stop(suite.process)
     for number in range(ENDS):
         suite = launched(installed, tmp_path / str(number), **({"record": "true"} if number % 2 else {}))
         end = ended(suite, draw)
