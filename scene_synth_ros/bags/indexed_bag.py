@@ -22,8 +22,9 @@ from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.mcap.message_places import PLACE, BlockCache, FileIndex, Places, find_messages, read_index
 from scene_synth_ros.mcap.records import RecordError, message_at
 from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
+from scene_synth_ros.messages.image_reader import ReadImage, read_image, told_size
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns
-from scene_synth_ros.messages.streams import STRING_TYPE
+from scene_synth_ros.messages.streams import INFO, STRING_TYPE, parse
 
 
 class MessageReadError(SceneSynthError):
@@ -160,6 +161,22 @@ class IndexedBag:
             if own is None or own == stamp or not self._by_stamp:
                 return data
         raise MessageReadError(f"{', '.join(map(str, self._files))}: topic {topic}: expected a message of stamp {stamp} ns, got none")
+
+    def image(self, topic: str, stamp: int) -> ReadImage:
+        """Return the image of a topic and a stamp; its size is that in the camera info of its stream and stamp, where there is one.
+
+        Raises:
+            MessageReadError, OSError: as :meth:`read`.
+            CodecError: it cannot be read, or has another size.
+        """
+        kind = self.types.get(topic, "")
+        stream = parse(topic, kind)
+        info = stream.beside(INFO).topic if stream is not None else ""
+        try:
+            size = told_size(self.read(info, stamp)) if info in self.types and (info, stamp) in self else None
+        except MessageReadError:
+            size = None
+        return read_image(kind, self.read(topic, stamp), topic, size)
 
     def _message(self, found: _Found, number: int, topic: str, stamp: int) -> memoryview:
         file, place = int(found.files[number]), found.places[number]

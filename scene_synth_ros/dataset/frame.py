@@ -21,7 +21,7 @@ from scene_synth_ros.dataset.part import Part
 from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr import CdrReadError, read_text
-from scene_synth_ros.messages.image_reader import CodecError, read_compressed, read_image
+from scene_synth_ros.messages.image_reader import CodecError, read_compressed
 from scene_synth_ros.messages.poses import PoseReadError
 from scene_synth_ros.messages.streams import COMPRESSED, POSE, Stream, parse
 
@@ -81,9 +81,11 @@ class Frame(Mapping[str, NDArray[Any]]):
                 raise KeyError(f"{self}: expected one of {', '.join(part.topics.images)}, got layer '{layer}'")
             topic = part.topics.images[layer]
             try:
-                image = read_image(part.bag.types[topic], self._message(topic), topic, self._size(layer))
+                image = part.bag.image(topic, self.stamp_ns)
             except CodecError as error:
                 raise DatasetError(f"{self}, layer {layer}: {error}") from None
+            except (MessageReadError, McapReadError, OSError) as error:
+                raise DatasetError(f"{self}: {error_line(error)}") from None
             self._decoded[layer] = _metres(image.pixels) if layer.startswith("depth") else image.pixels
         return self._decoded[layer]
 
@@ -245,16 +247,6 @@ class Frame(Mapping[str, NDArray[Any]]):
         data = self._decode(topic, read_compressed)
         form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)
         return None if form is None else (data, form)
-
-    def _size(self, layer: str) -> tuple[int, int] | None:
-        """Return height and width of a layer as its camera info tells them; None where it does not, or cannot be read."""
-        part = self._open()
-        topic = part.topics.infos.get(layer, "")
-        try:
-            camera = self._decode(topic, lambda data: read_camera(part.camera, data)) if (topic, self.stamp_ns) in part.bag else None
-        except DatasetError:
-            return None
-        return (camera.height, camera.width) if camera is not None and camera.height and camera.width else None
 
     def _open(self) -> Part:
         return self._dataset.part(self._part)

@@ -24,7 +24,7 @@ ENCODINGS: Mapping[str, tuple[str, int]] = {
 }  # fmt: skip
 """Image encoding -> kind and size of a number, numbers a pixel."""
 MAX_PIXELS = 8192 * 8192
-"""Of an image whose camera is not known: those of the largest camera of this package."""
+"""Of an image whose camera does not tell its size: those of the largest camera of this package."""
 _PLAIN_MODES = ("L", "RGB", "I;16", "I;16B", "I")
 """What Pillow calls pixels that are kept as they are; others become red, green, blue."""
 _DEPTH_HEAD = struct.Struct("<iff")
@@ -59,6 +59,17 @@ def read_image(type_name: str, data: bytes | memoryview, topic: str, size: tuple
         return _read_raw(reader, size) if type_name == IMAGE_TYPE else _read_compressed(reader, topic, size)
     except CdrReadError as error:
         raise CodecError(str(error)) from None
+
+
+def told_size(data: bytes | memoryview) -> tuple[int, int] | None:
+    """Return height and width in a serialised CameraInfo; None where it has none, or is cut off."""
+    try:
+        reader = CdrReader(data)
+        reader.header()
+        height, width = reader.number("I"), reader.number("I")
+    except CdrReadError:
+        return None
+    return (height, width) if height and width else None
 
 
 def read_compressed(data: bytes | memoryview) -> bytes:

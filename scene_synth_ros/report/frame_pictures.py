@@ -18,7 +18,7 @@ from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_bag
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr import CdrReadError, read_text
-from scene_synth_ros.messages.image_reader import CodecError, read_image
+from scene_synth_ros.messages.image_reader import CodecError
 from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, Stream, find_streams
 from scene_synth_ros.pages.document import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
@@ -82,7 +82,7 @@ def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], to
 
 
 def _image(bag: IndexedBag, topic: str, stamp: int) -> NDArray[Any]:
-    pixels = read_image(bag.types[topic], bag.read(topic, stamp), topic).pixels
+    pixels = bag.image(topic, stamp).pixels
     if not pixels.size or pixels.dtype.kind not in "uif":
         raise ValueError("an image without numbers")
     return pixels

@@ -15,18 +15,18 @@ from renderer import LAYERS
 from renderer.film.false_color import OBJECTS
 from scene_description import FieldError, SceneSynthError, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.bags.indexed_bag import IndexedBag, open_bag
 from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
 from scene_synth_ros.messages.cdr import json_object, read_text
-from scene_synth_ros.messages.image_reader import read_image
 from scene_synth_ros.messages.poses import read_pose
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import INFO, LABELS, MAP, POSE, SCENE, find_streams
 
 MAX_NOTES = 40
 MAX_LABELS = 70_000
-_UNREADABLE = (SceneSynthError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
+_UNREADABLE = (SceneSynthError, OSError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
 
@@ -56,14 +56,16 @@ class BagContents:
         streams = find_streams(reader.types, *takers)
         self._streams = {topic: stream for topic, stream in streams.items() if stream.role.of == "run" or stream.base in self._cameras}
         self._readers: dict[str, Callable[[BagMessage, int | None], None]] = {
-            **dict.fromkeys(index.streams, self._take_image),
-            **{topic: takers[stream.role] for topic, stream in self._streams.items()},
+            topic: takers[stream.role] for topic, stream in self._streams.items()
         }
-        self.topics = frozenset(self._readers)
-        for number, message in enumerate(reader.messages(self.topics)):
-            self._take(message)
+        self.topics = frozenset((*index.streams, *self._readers))
+        number = 0
+        for number, message in enumerate(reader.messages(self._readers.keys())):
+            stamp = stamp_ns(message.type_name, message.data)
+            self._try(message.topic, self._readers[message.topic], message, stamp)
             if number % 16 == 0:
                 progress(number)
+        self._take_images(open_bag(reader.path, self.note), lambda images: progress(number + images))
         for room in self.rooms:
             color_ids(room)
 
@@ -81,12 +83,11 @@ class BagContents:
             for camera, layers in sorted(found.items(), key=lambda item: (item[0] == OTHERS, item[0]))
         ]
 
-    def _take(self, message: BagMessage) -> None:
-        stamp = stamp_ns(message.type_name, message.data)
+    def _try(self, topic: str, take: Callable[..., None], *arguments: Any) -> None:
         try:
-            self._readers[message.topic](message, stamp)
+            take(*arguments)
         except _UNREADABLE as error:
-            self.note(f"{message.topic}: a message cannot be shown ({' '.join(str(error).split())[:200] or type(error).__name__})")
+            self.note(f"{topic}: a message cannot be shown ({' '.join(str(error).split())[:200] or type(error).__name__})")
 
     def note(self, line: str) -> None:
         """Keep a line for people, once."""
@@ -147,19 +148,26 @@ class BagContents:
             if straight and all(map(math.isfinite, numbers)) and numbers[0] > 0.0 and numbers[1] > 0.0:
                 camera["lens"] = {"k": numbers, "width": info.width, "height": info.height}
 
-    def _take_image(self, message: BagMessage, stamp: int | None) -> None:
-        if stamp not in self._place:
-            return
+    def _take_images(self, bag: IndexedBag, progress: Callable[[int], None]) -> None:
+        topics = sorted(self._index.streams, key=lambda topic: _rank(list(LAYERS), self._index.streams[topic].layer))
+        bag.prepare(topics)
+        for number, stamp in enumerate(self._place):
+            for topic in topics:
+                if (topic, stamp) in bag:
+                    self._try(topic, self._take_image, bag, topic, stamp)
+            progress(number)
+
+    def _take_image(self, bag: IndexedBag, topic: str, stamp: int) -> None:
         if self._left <= 0:
             self.note(
                 "the page has its largest size; frames from here on have no images: give --frames, --rooms or --max-size a smaller number"
             )
             return
-        stream = self._index.streams[message.topic]
+        stream = self._index.streams[topic]
         camera = self._camera_at(stamp, stream.camera)
         if camera is None or stream.layer in camera["images"]:
             return
-        pixels = read_image(message.type_name, message.data, message.topic).pixels
+        pixels = bag.image(topic, stamp).pixels
         other = "picture" if pixels.dtype == np.uint8 else "distance"
         form = other if stream.camera == OTHERS else form_of(LAYERS[stream.layer])
         image = page_image(pixels, form, LAYERS.get(stream.layer), self._max_size) | {"form": form}

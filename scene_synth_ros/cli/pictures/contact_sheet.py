@@ -14,12 +14,12 @@ from renderer.film.layer import Layer
 from renderer.film.layers import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_description.whole import whole_file
-from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
+from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.bags.indexed_bag import IndexedBag, open_bag
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.pictures.picture_grid import FORMATS, INK, PAPER
 from scene_synth_ros.messages.cdr import json_object, read_text
-from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
 
 TILE_WIDTH = 256
@@ -48,7 +48,8 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
             raise UsageError(f"{bag}: no contact sheet; expected a scene topic and images, got {got}")
         rooms = [_read_room(message) for message in reader.messages([scenes])]
         chosen = {stamp for room in rooms for stamp in spread(room.stamps, FRAMES_PER_ROOM)}
-        tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen, layers_in(_standard(reader)))}
+        rows = layers_in(_standard(reader))
+    tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(open_bag(bag), topics, chosen, rows)}
     if not tiles:
         raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
     with whole_file(path) as partial:
@@ -72,15 +73,14 @@ def _standard(reader: BagReader) -> StandardName:
 
 
 def _tiles(
-    reader: BagReader, topics: dict[str, str], stamps: set[int], rows: Mapping[str, Layer]
+    bag: IndexedBag, topics: dict[str, str], stamps: set[int], rows: Mapping[str, Layer]
 ) -> Iterator[tuple[int, str, Picture.Image]]:
-    layers = {topic: layer for layer, topic in topics.items()}
-    for message in reader.messages(set(layers)):
-        stamp = stamp_ns(message.type_name, message.data)
-        if stamp in stamps:
-            layer = layers[message.topic]
-            picture = Picture.fromarray(layer_picture(rows[layer], read_pixels(message)))
-            yield stamp, layer, small_picture(rows[layer], picture, TILE_WIDTH)
+    bag.prepare(topics.values())
+    for stamp in sorted(stamps):
+        for layer, topic in topics.items():
+            if (topic, stamp) in bag:
+                picture = Picture.fromarray(layer_picture(rows[layer], bag.image(topic, stamp).pixels))
+                yield stamp, layer, small_picture(rows[layer], picture, TILE_WIDTH)
 
 
 def small_picture(layer: Layer, picture: Picture.Image, width: int) -> Picture.Image:

@@ -123,7 +123,7 @@ def test_a_raw_image_of_another_size_or_of_none_is_one_line(tmp_path: Path) -> N
         open_dataset(tmp_path / "other", layers=("color",))[0]["color"]
 
 
-@pytest.mark.parametrize("name", ["wrong chunk", "huge", "cut JPEG"])
+@pytest.mark.parametrize("name", ["wrong chunk", "huge", "cut JPEG", "another size"])
 def test_every_reader_of_bags_says_one_line(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag = with_picture(tmp_path, PICTURES[name])
     page = write_page(bag, tmp_path / "page.html", rooms=1, frames=3, max_size=64)
@@ -137,6 +137,9 @@ def test_every_reader_of_bags_says_one_line(name: str, tmp_path: Path, capsys: p
         [evaluation], tmp_path / "report.html", worst=9, bag_root=None, estimates=None, max_size=64, progress=lambda _: None
     )
     assert [note for note in report.notes if "cannot be shown" in note] and all("\n" not in note for note in report.notes)
+    if name in ("huge", "another size"):
+        for notes in (page.notes, report.notes):
+            assert [note for note in notes if "expected 64x48 pixels, as camera_info says" in note], notes
     for words in (["convert", bag, "--to", "euroc"], ["convert", bag, "--to", "nerfstudio"]):
         with pytest.raises(SystemExit) as status:
             main([*map(str, words), "--out", str(tmp_path / f"out_{words[-1]}")])
