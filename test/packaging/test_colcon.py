@@ -8,18 +8,37 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from launches import ROOT, colcon_install, site_packages
 
+ROOT = Path(__file__).resolve().parents[2]
 NODES = ("grammar_node", "renderer_node", "recorder_node", "evaluator_node", "replay_node")
 
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return colcon_install(tmp_path_factory.mktemp("colcon"))
+    folder = tmp_path_factory.mktemp("colcon")
+    words = [
+        sys.executable,
+        "-m",
+        "colcon",
+        "--log-base",
+        "log",
+        "build",
+        "--base-paths",
+        ROOT,
+        "--build-base",
+        "build",
+        "--install-base",
+        "install",
+    ]
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    process = subprocess.run(list(map(str, words)), cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert process.returncode == 0, process.stdout + process.stderr
+    return folder / "install" / "scene_synth_ros"
 
 
 def run_in(installed: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(site_packages(installed)), "ROS_DOMAIN_ID": "99"}
+    (site,) = installed.glob("lib/python3*/site-packages")
+    environment = {**os.environ, "PYTHONPATH": str(site), "ROS_DOMAIN_ID": "99"}
     return subprocess.run([sys.executable, *words], cwd="/", env=environment, capture_output=True, text=True, timeout=300, check=False)
 
 
