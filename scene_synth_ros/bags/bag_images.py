@@ -34,6 +34,11 @@ def read_pixels(message: BagMessage) -> NDArray[Any]:
     return read_image(message.type_name, message.data, message.topic).pixels
 
 
+def has_channels(pixels: NDArray[Any], layer: str) -> bool:
+    """Return whether an image has the channels of its layer."""
+    return (pixels.shape[2] if pixels.ndim == 3 else 1) == LAYERS[layer].channels
+
+
 def layer_picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:
     """Return the picture of a layer, uint8, of pixels as they come out of a bag: distances may be whole millimetres."""
     if layer.dtype == "float32" and pixels.dtype == np.uint16:

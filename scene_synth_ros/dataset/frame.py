@@ -10,10 +10,12 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer import LAYERS
 from scene_description import SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.labels import LabelTable
 from scene_description.poses import world_from_optical
+from scene_synth_ros.bags.bag_images import has_channels
 from scene_synth_ros.bags.indexed_bag import MessageReadError
 from scene_synth_ros.dataset.camera import Camera, Pose, read_camera, read_pose
 from scene_synth_ros.dataset.errors import DatasetError
@@ -73,7 +75,7 @@ class Frame(Mapping[str, NDArray[Any]]):
 
         Raises:
             KeyError: no such layer was recorded of the camera; the message says which there are.
-            DatasetError: the image is damaged, or was not recorded at this stamp.
+            DatasetError: the image is damaged, is none of its layer, or was not recorded at this stamp.
         """
         if layer not in self._decoded:
             part = self._open()
@@ -86,6 +88,10 @@ class Frame(Mapping[str, NDArray[Any]]):
                 raise DatasetError(f"{self}, layer {layer}: {error}") from None
             except (MessageReadError, McapReadError, OSError) as error:
                 raise DatasetError(f"{self}: {error_line(error)}") from None
+            row = LAYERS.get(layer)
+            if row is not None and not (has_channels(image.pixels, layer) and (row.dtype == "float32" or image.pixels.dtype.kind != "f")):
+                expected = f"{row.channels} channel{'s' * (row.channels > 1)} of {row.dtype}"
+                raise DatasetError(f"{self}, layer {layer}: expected {expected}, got an image encoded as {image.encoding[:40]}")
             self._decoded[layer] = _metres(image.pixels) if layer.startswith("depth") else image.pixels
         return self._decoded[layer]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from renderer import LAYERS
-from scene_synth_ros.bags.bag_images import layer_picture, layer_topics
+from scene_synth_ros.bags.bag_images import has_channels, layer_picture, layer_topics
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_bag
 from scene_synth_ros.mcap.contents import McapReadError
@@ -98,11 +98,6 @@ def class_names(bag: Path) -> dict[int, str]:
             return {int(key): str(row["name"])[:100].replace("_", " ") for key, row in labels.items()}
     except (BagReadError, OSError, AttributeError, *_UNREADABLE):
         return {}
-
-
-def fits(pixels: NDArray[Any] | None, layer: str) -> bool:
-    """Return whether there is an image, and it has the channels of its layer."""
-    return pixels is not None and (pixels.shape[2] if pixels.ndim == 3 else 1) == LAYERS[layer].channels
 
 
 def reduced(pixels: NDArray[Any], max_size: int) -> NDArray[Any]:
@@ -242,12 +237,12 @@ def _frame(wanted: Wanted, truths: _ImagesOf, guesses: _ImagesOf, max_size: int)
     frame, color, row = _FramePixels(), images.get(COLOR), ERROR_IMAGES.get(wanted.task)
     if color is not None and (color.ndim == 2 or color.shape[2] == 3):
         frame.color = reduced(color, max_size)
-    if row is None or not fits(images.get(row.layer), row.layer):
+    if row is None or not (row.layer in images and has_channels(images[row.layer], row.layer)):
         return frame
     truth = images[row.layer]
     frame.truth = row.read(reduced(truth, max_size))
     guess = guesses[wanted.estimates, _name(wanted, row.layer)][wanted.stamp_ns].get(row.layer) if wanted.estimates else None
-    if guess is not None and fits(guess, row.layer):
+    if guess is not None and has_channels(guess, row.layer):
         frame.estimate = row.match(frame.truth, row.read(reduced(same_size(truth, guess), max_size)))
         with np.errstate(all="ignore"):
             frame.error = row.of(frame.truth, frame.estimate)
