@@ -3,6 +3,8 @@
 import os
 import signal
 
-# Ctrl-C ends a node that still loads its modules without a traceback
-if {"SCENE_SYNTH_SUPERVISED", "SCENE_SYNTH_LAUNCH"} & os.environ.keys():
+from scene_synth_ros.suite.environment import LAUNCH, SUPERVISED, die_with_launch
+
+if {LAUNCH, SUPERVISED} & os.environ.keys():  # Ctrl-C ends a node that still loads its modules without a traceback
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+die_with_launch()

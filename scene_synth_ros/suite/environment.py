@@ -44,5 +44,9 @@ def die_with_launch() -> None:
     launch = os.environ.get(LAUNCH)
     if launch is not None:
         die_with_parent()()
-        if not Path(f"/proc/{launch}").exists():
+        try:
+            lives = Path(f"/proc/{launch}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        except OSError:
+            lives = False
+        if not lives:
             os.kill(os.getpid(), signal.SIGTERM)

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from scene_description import error_line
-from scene_synth_ros.suite.environment import SUPERVISED, die_with_launch
+from scene_synth_ros.suite.environment import SUPERVISED
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.parameters import ParameterError
@@ -69,7 +69,6 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
 def _run(make: Callable[[], Node], args: list[str] | None) -> int:
     """Make the node, spin it and close it; return the exit status."""
     caught: list[int] = []
-    die_with_launch()
     collect_rarely()
     limit_arenas()
     node, refusal = _make(make, args, caught)

@@ -77,7 +77,12 @@ def ended(suite: Suite, draw: random.Random) -> Ended:
         else:
             os.killpg(suite.process.pid, how)  # as a terminal does at Ctrl-C
         output = "".join(suite.process.communicate(timeout=END_S))
-        wait_until(lambda: not suite.pids(), END_S - (time.monotonic() - began), "the nodes to end", suite.process)
+        wait_until(
+            lambda: not suite.pids(),
+            END_S - (time.monotonic() - began),
+            f"the nodes to end after {how.name} of {who or 'all'}",
+            suite.process,
+        )
         return Ended(who, how, output, time.monotonic() - began)
     finally:
         stop(suite.process)
