@@ -23,6 +23,8 @@ pytestmark = pytest.mark.soak
 
 ENDS = int(os.environ.get("SOAK_ENDS", "100"))
 END_S, LATEST_S = 20.0, 12.0
+LATER, SOME_FRAMES = 0.7, 200_000
+"""Share of the ends that come when some frames have been recorded, so many bytes; the others come while nodes begin."""
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ROOMS, FRAMES = 200, 40
@@ -70,6 +72,9 @@ def ended(suite: Suite, draw: random.Random) -> Ended:
     who, how = draw.choice((*suite.nodes, "")), draw.choice(SIGNALS)
     try:
         wait_until(lambda: len(suite.pids()) == len(suite.nodes), 60, "the nodes", suite.process)
+        files = [suite.bag / f"{suite.bag.name}_0.mcap{ending}" for ending in (".active", "")]
+        if "recorder_node" in suite.nodes and draw.random() < LATER:
+            wait_until(lambda: any(file.is_file() and file.stat().st_size > SOME_FRAMES for file in files), 120, "frames", suite.process)
         time.sleep(draw.uniform(0.0, LATEST_S))
         began = time.monotonic()
         if who or how == signal.SIGKILL:
