@@ -123,6 +123,10 @@ def test_whoever_is_ended_whenever_the_run_ends_with_its_name_and_a_whole_bag(tm
     tell("run", ends, tally)
 
 
+LAUNCH_STATUSES = {signal.SIGINT: {0, 1}, signal.SIGTERM: {1}, signal.SIGKILL: {-signal.SIGKILL}}
+"""How launch itself ends; it may hear of the end of a node that still loaded its modules before it gets its own SIGINT."""
+
+
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pytest.importorskip("launch_ros", reason="no ROS 2 launch; apt install ros-jazzy-launch-ros")
@@ -158,9 +162,6 @@ def test_whoever_is_ended_whenever_the_launch_ends_with_its_name_and_a_whole_bag
         tally[state_of(suite.bag, what) if number % 2 else "no recorder"] += 1
         ends.append(end)
     tell("launch", ends, tally)
-
-
-LAUNCH_STATUSES = {signal.SIGINT: {0}, signal.SIGTERM: {1}, signal.SIGKILL: {-signal.SIGKILL}}
 
 
 def state_of(bag: Path, what: str) -> str:
