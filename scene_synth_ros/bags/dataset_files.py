@@ -1,5 +1,6 @@
 """Names and schemas of the files that datasets have beside their bags, for those who write them and those who read them."""
 
+import re
 from typing import Final
 
 PLAN_NAME = "dataset.json"
@@ -12,6 +13,9 @@ PLAN_SCHEMA: Final = "scene_synth_dataset/1"
 DATASET_MANIFEST_SCHEMA: Final = "scene_synth_manifest/1"
 SHARD_SCHEMA: Final = "scene_synth_shard/1"
 SPLITS_SCHEMA: Final = "scene_synth_splits/1"
+
+
+_FILE_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")
 
 
 def shard_name(shard: int) -> str:
@@ -27,3 +31,9 @@ def shard_folder(shard: int) -> str:
 def completion_name(shard: int) -> str:
     """Return the name of a shard's completion file in the folder of its dataset."""
     return f"{shard_folder(shard)}.json"
+
+
+def is_shard_file(name: object, shard: int) -> bool:
+    """Return whether a name is that of a file in a shard's folder, as ``00000/00000_0.mcap``; completion files tell such names."""
+    folder, _, file = name.partition("/") if isinstance(name, str) else ("", "", "")
+    return folder == shard_name(shard) and _FILE_NAME.fullmatch(file) is not None

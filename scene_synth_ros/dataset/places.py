@@ -22,6 +22,7 @@ from scene_synth_ros.bags.dataset_files import (
     SHARDS_NAME,
     SPLITS_NAME,
     SPLITS_SCHEMA,
+    is_shard_file,
     shard_name,
 )
 from scene_synth_ros.dataset.errors import DatasetError
@@ -30,7 +31,8 @@ from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.stored_file import StoredFile
 
 _ENDINGS = (".mcap", ".mcap.active")
-_MAX_SHARD = 2**30
+_MAX_JSON = 40 * 2**20
+"""Bytes of a file of JSON, which takes up to 25 times as much memory; the manifest of 60,000 rooms has as many."""
 _SPLIT_NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
 """Those of ``scene_synth split``; they become parts of paths."""
 
@@ -86,25 +88,25 @@ def _in_order(names: Iterable[str]) -> list[str]:
 
 
 def _shards(folder: Folder, names: list[str], report: Callable[[str], None]) -> list[BagPlace]:
-    """Return the shards that are complete, by the manifest where there is one, else by their completion files."""
+    """Return the shards that are complete, by the manifest where there is one that is not too large, else by their completion files."""
     below = folder / SHARDS_NAME if SHARDS_NAME in names else folder
-    if DATASET_MANIFEST_NAME in names:
-        manifest = read_json(folder.file(DATASET_MANIFEST_NAME), DATASET_MANIFEST_SCHEMA)
-        rows = manifest.get("shards")
+    rows: Any
+    if DATASET_MANIFEST_NAME in names and _size(folder.file(DATASET_MANIFEST_NAME)) <= _MAX_JSON:
+        rows = read_json(folder.file(DATASET_MANIFEST_NAME), DATASET_MANIFEST_SCHEMA).get("shards")
         where = str(folder / DATASET_MANIFEST_NAME)
     else:
         inside = below.names() or []
         told = sorted(name for name in inside if name.removesuffix(".json").isdecimal() and name.endswith(".json"))
-        rows = [read_json(below.file(name), SHARD_SCHEMA) for name in told]
+        rows = (read_json(below.file(name), SHARD_SCHEMA) for name in told)
         where = str(below)
         planned = _planned(folder, names)
-        if planned is not None and len(rows) < planned:
+        if planned is not None and len(told) < planned:
             report(
-                f"{folder}: {len(rows)} of {planned} shards are complete; the others are left out, scene_synth generate --resume makes them"
+                f"{folder}: {len(told)} of {planned} shards are complete; the others are left out, scene_synth generate --resume makes them"
             )
-    if not isinstance(rows, list) or not rows:
+    found = [_shard(below, row, f"{where}: shards[{number}]") for number, row in enumerate(rows if isinstance(rows, Iterable) else ())]
+    if not found:
         raise DatasetError(f"{where}: expected complete shards, got none; let scene_synth generate finish one")
-    found = [_shard(below, row, f"{where}: shards[{number}]") for number, row in enumerate(rows)]
     if not any(bag.files for bag in found):
         raise DatasetError(f"{where}: expected a shard with rooms, got {len(found)} without; their completion files say what failed")
     return [bag for bag in found if bag.files]
@@ -120,36 +122,42 @@ def _planned(folder: Folder, names: list[str]) -> int | None:
 def _shard(below: Folder, row: Any, where: str) -> BagPlace:
     try:
         rooms = tuple(_room(room, f"rooms[{number}]") for number, room in enumerate(row["rooms"]))
-        files = tuple(below.file(name) for name in _in_order(_inside(file["name"]) for file in row["files"]))
+        files = tuple(below.file(name) for name in _in_order(_inside(file["name"], row["shard"]) for file in row["files"]))
         name = f"{below / shard_name(row['shard'])}"
     except (LookupError, TypeError, ValueError, SceneSynthError) as error:
         raise DatasetError(f"{where}: expected rooms and files of a shard, got {' '.join(str(error).split())[:200]}") from None
     return BagPlace(name=name, files=files, rooms=rooms)
 
 
-def _inside(name: Any) -> str:
-    if not isinstance(name, str) or name.startswith("/") or ".." in name.split("/"):
+def _inside(name: Any, shard: int) -> str:
+    if not is_shard_file(name, shard):
         raise FieldError("name", "a file of the shard", f"{name!r:.100}")
-    return name
+    return str(name)
 
 
 def _room(room: Any, where: str) -> RoomInfo:
     return from_mapping(RoomInfo, {key: room[key] for key in ("index", "seed", "room_type", "scene_id", "frames")}, where)
 
 
+def _size(file: StoredFile) -> int:
+    with file.open("rb") as stream:
+        return stream.seek(0, os.SEEK_END)
+
+
 def read_json(file: StoredFile, schema: str) -> dict[str, Any]:
     """Return the JSON object in a file.
 
-    It has at most 1 GiB, and the schema that is asked for, if one is.
+    It has the schema that is asked for, if one is.
 
     Raises:
-        DatasetError: it is another.
+        DatasetError: it is another, or the file is too large.
         OSError: it cannot be read.
     """
+    size = _size(file)
+    if size > _MAX_JSON:
+        raise DatasetError(f"{file}: expected at most {_MAX_JSON} bytes of JSON, got {size}; it is none of scene_synth's files")
     with file.open("rb") as stream:
-        size = stream.seek(0, os.SEEK_END)
-        stream.seek(0)
-        text = stream.read(min(size, _MAX_SHARD))  # reading takes the memory that it is asked for, however short the file
+        text = stream.read(size)  # reading takes the memory that it is asked for, however short the file
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -14,7 +14,14 @@ from typing import Any, Literal, TypedDict
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
-from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_SCHEMA, SHARD_SCHEMA, SHARDS_NAME, completion_name, shard_name
+from scene_synth_ros.bags.dataset_files import (
+    DATASET_MANIFEST_SCHEMA,
+    SHARD_SCHEMA,
+    SHARDS_NAME,
+    completion_name,
+    is_shard_file,
+    shard_name,
+)
 from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store, sha256_of
@@ -132,10 +139,11 @@ def read_completion(store: Store, plan: DatasetPlan, shard: int) -> Completion |
         rooms = plan.rooms_of(shard)
         indices = [row["index"] for row in (*document["rooms"], *document["failed"])]
         fits = document["schema"] == SHARD_SCHEMA and document["shard"] == shard and sorted(indices) == list(rooms)
-        complete = isinstance(document["files"], list) and isinstance(document["layers"], dict) and document["messages"] >= 0
+        complete = isinstance(document["layers"], dict) and document["messages"] >= 0
+        files = [is_shard_file(row["name"], shard) and isinstance(row["sha256"], str) for row in document["files"]]
     except (ValueError, TypeError, LookupError, RecursionError):
         return None
-    return document if fits and complete else None
+    return document if fits and complete and all(files) else None
 
 
 def faults_of(store: Store, completion: Completion) -> Iterator[str]:

@@ -48,6 +48,17 @@ def test_shards_without_completion_file_are_left_out_and_told(tmp_path: Path) ->
     ]
 
 
+def test_a_manifest_that_is_too_large_is_passed_over_for_completion_files_which_have_the_same_bound(tmp_path: Path) -> None:
+    write_dataset(tmp_path / "rooms", layers=LAYERS)
+    for name in ("manifest.json", "shards/00000.json"):
+        with (tmp_path / "rooms" / name).open("ab") as file:
+            file.truncate(40 * 2**20 + 1)  # of zeros
+        if name == "manifest.json":
+            assert len(open_dataset(tmp_path / "rooms")) == 12
+    with pytest.raises(DatasetError, match=r"00000\.json: expected at most 41943040 bytes of JSON, got 41943041; "):
+        open_dataset(tmp_path / "rooms")
+
+
 def test_a_folder_of_bags_is_a_dataset(tmp_path: Path) -> None:
     images = {}
     for number in range(2):
