@@ -123,7 +123,7 @@ def test_whoever_is_ended_whenever_the_run_ends_with_its_name_and_a_whole_bag(tm
     tell("run", ends, tally)
 
 
-LAUNCH_STATUSES = {signal.SIGINT: {0, 1}, signal.SIGTERM: {1}, signal.SIGKILL: {-signal.SIGKILL}}
+LAUNCH_STATUSES = {signal.SIGINT: {0, 1}, signal.SIGTERM: {1, -signal.SIGTERM}, signal.SIGKILL: {-signal.SIGKILL}}
 """How launch itself ends; it may hear of the end of a node that still loaded its modules before it gets its own SIGINT."""
 
 
