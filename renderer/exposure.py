@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.camera.config import CameraConfig, LensModel, SensorConfig
+from renderer.camera.lenses import LENSES
 from renderer.core.color import LUMINANCE
 from renderer.core.errors import RenderError
 from renderer.film.tone import Exposure, white_luminance
@@ -24,6 +25,8 @@ METER_CONSTANT = 12.5
 """K of ISO 2720 for reflected light, cd/m2 at EV 0 and ISO 100 times 100."""
 
 _WIDTH, _SAMPLES, _VIEWS, _STEPS_PER_EV = 64, 16, 3, 8
+_MOST_PIXELS = 2 * _WIDTH * _WIDTH
+"""Of the meter's image, which has 64 columns unless it would be more than twice as high."""
 _DEPTH = 32
 """Segments of the meter's paths: what a room's light loses there is below any step, whatever the pictures lose."""
 _DARKEST = 1e-3
@@ -77,9 +80,8 @@ class LightMeter:
     """
 
     def __init__(self, flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> None:
-        height = max(1, _WIDTH * camera.height // camera.width)
         self._flat, self._scene_key, self._poses = flat, scene_key, poses
-        self._camera = CameraConfig(width=_WIDTH, height=height, horizontal_fov_rad=camera.horizontal_fov_rad)
+        self._camera = _small_camera(camera)
         self._config = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, portable=config.portable)
         self._left = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
         self._seen: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
@@ -94,9 +96,10 @@ class LightMeter:
         """
         with Renderer(self._flat, self._camera, replace(self._config, threads=threads), self._scene_key, like=like) as renderer:
             while self._left:
-                frame = renderer.render(self._poses[self._left[0]], self._left[0], ("color", "albedo"), cancelled=cancelled)
+                frame = renderer.render(self._poses[self._left[0]], self._left[0], ("color", "albedo", "range"), cancelled=cancelled)
                 assert frame.radiance is not None
-                self._seen.append((frame.radiance.reshape(-1, 3), frame.layers["albedo"].reshape(-1, 3).astype(np.float32)))
+                seen = ~np.isnan(frame.layers["range"])  # not beyond the circle of a fisheye
+                self._seen.append((frame.radiance[seen], frame.layers["albedo"][seen].astype(np.float32)))
                 del self._left[0]
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
         luminance = light.astype(np.float64) @ LUMINANCE
@@ -104,6 +107,16 @@ class LightMeter:
         bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
         ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
         return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(light, base))
+
+
+def _small_camera(camera: CameraConfig) -> CameraConfig:
+    """Return a camera of few pixels that sees about as much, through a lens that maps a plane or through one of the same kind."""
+    width, height = _WIDTH, max(1, _WIDTH * camera.height // camera.width)
+    if width * height > _MOST_PIXELS:
+        width = max(1, math.isqrt(_MOST_PIXELS * camera.width // camera.height))
+        height = _MOST_PIXELS // width
+    model: LensModel = "pinhole" if LENSES[camera.model].planar else camera.model
+    return CameraConfig(model=model, width=width, height=height, horizontal_fov_rad=camera.horizontal_fov_rad)
 
 
 def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:

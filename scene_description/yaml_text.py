@@ -7,6 +7,7 @@ greatest depth, a number a greatest length.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -27,10 +28,22 @@ Tags: TypeAlias = Mapping[str, Callable[[dict[Any, Any]], Any]]
 
 _MERGE = object()
 """Stands for the key ``<<``, whose mapping, or list of mappings, gives what the mapping around it does not say itself."""
-_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Parses and says what a scalar is; that of libyaml, which not every PyYAML has, is eight times as fast."""
-_FAST_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _STANDARD = "tag:yaml.org,2002:"
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+\Z")
+"""Numbers with an exponent as YAML 1.2 has them; YAML 1.1 asks for a point and a sign, so that 1e-9 would be a text."""
+
+
+def _with_floats(base: Any) -> Any:
+    """Return a loader or a dumper to which such numbers are numbers, and texts that look like them are quoted."""
+    kind: Any = type(base.__name__, (base,), {})
+    kind.add_implicit_resolver(f"{_STANDARD}float", _FLOAT, list("-+.0123456789"))
+    return kind
+
+
+_Loader: Any = _with_floats(getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+"""Parses and says what a scalar is; that of libyaml, which not every PyYAML has, is eight times as fast."""
+_DUMPER = _with_floats(yaml.SafeDumper)
+_FAST_DUMPER: Any = _with_floats(getattr(yaml, "CSafeDumper", yaml.SafeDumper))
 _SCALARS: Mapping[str, Callable[[Any, yaml.ScalarNode], Any]] = {
     f"{_STANDARD}null": lambda loader, node: None,
     f"{_STANDARD}bool": lambda loader, node: loader.construct_yaml_bool(node),
@@ -69,7 +82,7 @@ def read_yaml(path: Path, error: type[SceneSynthError] = YamlError, tags: Tags |
 
 
 def load_yaml(text: str | bytes, where: str, error: type[SceneSynthError] = YamlError, tags: Tags | None = None) -> Any:
-    """Return the plain value that a YAML 1.1 text stands for: None, booleans, numbers, texts, lists and dicts; dates stay texts.
+    """Return the plain value of a text, YAML 1.1 with the numbers of 1.2: None, booleans, numbers, texts, lists, dicts; dates stay texts.
 
     Args:
         text: one document; bytes are UTF-8.
@@ -101,12 +114,12 @@ def dump_yaml(value: object) -> str:
     """
     shown = repr(value)
     fast = shown.isascii() and "\\" not in shown
-    return str(yaml.dump(value, Dumper=_FAST_DUMPER if fast else yaml.SafeDumper, sort_keys=False, allow_unicode=True))
+    return str(yaml.dump(value, Dumper=_FAST_DUMPER if fast else _DUMPER, sort_keys=False, allow_unicode=True))
 
 
 def flow_yaml(value: object) -> str:
     """Return a plain value in the flow style of YAML, for example of a parameter."""
-    return str(yaml.safe_dump([value], default_flow_style=True, width=10**6)).strip()[1:-1]
+    return str(yaml.dump([value], Dumper=_DUMPER, default_flow_style=True, width=10**6)).strip()[1:-1]
 
 
 class _Document:

@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
-from renderer.camera.cameras import PosedCamera, bearing_table, project
+from renderer.camera.cameras import PosedCamera, bearing_table, place_on_image
 from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES
+from renderer.camera.row_times import Seen, see_by_rows
 from renderer.core.arrays import Array
 from scene_description.poses import rotation_from_quaternion
 from scene_description.types import CameraPose
 
-_AT_ORIGIN = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0))
 _STEP = 1e-3
 """Over which part of the field's edge its slope is taken."""
 _REACH_PX = 1e7
-_ROUNDS = 4
-"""A row's time follows from the row, the row from the pose at its time; each round leaves some thousandth of the error."""
-
-
-class Seen(NamedTuple):
-    """Points as a camera has them: in its optical frame (n, 3), and where it was then (n, 3), world; metres, float64."""
-
-    optical_m: Array
-    origin_m: Array
 
 
 class Projection:
@@ -37,7 +27,7 @@ class Projection:
 
     def __init__(self, camera: CameraConfig, pose: CameraPose, view: PosedCamera) -> None:
         self._camera, self._view = camera, view
-        self._home = rotation_from_quaternion(pose.orientation)
+        self._pose, self._home = pose, rotation_from_quaternion(pose.orientation)
         self._position = np.asarray(pose.position_m)
 
     @property
@@ -52,15 +42,9 @@ class Projection:
 
     def see(self, points_m: Array) -> Seen:
         """Return world points (n, 3) as the camera has them when it takes the rows that they fall on."""
-        optical, origin = (points_m - self._position) @ self._home, np.broadcast_to(self._position, points_m.shape)
         if self._view.row_step > 0.0:
-            middle = 0.5 * self._camera.height
-            for _ in range(_ROUNDS):
-                v = self.place(optical)[:, 1]
-                moved = self._motion_at(np.where(np.isfinite(v), v, middle) - 0.5)
-                origin = moved[:, 9:]
-                optical = np.einsum("nij,ni->nj", moved[:, :9].reshape(-1, 3, 3), points_m - origin) @ self._home
-        return Seen(optical, origin)
+            return see_by_rows(self._view, self._pose, points_m, self.place)
+        return Seen((points_m - self._position) @ self._home, np.broadcast_to(self._position, points_m.shape))
 
     def place(self, optical_m: Array) -> Array:
         """Return the places (n, 2) of points of the optical frame in image coordinates; NaN where the lens maps them nowhere.
@@ -69,7 +53,7 @@ class Projection:
         """
         edge = field_edge(self._camera)
         if np.isinf(edge):
-            return _within_reach(project(self._camera, _AT_ORIGIN, optical_m)[:, :2])
+            return _within_reach(place_on_image(self._camera, optical_m))
         aside, z = np.hypot(optical_m[:, 0], optical_m[:, 1]), optical_m[:, 2]
         slant = np.where(z > 0.0, aside / np.where(z > 0.0, z, 1.0), np.nan) if self.is_planar else np.arctan2(aside, z)
         outer = self._place_at(optical_m, np.minimum(slant, edge))
@@ -81,15 +65,7 @@ class Projection:
         aside = np.hypot(optical_m[:, 0], optical_m[:, 1])
         across = optical_m[:, :2] / np.maximum(aside, 1e-12)[:, None]
         length, ahead = (slant, np.ones_like(slant)) if self.is_planar else (np.sin(slant), np.cos(slant))
-        return project(self._camera, _AT_ORIGIN, np.column_stack([across * length[:, None], ahead]))[:, :2]
-
-    def _motion_at(self, rows: Array) -> Array:
-        """Return (n, 12), rotation and position of ``PosedCamera.motion``, in the middle of the exposure of rows (n,)."""
-        knots, last = self._view.motion.astype(np.float64), self._camera.height - 1.0
-        place = 0.5 * float(self._view.shutter_step) + np.clip(rows, 0.0, last) * float(self._view.row_step)
-        index = np.clip(place.astype(np.int64), 0, len(knots) - 2)
-        share = (place - index)[:, None]
-        return np.asarray((1.0 - share) * knots[index] + share * knots[index + 1])
+        return place_on_image(self._camera, np.column_stack([across * length[:, None], ahead]))
 
 
 def _within_reach(places: Array) -> Array:

@@ -131,9 +131,13 @@ def project(camera: CameraConfig, pose: CameraPose, points_m: NDArray[np.float64
     """Return (u, v, depth) in image coordinates and metres along the optical z of world points (n, 3); u and v are NaN where not seen."""
     world_from_camera = world_from_optical(pose.position_m, pose.orientation)
     optical = (np.asarray(points_m, np.float64) - world_from_camera[:3, 3]) @ world_from_camera[:3, :3]
+    return np.column_stack([place_on_image(camera, optical), optical[:, 2]])
+
+
+def place_on_image(camera: CameraConfig, optical_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the image coordinates (n, 2) of points (n, 3) of the optical frame; NaN where they are not seen."""
     k = intrinsics(camera)
-    places = LENSES[camera.model].project(optical, _coefficients(camera)) * (k.fx, k.fy) + (k.cx + 0.5, k.cy + 0.5)
-    return np.column_stack([places, optical[:, 2]])
+    return LENSES[camera.model].project(optical_m, _coefficients(camera)) * (k.fx, k.fy) + (k.cx + 0.5, k.cy + 0.5)
 
 
 def unproject(camera: CameraConfig, pose: CameraPose, pixels: NDArray[np.float64]) -> NDArray[np.float64]:

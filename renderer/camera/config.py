@@ -20,6 +20,7 @@ Centre = Annotated[
     Limits(ge=-1e5, le=1e5, unit="px", description="Principal point, pixel centres at integers; -1: the image centre", fixed=_LENS_FIXED),
 ]
 
+LensModel = Literal["pinhole", "brown_conrady", "rational", "kannala_brandt", "equirectangular"]
 Offset = Annotated[float, Limits(ge=-100.0, le=100.0)]
 Turn = Annotated[float, Limits(ge=-7.0, le=7.0)]
 
@@ -35,10 +36,7 @@ class CameraConfig:
         FieldError: the model cannot have that field of view or so many coefficients.
     """
 
-    model: Annotated[
-        Literal["pinhole", "brown_conrady", "rational", "kannala_brandt", "equirectangular"],
-        Limits(description="Lens model", fixed=_LENS_FIXED),
-    ] = "pinhole"
+    model: Annotated[LensModel, Limits(description="Lens model", fixed=_LENS_FIXED)] = "pinhole"
     width: Annotated[int, Limits(ge=1, le=8192, unit="px", description="Image width", fixed=_SIZE_FIXED)] = 640
     height: Annotated[int, Limits(ge=1, le=8192, unit="px", description="Image height", fixed=_SIZE_FIXED)] = 480
     horizontal_fov_rad: Annotated[

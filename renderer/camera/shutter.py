@@ -97,8 +97,8 @@ def move_rays(camera: PosedCamera, row: int, u: NDArray[np.float32], packet: Pac
         x, y, z = real[ray.ORG_X + k] - home[0], real[ray.ORG_Y + k] - home[1], real[ray.ORG_Z + k] - home[2]
         dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         for axis in range(3):
-            a, b, c = _mixed(knots, i, s, 3 * axis), _mixed(knots, i, s, 3 * axis + 1), _mixed(knots, i, s, 3 * axis + 2)
-            real[ray.ORG_X + LANES * axis + k] = _mixed(knots, i, s, 9 + axis) + a * x + b * y + c * z
+            a, b, c = mixed(knots, i, s, 3 * axis), mixed(knots, i, s, 3 * axis + 1), mixed(knots, i, s, 3 * axis + 2)
+            real[ray.ORG_X + LANES * axis + k] = mixed(knots, i, s, 9 + axis) + a * x + b * y + c * z
             real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
 
 
@@ -113,33 +113,56 @@ def aim_exposed_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray
 @kernel
 def unturn_rays(camera: PosedCamera, row: int, packet: Packet) -> None:
     """Turn directions and normals of a tile's rays, moved to the middle of their rows' exposure, back to the frame's own pose."""
-    real, knots = packet.real, camera.motion
+    unturn_vectors(camera, row, ray.DIR_X, packet.real)
+    unturn_vectors(camera, row, ray.NG_X, packet.real)
+
+
+@kernel
+def turn_vectors(camera: PosedCamera, row: int, field: int, numbers: NDArray[np.float32]) -> None:
+    """Turn 16 vectors of a tile, three fields of ``numbers``, as the camera has turned from the frame's pose to that of each row."""
+    knots = camera.motion
     for k in range(LANES):
-        i, s = _knot(_HALF * camera.shutter_step + np.float32(row + (k >> 2)) * camera.row_step, len(knots))
-        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-        nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+        i, s = knot_of_row(camera, np.float32(row + (k >> 2)))
+        x, y, z = numbers[field + k], numbers[field + LANES + k], numbers[field + 2 * LANES + k]
         for axis in range(3):
-            a, b, c = _mixed(knots, i, s, axis), _mixed(knots, i, s, axis + 3), _mixed(knots, i, s, axis + 6)
-            real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
-            real[ray.NG_X + LANES * axis + k] = a * nx + b * ny + c * nz
+            a, b, c = mixed(knots, i, s, 3 * axis), mixed(knots, i, s, 3 * axis + 1), mixed(knots, i, s, 3 * axis + 2)
+            numbers[field + LANES * axis + k] = a * x + b * y + c * z
+
+
+@kernel
+def unturn_vectors(camera: PosedCamera, row: int, field: int, numbers: NDArray[np.float32]) -> None:
+    """Undo :func:`turn_vectors`."""
+    knots = camera.motion
+    for k in range(LANES):
+        i, s = knot_of_row(camera, np.float32(row + (k >> 2)))
+        x, y, z = numbers[field + k], numbers[field + LANES + k], numbers[field + 2 * LANES + k]
+        for axis in range(3):
+            a, b, c = mixed(knots, i, s, axis), mixed(knots, i, s, axis + 3), mixed(knots, i, s, axis + 6)
+            numbers[field + LANES * axis + k] = a * x + b * y + c * z
 
 
 @kernel
 def carry_back(camera: PosedCamera, row: int, x: np.float32, y: np.float32, z: np.float32) -> tuple[np.float32, np.float32, np.float32]:
     """Return where a point of the optical frame in the middle of a row's exposure lies in the optical frame of the stamp."""
     knots, home, r = camera.motion, camera.position, camera.rotation
-    i, s = _knot(_HALF * camera.shutter_step + np.float32(row) * camera.row_step, len(knots))
+    i, s = knot_of_row(camera, np.float32(row))
     wx = r[0, 0] * x + r[0, 1] * y + r[0, 2] * z
     wy = r[1, 0] * x + r[1, 1] * y + r[1, 2] * z
     wz = r[2, 0] * x + r[2, 1] * y + r[2, 2] * z
-    vx = _mixed(knots, i, s, 0) * wx + _mixed(knots, i, s, 1) * wy + _mixed(knots, i, s, 2) * wz + _mixed(knots, i, s, 9) - home[0]
-    vy = _mixed(knots, i, s, 3) * wx + _mixed(knots, i, s, 4) * wy + _mixed(knots, i, s, 5) * wz + _mixed(knots, i, s, 10) - home[1]
-    vz = _mixed(knots, i, s, 6) * wx + _mixed(knots, i, s, 7) * wy + _mixed(knots, i, s, 8) * wz + _mixed(knots, i, s, 11) - home[2]
+    vx = mixed(knots, i, s, 0) * wx + mixed(knots, i, s, 1) * wy + mixed(knots, i, s, 2) * wz + mixed(knots, i, s, 9) - home[0]
+    vy = mixed(knots, i, s, 3) * wx + mixed(knots, i, s, 4) * wy + mixed(knots, i, s, 5) * wz + mixed(knots, i, s, 10) - home[1]
+    vz = mixed(knots, i, s, 6) * wx + mixed(knots, i, s, 7) * wy + mixed(knots, i, s, 8) * wz + mixed(knots, i, s, 11) - home[2]
     return (
         r[0, 0] * vx + r[1, 0] * vy + r[2, 0] * vz,
         r[0, 1] * vx + r[1, 1] * vy + r[2, 1] * vz,
         r[0, 2] * vx + r[1, 2] * vy + r[2, 2] * vz,
     )
+
+
+@kernel
+def knot_of_row(camera: PosedCamera, row: np.float32) -> tuple[int, np.float32]:
+    """Return the knot of the camera's motion before the middle of a row's exposure, and the share of the way to the next one."""
+    return _knot(_HALF * camera.shutter_step + row * camera.row_step, len(camera.motion))
 
 
 @kernel
@@ -149,6 +172,7 @@ def _knot(place: np.float32, count: int) -> tuple[int, np.float32]:
 
 
 @kernel
-def _mixed(knots: NDArray[np.float32], i: int, s: np.float32, column: int) -> np.float32:
-    mixed: np.float32 = (_ONE - s) * knots[i, column] + s * knots[i + 1, column]
-    return mixed
+def mixed(knots: NDArray[np.float32], i: int, s: np.float32, column: int) -> np.float32:
+    """Return a column of the motion a share ``s`` of the way from knot ``i`` to the next."""
+    between: np.float32 = (_ONE - s) * knots[i, column] + s * knots[i + 1, column]
+    return between

@@ -13,6 +13,10 @@ from renderer.film.false_color import Picture
 from scene_description import SceneDescription
 from scene_description.labels import LabelTable
 
+FrameName = Literal["", "row", "stamp", "world", "object", "rows of both"]
+"""What coordinates, distances and directions of a pixel are told in: the optical frame at the time of the pixel's row, that of the stamp,
+the world, the object's box, or the pixels of its row and of the other frame's that the point falls on; empty: none of these."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layer:
@@ -27,6 +31,7 @@ class Layer:
     dtype: Literal["uint8", "uint16", "float32"]
     channels: int = 1
     unit: str = ""
+    frame: FrameName = ""
     no_hit: float | None = None
     """Value of pixels whose ray hits nothing; None: they are as others."""
     group: Literal["geometric", "hit", "sampled", "color", "sensed"]

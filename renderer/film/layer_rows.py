@@ -26,13 +26,21 @@ from scene_description.labels import instance_labels, material_labels, occlusion
 from scene_description.light_labels import light_labels
 
 _PHOTOGRAPH: dict[str, Any] = {"dtype": "uint8", "channels": 3, "picture": AS_IT_IS}
-_DISTANCES: dict[str, Any] = {"dtype": "float32", "unit": "m", "no_hit": math.inf, "picture": DISTANCE, "exr": "Z"}
+_DISTANCES: dict[str, Any] = {"dtype": "float32", "unit": "m", "frame": "row", "no_hit": math.inf, "picture": DISTANCE, "exr": "Z"}
 _LIGHT: dict[str, Any] = {"dtype": "float32", "channels": 3, "unit": "cd/m2", "picture": EXPOSED, "exr": "RGB"}
 _ALBEDO: dict[str, Any] = {"dtype": "float32", "channels": 3, "no_hit": 0.0, "picture": REFLECTANCE, "exr": "RGB"}
-_DIRECTIONS: dict[str, Any] = {"dtype": "float32", "channels": 3, "no_hit": 0.0, "picture": DIRECTION, "exr": "XYZ"}
+_DIRECTIONS: dict[str, Any] = {"dtype": "float32", "channels": 3, "frame": "row", "no_hit": 0.0, "picture": DIRECTION, "exr": "XYZ"}
 _POINTS: dict[str, Any] = {"dtype": "float32", "channels": 3, "unit": "m", "no_hit": math.nan, "picture": METRES, "exr": "XYZ"}
 _SHARES: dict[str, Any] = {"dtype": "float32", "no_hit": 0.0, "picture": SHARE, "exr": "Y"}
-_MOTION: dict[str, Any] = {"dtype": "float32", "channels": 2, "unit": "px", "no_hit": math.nan, "picture": MOTION, "exr": "UV"}
+_MOTION: dict[str, Any] = {
+    "dtype": "float32",
+    "channels": 2,
+    "unit": "px",
+    "frame": "rows of both",
+    "no_hit": math.nan,
+    "picture": MOTION,
+    "exr": "UV",
+}
 _MASK: dict[str, Any] = {"dtype": "uint8", "no_hit": 0.0, "picture": AS_IT_IS, "exr": "Y"}
 _IDS: dict[str, Any] = {"dtype": "uint16", "no_hit": 0.0, "picture": OBJECTS, "exr": ("id",), "compression": "ids"}
 _CLASSES: dict[str, Any] = {
@@ -45,6 +53,7 @@ _CLASSES: dict[str, Any] = {
 }
 _STATES: dict[str, Any] = {
     "dtype": "uint8",
+    "frame": "rows of both",
     "no_hit": 3.0,
     "picture": STATES,
     "exr": ("id",),
@@ -82,6 +91,7 @@ BASIC_ROWS = (
         "depth as the sensor of depth_sensor.model reads it",
         "distance along the optical z axis as the modelled sensor reads it; -inf too near, NaN invalid",
         _DISTANCES,
+        frame="stamp",
         group="sensed",
         compression="depth",
         option="sensed",
@@ -178,16 +188,22 @@ BASIC_ROWS = (
 """The layers of light and of samples, those that are traced whenever geometry is, and what modelled sensors read."""
 
 HIT_ROWS = (
-    _hit("position", "3D positions in the world", "point that is hit, world frame", _POINTS),
-    _hit("position_camera", "3D positions before the camera", "point that is hit, optical frame", _POINTS),
-    _hit("normals_world", "surface normals in the world", "geometric unit normal, world frame, towards the camera", _DIRECTIONS),
+    _hit("position", "3D positions in the world", "point that is hit, world frame", _POINTS, frame="world"),
+    _hit("position_camera", "3D positions before the camera", "point that is hit, optical frame of the stamp", _POINTS, frame="stamp"),
+    _hit(
+        "normals_world",
+        "surface normals in the world",
+        "geometric unit normal, world frame, towards the camera",
+        _DIRECTIONS,
+        frame="world",
+    ),
     _hit(
         "shading_normals",
         "shading normals",
         "normal that light is scattered by, of smooth and textured surfaces, optical frame",
         _DIRECTIONS,
     ),
-    _hit("shading_normals_world", "shading normals in the world", "the same, world frame", _DIRECTIONS),
+    _hit("shading_normals_world", "shading normals in the world", "the same, world frame", _DIRECTIONS, frame="world"),
     _hit(
         "incidence",
         "the angle at which surfaces are seen",
@@ -195,6 +211,7 @@ HIT_ROWS = (
         {},
         dtype="float32",
         unit="rad",
+        frame="row",
         no_hit=math.nan,
         picture=ANGLE,
         exr="Y",
@@ -227,6 +244,7 @@ HIT_ROWS = (
         {},
         dtype="float32",
         channels=3,
+        frame="object",
         no_hit=math.nan,
         picture=UNIT_CUBE,
         exr="XYZ",

@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.cameras import PosedCamera
+from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig
+from renderer.camera.shutter import in_motion
 from renderer.core.embree import SceneHandle
 from renderer.core.workers import Workers
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView
@@ -101,6 +102,14 @@ class HitView:
         except ValueError:
             return None, None
         return (self.path[index - 1] if index else None), (self.path[index + 1] if index + 1 < len(self.path) else None)
+
+    @cached_property
+    def neighbour_views(self) -> tuple[PosedCamera | None, PosedCamera | None]:
+        """The camera as it takes the frames before and after this one, with its motion."""
+        before, after = (
+            None if pose is None else in_motion(pose_camera(self.config, pose), self.config, pose, self.path) for pose in self.neighbours
+        )
+        return before, after
 
 
 HitLayers = Mapping[str, Callable[[HitView], NDArray[Any]]]

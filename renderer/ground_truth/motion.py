@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import TILE
-from renderer.camera.cameras import pose_camera, project
+from renderer.camera.cameras import PosedCamera, place_on_image, project
+from renderer.camera.row_times import eye_of_row, see_by_rows
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
 from renderer.core.kernel import entry, kernel
@@ -18,7 +20,6 @@ from renderer.core.tiles import load_pairs, load_vectors
 from renderer.ground_truth.hit_view import HitLayers, HitView
 from renderer.ground_truth.points import point_images
 from renderer.path.surfaces import lift_height
-from scene_description.types import CameraPose
 
 VISIBLE, HIDDEN, OUTSIDE, UNKNOWN = range(4)
 """Values of the layers ``occlusion`` and ``occlusion_backward``."""
@@ -34,45 +35,51 @@ assert _LANES.size <= LANES_SIZE
 
 def flow(view: HitView) -> NDArray[np.float32]:
     """Return where what a pixel sees goes in the next frame, (height, width, 2), right and down, in pixels."""
-    return _flow_to(view, view.neighbours[1], view.shared(point_images).flow)
+    return _flow_to(view, 1, view.shared(point_images).flow)
 
 
 def flow_backward(view: HitView) -> NDArray[np.float32]:
     """Return where what a pixel sees was in the frame before, less where it is, (height, width, 2), in pixels."""
-    return _flow_to(view, view.neighbours[0], view.shared(point_images).flow_backward)
+    return _flow_to(view, 0, view.shared(point_images).flow_backward)
 
 
 def occlusion(view: HitView) -> NDArray[np.uint8]:
     """Return whether what a pixel sees is seen in the next frame too, (height, width)."""
-    return _occlusion_in(view, view.neighbours[1], view.shared(flow))
+    return _occlusion_in(view, view.neighbour_views[1], view.shared(flow))
 
 
 def occlusion_backward(view: HitView) -> NDArray[np.uint8]:
     """Return whether what a pixel sees was seen in the frame before, (height, width)."""
-    return _occlusion_in(view, view.neighbours[0], view.shared(flow_backward))
+    return _occlusion_in(view, view.neighbour_views[0], view.shared(flow_backward))
 
 
-def _flow_to(view: HitView, pose: CameraPose | None, image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the flow to the camera at a pose, its stamp's, whatever its shutter; NaN where nothing is hit, seen, or known.
+def _flow_to(view: HitView, side: int, image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the flow to the frame before (side 0) or after this one (1), each row at its time; NaN where nothing is hit, seen, or known.
 
     ``image``: that of ``point_images``, which holds it already for ideal pinholes.
     """
-    if pose is None or view.config.is_plain:
+    pose, other = view.neighbours[side], view.neighbour_views[side]
+    if pose is None or other is None or view.config.is_plain:
         return image
     v, u = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
     points = view.shared(point_images).position.reshape(-1, 3).astype(np.float64)
-    places = project(view.config, pose, points).reshape(*image.shape[:2], 3)
+    if other.row_step > _ZERO:
+        place = partial(place_on_image, view.config)
+        places = place(see_by_rows(other, pose, points, place).optical_m)
+    else:
+        places = project(view.config, pose, points)
+    places = places.reshape(*image.shape[:2], -1)
     image[..., 0], image[..., 1] = places[..., 0] - u, places[..., 1] - v
     return image
 
 
-def _occlusion_in(view: HitView, pose: CameraPose | None, moved: NDArray[np.float32]) -> NDArray[np.uint8]:
+def _occlusion_in(view: HitView, other: PosedCamera | None, moved: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return ``VISIBLE``, ``HIDDEN`` behind something, ``OUTSIDE`` of the image, or ``UNKNOWN`` where nothing is hit or no frame is."""
-    if pose is None:
+    if other is None:
         return np.full(view.hits.face.shape, UNKNOWN, np.uint8)
     image = np.empty(view.hits.face.shape, np.uint8)
-    points, eye = view.shared(point_images), pose_camera(view.config, pose).position
-    view.scene.in_tiles(_look_back, view.scene.tree, _SeenPoints(points.position, points.normals_world, moved), eye, image)
+    points = view.shared(point_images)
+    view.scene.in_tiles(_look_back, view.scene.tree, _SeenPoints(points.position, points.normals_world, moved), other, image)
     return image
 
 
@@ -90,7 +97,7 @@ def _look_back(
     lanes: NDArray[np.float32],
     scene: SceneHandle,
     seen: _SeenPoints,
-    eye: NDArray[np.float32],
+    other: PosedCamera,
     image: NDArray[np.uint8],
     first: int,
     step: int,
@@ -102,7 +109,7 @@ def _look_back(
             load_vectors(seen.position, column, row, _P_X, lanes)
             load_vectors(seen.normals, column, row, _N_X, lanes)
             load_pairs(seen.flow_px, column, row, _FLOW, lanes)
-            _aim_at(eye, column, row, width, height, rays, lanes)
+            _aim_at(other, column, row, rays, lanes)
             some = 0
             for k in range(LANES):
                 some |= rays.alive[k]
@@ -117,13 +124,16 @@ def _look_back(
 
 
 @kernel
-def _aim_at(eye: NDArray[np.float32], column: int, row: int, width: int, height: int, rays: Packet, lanes: NDArray[np.float32]) -> None:
-    """Aim rays from a little above the points of the lanes at ``eye`` (3,), alive where it has the point in its image; fill the states."""
+def _aim_at(other: PosedCamera, column: int, row: int, rays: Packet, lanes: NDArray[np.float32]) -> None:
+    """Aim rays from a little above the points of the lanes at a camera, alive where it has the point in its image; fill the states."""
     real, alive = rays.real, rays.alive
-    eye_x, eye_y, eye_z, right, bottom = eye[0], eye[1], eye[2], np.float64(width), np.float64(height)
+    eye_x, eye_y, eye_z = other.position[0], other.position[1], other.position[2]
+    right, bottom = np.float64(other.width), np.float64(other.height)
     for k in range(LANES):
         x, y, z = lanes[_P_X + k], lanes[_P_Y + k], lanes[_P_Z + k]
         u, v = np.float64(lanes[_FLOW + k]) + (column + (k & 3) + 0.5), np.float64(lanes[_FLOW + LANES + k]) + (row + (k >> 2) + 0.5)
+        if other.row_step > _ZERO:
+            eye_x, eye_y, eye_z = eye_of_row(other, v)
         inside = (u >= 0.0) & (u <= right) & (v >= 0.0) & (v <= bottom)
         alive[k] = np.int32(-1) if inside else np.int32(0)
         state = np.float32(VISIBLE) if inside else np.float32(OUTSIDE)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import CENTRE, TILE
-from renderer.camera.cameras import PosedCamera, pose_camera
-from renderer.camera.shutter import aim_exposed_tile
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.row_times import project_by_rows
+from renderer.camera.shutter import aim_exposed_tile, turn_vectors
 from renderer.core.arrays import empty_together
 from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, Packet
 from renderer.core.kernel import entry, inlined, kernel
@@ -99,11 +100,11 @@ def point_images(view: HitView) -> PointImages:
     shapes = [(height if name in needed else 0, width, *_CHANNELS.get(name, (3,))) for name in PointImages._fields]
     images = PointImages(*empty_together([(shape, np.float32) for shape in shapes]))
     flat, filled, cameras = view.scene.flat, images, []
-    for name, pose in zip(("flow_backward", "flow"), view.neighbours, strict=True):
-        if pose is None or not view.config.is_plain:
+    for name, other in zip(("flow_backward", "flow"), view.neighbour_views, strict=True):
+        if other is None or not view.config.is_plain:
             getattr(images, name).fill(np.nan)
             filled = filled._replace(**{name: np.empty((0, width, 2), np.float32)})
-        cameras.append(view.camera if pose is None else pose_camera(view.config, pose))
+        cameras.append(other or view.camera)
     tables = (flat.mesh.faces, flat.face_part, flat.mesh.uvs, flat.part_box)
     inputs = PointInputs(view.images.range, view.images.normals, view.hits, *tables)
     view.scene.in_tiles(measure_points, inputs, Cameras(view.camera, *cameras), filled)
@@ -135,16 +136,18 @@ def measure_points(
             if turned:
                 load_vectors(inputs.normals, column, row, _N_X, lanes)
                 _turn_normals(camera, lanes)
+                if camera.row_step > _ZERO:
+                    turn_vectors(camera, row, _N_X, lanes)
             if len(images.normals_world):
                 store_vectors(lanes, _N_X, column, row, images.normals_world)
             if len(images.incidence):
-                _find_incidence(camera, lanes)
+                _find_incidence(rays, lanes)
                 store_numbers(lanes, _COSINE, column, row, images.incidence)
             if len(images.flow):
-                _project(cameras.after, column, row, _FLOW, lanes)
+                _move(cameras.after, column, row, lanes)
                 store_pairs(lanes, _FLOW, column, row, images.flow)
             if len(images.flow_backward):
-                _project(cameras.before, column, row, _FLOW, lanes)
+                _move(cameras.before, column, row, lanes)
                 store_pairs(lanes, _FLOW, column, row, images.flow_backward)
         for y in range(row, min(row + TILE, camera.height)):
             if len(images.uv):
@@ -189,12 +192,11 @@ def _turn_normals(camera: PosedCamera, lanes: NDArray[np.float32]) -> None:
 
 
 @kernel
-def _find_incidence(camera: PosedCamera, lanes: NDArray[np.float32]) -> None:
-    """Write the cosines of the angles between the normals and the ways to the camera, from 0 to 1."""
-    p = camera.position
-    px, py, pz = p[0], p[1], p[2]
+def _find_incidence(rays: Packet, lanes: NDArray[np.float32]) -> None:
+    """Write the cosines of the angles between the normals and the ways to where the rays begin, from 0 to 1."""
+    real = rays.real
     for k in range(LANES):
-        x, y, z = px - lanes[_P_X + k], py - lanes[_P_Y + k], pz - lanes[_P_Z + k]
+        x, y, z = real[ORG_X + k] - lanes[_P_X + k], real[ORG_Y + k] - lanes[_P_Y + k], real[ORG_Z + k] - lanes[_P_Z + k]
         along = x * lanes[_N_X + k] + y * lanes[_N_Y + k] + z * lanes[_N_Z + k]
         length = np.sqrt(x * x + y * y + z * z)
         cosine = along / (length if length > _TINY else _TINY)
@@ -202,9 +204,20 @@ def _find_incidence(camera: PosedCamera, lanes: NDArray[np.float32]) -> None:
         lanes[_COSINE + k] = _ONE if cosine > _ONE else cosine
 
 
+@kernel
+def _move(camera: PosedCamera, column: int, row: int, lanes: NDArray[np.float32]) -> None:
+    """Write the way from the pixels to where an ideal pinhole sees their points, each row at its time; NaN behind it."""
+    if camera.row_step > _ZERO:
+        for k in range(LANES):
+            here_u, here_v = column + (k & 3) + 0.5, row + (k >> 2) + 0.5
+            u, v = project_by_rows(camera, lanes[_P_X + k], lanes[_P_Y + k], lanes[_P_Z + k], here_v)
+            lanes[_FLOW + k], lanes[_FLOW + LANES + k] = np.float32(u - here_u), np.float32(v - here_v)
+    else:
+        _project(camera, column, row, lanes)
+
+
 @inlined
-def _project(camera: PosedCamera, column: int, row: int, field: int, lanes: NDArray[np.float32]) -> None:
-    """Write the way from the pixels to where an ideal pinhole sees their points; NaN behind it."""
+def _project(camera: PosedCamera, column: int, row: int, lanes: NDArray[np.float32]) -> None:
     r, p, focal = camera.rotation, camera.position, camera.focal_px
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     px, py, pz = p[0], p[1], p[2]
@@ -214,8 +227,8 @@ def _project(camera: PosedCamera, column: int, row: int, field: int, lanes: NDAr
         depth = r02 * x + r12 * y + r22 * z
         across, down = r00 * x + r10 * y + r20 * z, r01 * x + r11 * y + r21 * z
         depth = depth if depth > _BEHIND_M else _NAN
-        lanes[field + k] = np.float32(focal * across / depth + middle_u - (column + (k & 3) + 0.5))
-        lanes[field + LANES + k] = np.float32(focal * down / depth + middle_v - (row + (k >> 2) + 0.5))
+        lanes[_FLOW + k] = np.float32(focal * across / depth + middle_u - (column + (k & 3) + 0.5))
+        lanes[_FLOW + LANES + k] = np.float32(focal * down / depth + middle_v - (row + (k >> 2) + 0.5))
 
 
 @kernel

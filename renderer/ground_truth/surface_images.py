@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import aim_exposed_tile
+from renderer.camera.shutter import aim_exposed_tile, unturn_vectors
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.arrays import empty_together
@@ -101,6 +101,8 @@ def _store(light_id: NDArray[np.uint16], view: TracedView, column: int, row: int
     if len(images.shading_normals_world):
         store_vectors(lanes, ln.NS_X, column, row, images.shading_normals_world)
     if len(images.shading_normals):
+        if view.camera.row_step > _ZERO:
+            unturn_vectors(view.camera, row, ln.NS_X, lanes)
         _turn_shading_normals(view.camera, lanes)
         store_vectors(lanes, ln.NS_X, column, row, images.shading_normals)
 

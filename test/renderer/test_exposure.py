@@ -26,6 +26,33 @@ def test_an_even_room_is_metered_as_the_standard_says(ev100: float, views: int) 
     assert metered(METER_CONSTANT / 100.0 * 2.0**ev100, views) == ev100
 
 
+@pytest.mark.parametrize(
+    "camera",
+    [
+        CameraConfig(width=64, height=64, model="kannala_brandt", horizontal_fov_rad=3.3),
+        CameraConfig(width=64, height=64, model="kannala_brandt", horizontal_fov_rad=6.2),  # sees nothing in its corners
+        CameraConfig(width=64, height=32, model="equirectangular", horizontal_fov_rad=6.2),
+        CameraConfig(width=1, height=8192),
+    ],
+    ids=("fisheye", "beyond_its_circle", "panorama", "tall"),
+)
+def test_every_lens_and_shape_of_image_is_metered(camera: CameraConfig) -> None:
+    luminance = METER_CONSTANT / 100.0 * 2.0**5
+    shining = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(luminance,) * 3)
+    assert meter(scene(shining), camera, RenderConfig(threads=1), 5, [VIEW]).ev100 == 5.0
+
+
+def test_a_fisheye_is_metered_by_what_it_sees_beside_itself() -> None:
+    """A dark wall ahead, all around bright: a fisheye of half a turn sees more of the latter."""
+    dark = quad((1.0, -1.5, 0.0), (0, 0, 2), (0, 3, 0), color=(0.0, 0.0, 0.0))
+    room = scene(box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(50.0, 50.0, 50.0)), dark)
+    narrow, wide = (
+        meter(room, camera, RenderConfig(threads=1), 5, [VIEW]).ev100
+        for camera in (CameraConfig(width=64, height=64), CameraConfig(width=64, height=64, model="kannala_brandt", horizontal_fov_rad=3.1))
+    )
+    assert wide > narrow + 1.0
+
+
 def test_steps_are_eighths_and_the_next_one_begins_half_way() -> None:
     base = METER_CONSTANT / 100.0 * 2.0**5
     assert metered(base * 2.0**0.05) == 5.0

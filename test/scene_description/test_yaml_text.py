@@ -35,7 +35,7 @@ def test_texts_are_as_pyyaml_writes_them(text: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "# nothing", "a", "1_000", "0x1f", "012", "1:30", "1e3", "1.0e+3", ".inf", "-.5", "~", "yes", "'yes'", "!!str 12", "!!float 3",
+    ["", "# nothing", "a", "1_000", "0x1f", "012", "1:30", "1.0e+3", ".inf", "-.5", "~", "yes", "'yes'", "!!str 12", "!!float 3",
      "[]", "{}", "a: [1, {b: c}]", "- a\n- - b\n  - c", "? a\n: b", "|\n two\n lines\n", ">\n folded\n text",
      "a: &x [1]\nb: *x\nc: &y 2\nd: *y",
      "base: &b {p: 1, q: 2}\nuse: {<<: *b, q: 3}",
@@ -44,6 +44,21 @@ def test_texts_are_as_pyyaml_writes_them(text: str) -> None:
 def test_values_are_those_of_pyyaml(text: str) -> None:
     assert repr(load_yaml(text, "text")) == repr(yaml.safe_load(text))
     assert repr(load_yaml(text.encode(), "text")) == repr(yaml.safe_load(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("1e-9", 1e-9), ("1E5", 1e5), ("-2.5e3", -2500.0), (".5e3", 500.0), ("+1e3", 1e3), ("[1e9]", [1e9])]
+)
+def test_numbers_with_an_exponent_need_neither_point_nor_sign(text: str, number: object) -> None:
+    read = load_yaml(text, "text")
+    assert read == number and isinstance(read, type(number))
+
+
+@pytest.mark.parametrize("text", ["1e-9", "12e05", "1e", "e9", "1e5 m", "1e5\n", "0x1e9", "1_0e3"])
+def test_texts_that_look_like_such_numbers_stay_texts(text: str) -> None:
+    for written in (dump_yaml({"name": text, "other": f"é {text}"}), dump_yaml({"name": text})):
+        assert load_yaml(written, "text")["name"] == text
+    assert load_yaml(flow_yaml(text), "text") == text and load_yaml(f"'{text.strip()}'", "text") == text.strip()
 
 
 def test_dates_stay_texts_and_tags_make_values() -> None:

@@ -15,7 +15,7 @@ from scene_synth_ros.messages.image_codec import compressed_topic
 
 PAGE = """# Layers
 
-Made by `scene_synth layers --markdown > docs/layers.md` from the table in `renderer/film/layers.py`.
+{count} layers. Made by `scene_synth layers --markdown > docs/layers.md` from the table in `renderer/film/layers.py`.
 
 ![every layer of one view](layers.jpg)
 
@@ -28,6 +28,11 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 - *Hit record*: of the ray through the middle of the pixel, the same for all these layers; they agree at every pixel and carry no noise.
 - *Samples*: the mean of the pixel's samples, with their noise and with the blur of lens and shutter. *Light*: the same, of traced paths.
 - *Sensor*: what a depth camera reads that is no ideal one: [sensors.md](sensors.md).
+- *Frame*: with a rolling shutter every row has a pose of its own ([cameras.md](cameras.md)), from which all layers but a modelled
+  `depth_sensed` are seen. *Row*: distances and directions are those of the optical frame at the row's time. *Stamp*: those of the optical
+  frame at the frame's stamp, as `pose` and `/tf` tell it; a modelled depth sensor takes all rows then, an ideal one is `depth` itself.
+  *Rows of both*: from the pixel, seen at its row's time, to where the row of the other frame that the point falls on sees it at its own.
+  *World* and *object*: fixed to the room. With a global shutter row and stamp are one.
 - *No hit*: the value where the ray leaves the scene; a dash means that such a pixel is like any other. Where the lens sees nothing, `depth`
   and `range` are NaN, what is computed from the hit record has its value for no hit, all else is 0.
 
@@ -67,18 +72,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 def layers_page() -> str:
     """Return ``docs/layers.md``."""
-    pixels = markdown_table(("layer", "pixel", "type", "unit", "no hit", "from"), map(_pixels, LAYERS.values()))
+    pixels = markdown_table(("layer", "pixel", "type", "unit", "frame", "no hit", "from"), map(_pixels, LAYERS.values()))
     places = markdown_table(
         ("layer", "encoding", "`streams.<layer>`", "topics beside", "compressed", "picture", "EXR", "`scene_synth render`", "bags"),
         map(_places, LAYERS.values()),
     )
-    return PAGE.format(pixels=pixels, places=places)
+    return PAGE.format(count=len(LAYERS), pixels=pixels, places=places)
 
 
 def _pixels(row: Layer) -> tuple[str, ...]:
     size = f" x {row.channels}" if row.channels > 1 else ""
     no_hit = _NONE if row.no_hit is None else f"{row.no_hit:g}".replace("inf", "+inf").replace("nan", "NaN")
-    return f"`{row.name}`", row.meaning, f"{row.dtype}{size}", row.unit or _NONE, no_hit, _GROUPS[row.group]
+    return f"`{row.name}`", row.meaning, f"{row.dtype}{size}", row.unit or _NONE, row.frame or _NONE, no_hit, _GROUPS[row.group]
 
 
 def _places(row: Layer) -> tuple[str, ...]:
