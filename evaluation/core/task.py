@@ -66,6 +66,7 @@ class Task:
     Attributes:
         name: key in ``TASKS``, and of what an algorithm returns.
         truth: layers of the truth that ``measure`` needs; "semantic" and "depth" besides give the parts by class and by distance.
+        beside: further layers that say more where the truth has them.
         estimate: what ``measure`` takes, in words.
         metrics: in the order of their columns; one is ``COVERAGE``.
         measure: (truth, estimate) -> measurement of one frame.  Raises ``EvaluationError`` where shapes or types do not fit.
@@ -80,6 +81,7 @@ class Task:
     measure: Callable[[Truth, Any], Measurement]
     tallying: Tallying
     whole_rooms: bool = False
+    beside: tuple[str, ...] = ()
 
     def merge(self, measurements: Sequence[Measurement]) -> Measurement:
         """Return one measurement that counts as all of these together."""

@@ -18,6 +18,18 @@ from scene_synth_ros.evaluate.errors import EvaluateError
 
 POSE_INPUT = "pose"
 DEFAULT_INPUTS = ("color",)
+THIS, NEXT, PREVIOUS = "", "next", "previous"
+"""Which frame an input is of, as its name says after ``@``; nothing: of the frame that is judged."""
+
+
+def layer_of(name: str) -> str:
+    """Return the layer of an input, ``color`` of ``color@next``."""
+    return name.partition("@")[0]
+
+
+def frame_of(name: str) -> str:
+    """Return which frame an input is of."""
+    return name.partition("@")[2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,7 +41,8 @@ class AlgorithmFrame:
         K: (3, 3) float64, the camera's intrinsic matrix in pixels; zero for a panorama.
         width: of the images, pixels.
         height: of the images, pixels.
-        images: by the names in ``inputs``, read-only: ``color`` (height, width, 3) uint8; others as their layer says.
+        images: by the names in ``inputs``, read-only: ``color`` (height, width, 3) uint8; others as their layer says; ``color@next`` and
+            ``color@previous`` of the frame after this one and of that before it.
         D: distortion coefficients, as CameraInfo has them.
         projections: (3, 4) float64 by the names in ``inputs``, CameraInfo's P: the second camera of a stereo pair has -fx * baseline in it.
         world_from_camera: (4, 4) float64, the true pose of the optical frame; None unless ``inputs`` has ``pose``.
@@ -52,8 +65,9 @@ class Algorithm:
 
     A callable is called with each :class:`AlgorithmFrame`; a class is constructed, without arguments, for each room, and its object is
     called. Its attribute ``inputs`` names what it is given: layers of the camera (``color``, ``depth_sensed``), of another camera
-    (``right/color``), and ``pose`` for the true pose; without it, ``color``. It returns a mapping task -> estimate; a task that is left
-    out, or None in place of the mapping, is no estimate of the frame.
+    (``right/color``), of the neighbouring frames (``color@next``, ``color@previous``), and ``pose`` for the true pose; without it,
+    ``color``. It returns a mapping task -> estimate; a task that is left out, or None in place of the mapping, is no estimate of the
+    frame. It is not called for a room's first or last frame where that lacks the neighbour.
 
     Raises:
         EvaluateError: there is no such file or name, or the file cannot be loaded.
@@ -77,6 +91,10 @@ class Algorithm:
         inputs = getattr(made, "inputs", DEFAULT_INPUTS)
         if isinstance(inputs, str) or not all(isinstance(word, str) for word in inputs):
             raise EvaluateError(f"--algorithm {words}: expected inputs as a tuple of names such as ('color', 'pose'), got {inputs!r:.80}")
+        odd = [word for word in inputs if "@" in word and frame_of(word) not in (NEXT, PREVIOUS)]
+        if odd:
+            near = f"{layer_of(odd[0])}@{NEXT} or {layer_of(odd[0])}@{PREVIOUS}"
+            raise EvaluateError(f"--algorithm {words}: inputs: expected {near} for a neighbouring frame, got {odd[0]!r:.80}")
         self.inputs: tuple[str, ...] = tuple(inputs)
         self._made: Callable[..., Any] = made
         self._call: Callable[[AlgorithmFrame], Any] = made

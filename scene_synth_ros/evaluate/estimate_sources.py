@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo
 from evaluation.metrics.instance import Instances
 from scene_description.poses import quaternion_from_rotation, world_from_optical
 from scene_synth_ros.bags.indexed_bag import IndexedBag
-from scene_synth_ros.evaluate.algorithm import Algorithm, AlgorithmFrame
+from scene_synth_ros.evaluate.algorithm import NEXT, THIS, Algorithm, AlgorithmFrame, frame_of
 from scene_synth_ros.evaluate.bag_index import BagIndex
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.measuring import Estimates
@@ -25,6 +25,9 @@ from scene_synth_ros.messages.stamps import CdrBytes
 OWN_CAMERA = ""
 """Name among camera infos of that of the camera that is judged."""
 
+Frames = Mapping[str, Mapping[str, CdrBytes]]
+"""Which frame, of ``algorithm.THIS`` and its neighbours, -> topic -> message; a neighbour that the room has not is left out."""
+
 
 class EstimateSource(Protocol):
     """Gives the estimates of a bag, frame by frame."""
@@ -32,8 +35,8 @@ class EstimateSource(Protocol):
     def begin_room(self, room: int) -> None:
         """Take that the frames to come are those of another room."""
 
-    def of_frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Estimates:
-        """Return the estimates of a frame, given the messages of the truth's bag with its stamp."""
+    def of_frame(self, stamp_ns: int, frames: Frames) -> Estimates:
+        """Return the estimates of a frame, given its messages in the truth's bag and those of its neighbours."""
 
 
 class BagEstimates:
@@ -45,7 +48,7 @@ class BagEstimates:
     def begin_room(self, room: int) -> None:
         """Do nothing: a bag has all rooms."""
 
-    def of_frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Estimates:
+    def of_frame(self, stamp_ns: int, frames: Frames) -> Estimates:
         """Return what the bag has at a stamp."""
         found = self._bag.read_all({topic.name for topic in self._topics.values() if topic.type_name not in POSES}, stamp_ns)
         estimates: dict[str, Reading | EstimateError] = {}
@@ -86,25 +89,32 @@ class AlgorithmEstimates:
         self._room = room
         self._algorithm.begin_room(room)
 
-    def of_frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Estimates:
-        """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs at this stamp.
+    def of_frame(self, stamp_ns: int, frames: Frames) -> Estimates:
+        """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs for this stamp.
 
         Raises:
             EvaluateError: the algorithm raised something.
         """
-        lacking = [name for name, topic in self._images.items() if topic.name not in messages]
+        lacking = [name for name, topic in self._images.items() if topic.name not in frames.get(frame_of(name), {})]
         if lacking:
-            reason = EstimateError(f"expected the algorithm's input '{lacking[0]}' at this stamp, got none; record that stream whole")
+            beyond = frame_of(lacking[0]) not in frames
+            got = f"the {'last' if frame_of(lacking[0]) == NEXT else 'first'} frame of its room" if beyond else "none"
+            advice = "" if beyond else "; record that stream whole"
+            reason = EstimateError(f"expected the algorithm's input '{lacking[0]}' at this stamp, got {got}{advice}")
             return dict.fromkeys(self._tasks, reason)
-        found = self._algorithm.estimate(self._frame(stamp_ns, messages))
+        found = self._algorithm.estimate(self._frame(stamp_ns, frames))
         unknown = [str(task)[:40] for task in found if task not in TASK_STREAMS]
         if unknown:
             raise EvaluateError(f"--algorithm {self._algorithm.words}: expected tasks of {', '.join(TASK_STREAMS)}, got '{unknown[0]}'")
         values = {task: found.get(task, found.get(TASK_STREAMS[task].name)) for task in self._tasks}
         return {task: _tried(returned_estimate, task, value, stamp_ns) for task, value in values.items() if value is not None}
 
-    def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> AlgorithmFrame:
-        images = {name: read_message(topic.type_name, messages[topic.name], topic.name).value for name, topic in self._images.items()}
+    def _frame(self, stamp_ns: int, frames: Frames) -> AlgorithmFrame:
+        images = {
+            name: read_message(topic.type_name, frames[frame_of(name)][topic.name], topic.name).value
+            for name, topic in self._images.items()
+        }
+        messages = frames[THIS]
         for image in images.values():
             image.flags.writeable = False
         infos = {

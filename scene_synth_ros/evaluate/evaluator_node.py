@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections import Counter
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,18 +16,20 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from evaluation.evaluation_file import write_evaluation
-from evaluation.summary import make_evaluation
+from evaluation.summary import NYU40_NAMES, make_evaluation
 from scene_description import SceneSynthError, error_line
+from scene_description.yaml_text import flow_yaml
 from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.evaluator_config import LIVE_TYPES, EvaluatorConfig, check_tasks, estimate_names, truth_names
 from scene_synth_ros.evaluate.live_scores import LiveScores
+from scene_synth_ros.evaluate.live_truth import LiveTruth
 from scene_synth_ros.evaluate.stamp_buffer import Gathered, MeasuringThread, StampBuffer
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.suite.diagnostics import OK, WARN, Diagnostics, Report
 from scene_synth_ros.suite.heap import trim_heap
-from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.parameters import Parameters, parameter_values
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import PROFILES, latched_qos
 from scene_synth_ros.suite.suite_node import SuiteNode
@@ -42,7 +46,7 @@ class EvaluatorNode(SuiteNode):
     thread of :class:`MeasuringThread`, made in ``open`` and ended in ``close``.
 
     Subscribes: the truth's topics of the parameter ``tasks``, the topics of estimates, each as soon as it has a publisher, and ``scene``,
-    which says what room a frame shows.
+    which says what room a frame shows; what tells the truth's camera, classes and run (:class:`LiveTruth`).
     Publishes: ``evaluation`` (std_msgs/String, JSON, latched, once a second while frames come): frames and running scores by task, and what
     was dropped and why; ``/diagnostics``: the same numbers.
     Services (std_srvs/Trigger): ``~/write`` writes the results so far to the file of the parameter ``out``, as the end of the node does.
@@ -65,6 +69,7 @@ class EvaluatorNode(SuiteNode):
         names = {*(topic.name for topic in truth.values()), *self._estimate_names.values()}
         self._buffer = StampBuffer[bytes](names, config.window)
         self._scores = LiveScores(config.tasks, truth, config.kept)
+        self._truth = LiveTruth(self, truth, self.resolve_topic_name(config.camera))
         self._subscribed: set[str] = set()
         self._dropped, self._told = Counter[str](), ""
         self._running = self._scores.scores()
@@ -79,6 +84,7 @@ class EvaluatorNode(SuiteNode):
                 self._subscribe(topic)
             self._look()
             self.create_timer(0.2, self._look)
+            self.create_timer(0.5, self._truth.step)
             self.create_timer(1.0, self._publish)
             self.create_timer(1.0, trim_heap)
             undo.pop_all()
@@ -177,12 +183,22 @@ class EvaluatorNode(SuiteNode):
             frames,
             title=config.title,
             algorithm=config.algorithm or ", ".join(sorted(set(self._estimate_names.values()))),
-            created_with="ros2 run scene_synth_ros evaluator_node",
+            created_with=self._command(config),
             seed=_SEED,
             missing={name.replace("_", " "): count for name, count in (self._drops() | {"foreign": foreign}).items() if count},
+            class_names=self._truth.class_names or NYU40_NAMES,
         )
-        write_evaluation(Path(config.out), evaluation)
+        write_evaluation(Path(config.out), replace(evaluation, truth=self._truth.record()))
         return f"{config.out}: {len(frames)} results"
+
+    def _command(self, config: EvaluatorConfig) -> str:
+        """Return the command that judges the same while the same is published: the parameters that are not at their defaults."""
+        default = parameter_values({"": EvaluatorConfig()})
+        given = {name: value for name, value in parameter_values({"": config}).items() if value != default[name]}
+        words = [word for name, value in given.items() for word in ("-p", f"{name}:={flow_yaml(value)}")]
+        namespace = ["-r", f"__ns:={self.get_namespace()}"] if self.get_namespace() != "/" else []
+        ros_arguments = ["--ros-args"] if words or namespace else []
+        return shlex.join(["ros2", "run", "scene_synth_ros", "evaluator_node", *ros_arguments, *namespace, *words])
 
     def _drops(self) -> dict[str, int]:
         """Return why messages or frames were left out -> how many."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 from evaluation.core.errors import EvaluationError
@@ -13,12 +14,13 @@ from evaluation.evaluation_file import FrameKey
 from evaluation.summary import MeasuredFrame
 from evaluation.tasks import TASKS
 from scene_synth_ros.bags.indexed_bag import IndexedBag, open_bag
-from scene_synth_ros.evaluate.algorithm import POSE_INPUT, Algorithm
+from scene_synth_ros.evaluate.algorithm import NEXT, POSE_INPUT, PREVIOUS, THIS, Algorithm, frame_of
 from scene_synth_ros.evaluate.bag_index import index_bag, refuse_empty
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError, Notes
-from scene_synth_ros.evaluate.estimate_sources import OWN_CAMERA, AlgorithmEstimates, BagEstimates, EstimateSource
+from scene_synth_ros.evaluate.estimate_sources import OWN_CAMERA, AlgorithmEstimates, BagEstimates, EstimateSource, Frames
 from scene_synth_ros.evaluate.estimates_bag import EstimatesBag
-from scene_synth_ros.evaluate.measuring import GROUP_LAYERS, Estimates, TruthFrame, measure_frame, measure_room, needed_layers
+from scene_synth_ros.evaluate.flow_direction import FlowDirections
+from scene_synth_ros.evaluate.measuring import Estimates, TruthFrame, layers_beside, measure_frame, measure_room, needed_layers
 from scene_synth_ros.evaluate.readings import Reading
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS
 from scene_synth_ros.evaluate.topics import TypedTopic, camera_of, estimate_topic, image_topics, info_topics, layers_present, truth_topics
@@ -63,7 +65,9 @@ class JudgedBag:
         self._estimates_bag = self._open_estimates()
         self._truth = truth_topics(types, needed_layers(plan.tasks), plan.camera, str(bag.path))
         self._camera = camera_of(self._truth)
-        self._layers = {**layers_present(types, self._camera, GROUP_LAYERS), **self._truth}
+        self._directions = FlowDirections(plan.tasks)
+        beside = (*layers_beside(plan.tasks), *self._directions.layers)
+        self._layers = {**layers_present(types, self._camera, beside), **self._truth}
         algorithm = plan.algorithm
         self._images = image_topics(types, self._camera, algorithm.layers, str(bag.path)) if algorithm else {}
         self._infos = info_topics(types, {OWN_CAMERA: next(iter(self._truth.values())), **self._images}) if algorithm else {}
@@ -106,6 +110,8 @@ class JudgedBag:
             for room, of_room in self._by_room(stamps):
                 source.begin_room(room)
                 yield from self._measure_room(room, of_room, source, written, progress)
+        for line in self._directions.lines():
+            self._notes.add(line)
 
     def _measure_room(
         self,
@@ -118,10 +124,10 @@ class JudgedBag:
         whole: dict[str, list[Reading]] = {task: [] for task in self._plan.tasks if TASKS[task].whole_rooms}
         for frame, stamp in enumerate(stamps):
             messages = self._opened.read_all([topic.name for topic in self._read], stamp)
-            found = source.of_frame(stamp, messages)
+            found = source.of_frame(stamp, {THIS: messages, **self._neighbours(stamps, frame)})
             truth = TruthFrame(self._layers, messages, f"{self._bag.path}, stamp {stamp} ns", self._class_ids)
             place, names = self._place(room, frame, stamp), set()
-            for task in [task for task in self._plan.tasks if self._has_truth(task, stamp, messages)]:
+            for task in [task for task in self._plan.tasks if self._has_truth(task, stamp, messages) and not truth.says_nothing(task)]:
                 estimate = self._usable(task, found.get(task), place)
                 if task not in whole:
                     measurement = self._measured(task, truth, found, place) if estimate is not None else None
@@ -143,6 +149,19 @@ class JudgedBag:
                 measurement = None
             yield MeasuredFrame(key=self._key(room, 0, stamps[0]), task=task, measurement=measurement)
 
+    def _neighbours(self, stamps: list[int], frame: int) -> Frames:
+        """Return the images that the algorithm asks for of the frames beside one, of those that are as near as frames of the room are."""
+        asked: dict[str, set[str]] = {}
+        for name, topic in self._images.items():
+            asked.setdefault(frame_of(name), set()).add(topic.name)
+        nearest_ns = min((later - stamp for stamp, later in pairwise(stamps)), default=0)
+        places = {which: frame + step for which, step in ((PREVIOUS, -1), (NEXT, 1)) if which in asked and 0 <= frame + step < len(stamps)}
+        return {
+            which: self._opened.read_all(asked[which], stamps[place])
+            for which, place in places.items()
+            if 2 * abs(stamps[place] - stamps[frame]) < 3 * nearest_ns
+        }
+
     def _has_truth(self, task: str, stamp: int, messages: Mapping[str, CdrBytes]) -> bool:
         """Return whether a task has a truth at a stamp that could be read; what is damaged was told when it was read."""
         topic = self._topic(task)
@@ -159,7 +178,9 @@ class JudgedBag:
 
     def _measured(self, task: str, truth: TruthFrame, estimates: Estimates, place: str) -> Measurement | None:
         try:
-            return measure_frame(task, truth, estimates)
+            measurement = measure_frame(task, truth, estimates)
+            self._directions.add(task, truth, estimates)
+            return measurement
         except (EstimateError, EvaluationError) as error:
             self._notes.add(f"{task}: {self._origin(task)}: {error}", place)
             self._notes.add_missing(task, place)
@@ -238,8 +259,9 @@ class JudgedBag:
         return self._plan.algorithm.words if self._plan.algorithm else self._estimates[task].name
 
     def _place(self, room: int, frame: int, stamp: int) -> str:
-        variant = f"variant {self._bag.variant}, " if self._bag.variant is not None else ""
-        return f"{variant}room {room}, frame {frame}, stamp {stamp} ns"
+        kind = "shard" if self._bag.variant is None else "variant"
+        of_several = f"{kind} {self._bag.path.name}, " if self._bag.of_several else ""
+        return f"{of_several}room {room}, frame {frame}, stamp {stamp} ns"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

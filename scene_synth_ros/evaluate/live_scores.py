@@ -16,6 +16,7 @@ from evaluation.summary import MeasuredFrame
 from evaluation.tasks import TASKS
 from scene_synth_ros.dataset.rooms import RoomInfo, RoomsByStart
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError, Notes
+from scene_synth_ros.evaluate.flow_direction import FlowDirections
 from scene_synth_ros.evaluate.measuring import Estimates, TruthFrame, measure_frame, measure_room
 from scene_synth_ros.evaluate.readings import Reading, StampedPose
 from scene_synth_ros.evaluate.stamp_buffer import Gathered
@@ -53,6 +54,7 @@ class LiveScores:
         self._totals: dict[str, list[Tally]] = {task: [] for task in tasks}
         self._newest_ns = 0
         self._notes, self._foreign, self._measured = Notes(), Counter[str](), Counter[str]()
+        self._directions = FlowDirections(tasks)
 
     def add_estimates(self, task: str, topic: TypedTopic) -> None:
         """Take where a task's estimates come from, as soon as their type is known."""
@@ -102,7 +104,7 @@ class LiveScores:
     def notes(self) -> list[str]:
         """Return what was wrong with estimates, each kind in one line."""
         with self._lock:
-            return self._notes.lines()
+            return [*self._notes.lines(), *self._directions.lines()]
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return task -> how many frames were measured, how many had no estimate, and how many estimates had no truth."""
@@ -132,6 +134,8 @@ class LiveScores:
             self._note(task, given, stamp_ns)
         try:
             reading = truth.layer(TASK_STREAMS[task].name)
+            if truth.says_nothing(task):
+                return
         except EvaluateError as error:
             self._note(task, error)
             reading = None
@@ -146,6 +150,9 @@ class LiveScores:
         measurement = None
         try:
             measurement = measure_frame(task, truth, found) if estimate is not None else None
+            if measurement is not None:
+                with self._lock:
+                    self._directions.add(task, truth, found)
         except (EstimateError, EvaluateError, EvaluationError) as error:
             self._note(task, error, stamp_ns)
         self._keep(task, _OfFrame(stamp_ns, measurement), there=measurement is not None)

@@ -31,6 +31,11 @@ def needed_layers(tasks: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(layer for task in tasks for layer in (TASK_STREAMS[task].name, *TASKS[task].truth) if layer in TASK_STREAMS))
 
 
+def layers_beside(tasks: Sequence[str]) -> tuple[str, ...]:
+    """Return the layers of truth that are used where they are there: what groups pixels, and what else says more of these tasks."""
+    return tuple(dict.fromkeys((*(layer for task in tasks for layer in TASKS[task].beside), *GROUP_LAYERS)))
+
+
 class TruthFrame:
     """The truth of a frame; each layer is read once, when it is asked for first.
 
@@ -71,6 +76,15 @@ class TruthFrame:
             raise EvaluateError(f"{self._where}: expected truth of {task}, got none")
         return reading
 
+    def says_nothing(self, task: str) -> bool:
+        """Return whether the truth of a task is an image without any finite number, as flow is where the path ends.
+
+        Raises:
+            EvaluateError: its message cannot be read.
+        """
+        reading = self.layer(TASK_STREAMS[task].name) if TASK_STREAMS[task].encoding else None
+        return reading is not None and not np.isfinite(reading.value).any()
+
     def layers(self, task: str) -> dict[str, Any]:
         """Return what ``measure`` of a task takes: layer -> value of what the task needs, and of what groups pixels.
 
@@ -78,7 +92,7 @@ class TruthFrame:
             EvaluateError: a layer cannot be read.
         """
         found: dict[str, Any] = {}
-        for name in (*needed_layers([task]), *GROUP_LAYERS):
+        for name in (*needed_layers([task]), *layers_beside([task])):
             reading = self.layer(name)
             if reading is not None:
                 found |= _TRUTH_FORMS.get(name, lambda reading, _, name=name: {name: reading.value})(reading, self.class_ids)

@@ -107,6 +107,7 @@ _ROWS = (
     TaskStream(name="semantic", role=RAW, layer="semantic", convert=_ids, encoding="16UC1"),
     TaskStream(name="instance", role=RAW, layer="instance", convert=_ids, encoding="16UC1"),
     TaskStream(name="flow", role=RAW, layer="flow", convert=_flow, encoding="32FC2"),
+    TaskStream(name="flow_backward", role=RAW, layer="flow_backward", convert=_flow, encoding="32FC2"),
     TaskStream(name="poses", role=POSE, types=POSES, convert=_as_it_is),
     TaskStream(name="detections", role=DETECTIONS_2D, types=(DETECTIONS_2D.type_name,), convert=_as_it_is),
     TaskStream(name="points", role=POINTS, types=(POINTS.type_name,), convert=_as_it_is, own=Stream("", POINTS_SENSED), frame_matters=True),
@@ -119,15 +120,20 @@ TASK_STREAMS: dict[str, TaskStream] = {row.name: row for row in _ROWS} | {
 }
 """Task of ``evaluation.TASKS`` -> its messages."""
 
+TRUTH_STREAMS: dict[str, TaskStream] = TASK_STREAMS | {
+    layer: TaskStream(name=layer, role=RAW, layer=layer, convert=_ids) for layer in ("occlusion", "occlusion_backward")
+}
+"""The same, and layers of the truth that belong to a task and are none."""
+
 
 def read_for_task(task: str, type_name: str, data: CdrBytes, topic: str) -> Reading:
-    """Return what a message says, as the task measures it.
+    """Return what a message says, as the task, or one of ``TRUTH_STREAMS``, measures it.
 
     Raises:
         EstimateError: it cannot be read, or has another form than the task takes.
     """
     reading = read_message(type_name, data, topic)
-    return Reading(TASK_STREAMS[task].convert(reading.value), reading.frame_id)
+    return Reading(TRUTH_STREAMS[task].convert(reading.value), reading.frame_id)
 
 
 def check_pair(task: str, truth: Reading, estimate: Reading) -> None:

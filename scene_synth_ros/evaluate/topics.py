@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from scene_synth_ros.evaluate.algorithm import layer_of
 from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.readings import READERS
-from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
+from scene_synth_ros.evaluate.task_streams import TASK_STREAMS, TRUTH_STREAMS
 from scene_synth_ros.messages.streams import IMAGE_FORMS, INFO, RAW, TRANSPORTS, Stream, find_images, find_streams, parse
 
 
@@ -65,7 +66,7 @@ def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, w
 
 def layers_present(types: Mapping[str, str], camera: str, layers: Sequence[str]) -> dict[str, TypedTopic]:
     """Return layer -> topic of its truth, of those that a camera has."""
-    found = {layer: _truths(types, layer).get(TASK_STREAMS[layer].truth(camera)) for layer in layers}
+    found = {layer: _truths(types, layer).get(TRUTH_STREAMS[layer].truth(camera)) for layer in layers}
     return {layer: topic for layer, topic in found.items() if topic is not None}
 
 
@@ -109,14 +110,14 @@ def estimate_topic(
 def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], where: str) -> dict[str, TypedTopic]:
     """Return layer -> topic of the images that an algorithm asks for.
 
-    ``names`` are layers of the truth's camera, ``color``, or of another, ``right/color``.
+    ``names`` are layers of the truth's camera, ``color``, or of another, ``right/color``; ``color@next`` is on the topic of ``color``.
 
     Raises:
         EvaluateError: the bag lacks one.
     """
     found, images = {}, find_images(types)
     for name in names:
-        other, _, layer = name.rpartition("/")
+        other, _, layer = layer_of(name).rpartition("/")
         base = f"{camera.rpartition('/')[0]}/{other}" if other else camera
         raw = Stream(base, RAW, layer).topic
         topic = images.get(Stream(base, RAW, layer))
@@ -135,7 +136,7 @@ def info_topics(types: Mapping[str, str], images: Mapping[str, TypedTopic]) -> d
 
 def _truths(types: Mapping[str, str], layer: str) -> dict[Stream, TypedTopic]:
     """Return the truths of a layer, of every camera -> topic, of the first form that each has."""
-    row = TASK_STREAMS[layer]
+    row = TRUTH_STREAMS[layer]
     topics = find_images(types) if row.role is RAW else {stream: topic for topic, stream in find_streams(types, row.role).items()}
     return {stream: TypedTopic(topic, types[topic]) for stream, topic in topics.items() if stream.layer == row.layer}
 

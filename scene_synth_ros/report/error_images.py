@@ -136,7 +136,10 @@ ERROR_IMAGES: dict[str, ErrorImage] = {
     "normals": ErrorImage("normals", angle_deg, "angle between truth and estimate", "°", SEQUENTIAL),
     "semantic": ErrorImage("semantic", wrong_class, "", "", RIGHT_WRONG),
     "instance": ErrorImage("instance", wrong_class, "", "", RIGHT_WRONG, match=matched_objects),
-    "flow": ErrorImage("flow", end_point_px, "distance between true and estimated flow", "px", SEQUENTIAL),
+    "flow": ErrorImage("flow", end_point_px, "distance between true and estimated motion to the next frame", "px", SEQUENTIAL),
+    "flow_backward": ErrorImage(
+        "flow_backward", end_point_px, "distance between true and estimated motion to the frame before", "px", SEQUENTIAL
+    ),
 }
 """Task -> its error; other tasks have no images."""
 

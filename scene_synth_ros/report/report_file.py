@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from evaluation.evaluation_file import Evaluation, FrameRow, MetricRow, TaskRow, read_evaluation
+from evaluation.tasks import TASKS
 from renderer import LAYERS
 from scene_description import SceneSynthError
 from scene_description.whole import write_whole
@@ -159,6 +160,7 @@ def _task(name: str, parts: Mapping[int, Part], design: Design, rooms: int) -> d
             metrics.setdefault(metric.name, metric)
     return {
         "name": name,
+        "estimate": TASKS[name].estimate if name in TASKS else "",
         "metrics": [{"name": metric.name, "unit": metric.unit, "lower": metric.better == "lower"} for metric in metrics.values()],
         "scores": comparison(parts, rooms),
         "curves": {str(number): response_curves(part, design, rooms) for number, part in parts.items()},

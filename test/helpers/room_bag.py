@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -93,6 +93,7 @@ def write_room_bag(
     attachments: Mapping[str, bytes] | None = None,
     records: Mapping[str, Mapping[str, str]] | None = None,
     first_room: int = 0,
+    more: Callable[[int], Mapping[str, np.ndarray]] = lambda frame: {},
     **options: Any,
 ) -> RoomBag:
     """Write a bag of some rooms.
@@ -107,6 +108,7 @@ def write_room_bag(
         attachments: files in the bag.
         records: metadata records of the bag, by name.
         first_room: index of the first room.
+        more: further layers of a frame by its number in the room.
         options: of :class:`BagWriter`.
     """
     height, width = size
@@ -121,9 +123,10 @@ def write_room_bag(
             first = scene.camera_path[0].stamp_ns
             write(writer, "/synth/scene", String(data=scene_to_json(scene)), first)
             write(writer, "/synth/scene/map", occupancy_to_msg(np.zeros((7, 8), np.int8), 0.5, (0.0, 0.0), first, "map"), first)
-            for pose in scene.camera_path:
+            for number, pose in enumerate(scene.camera_path):
                 stamp = pose.stamp_ns
                 images[stamp] = {k: v for k, v in frame_images(first_room * frames + len(images), height, width).items() if k in layers}
+                images[stamp] |= more(number)
                 for layer, pixels in images[stamp].items():
                     message = image_to_msg(pixels, layer_encoding(LAYERS[layer]), stamp, "eye")
                     write(writer, f"{CAMERA}/{layer}/image_raw", message, stamp)

@@ -14,6 +14,7 @@ function show(change) {
   by('task').value = state.task;
   by('metric').value = state.metric;
   document.querySelectorAll('.chosen-metric').forEach((node) => (node.textContent = `${spaced(task.name)}, ${spaced(state.metric)}`));
+  by('estimate').textContent = task.estimate && `What was estimated: ${task.estimate}.`;
   fillScores(task, shown, (name) => show({ metric: name }));
   if (metric) {
     fillRanking(task, metric, shown);
