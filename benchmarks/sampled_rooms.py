@@ -43,6 +43,11 @@ def mean_flip(reference: NDArray[np.generic], picture: NDArray[np.generic]) -> f
     return float(flip_evaluator.evaluate(_unit(reference), _unit(picture), "LDR", applyMagma=False)[1])
 
 
+def flip_values(reference: NDArray[np.generic], picture: NDArray[np.generic]) -> NDArray[np.float32]:
+    """Return FLIP of each pixel, (h, w) float32."""
+    return np.asarray(flip_evaluator.evaluate(_unit(reference), _unit(picture), "LDR", applyMagma=False)[0], np.float32)[..., 0]
+
+
 def flip_map(reference: NDArray[np.generic], picture: NDArray[np.generic]) -> NDArray[np.uint8]:
     """Return FLIP of each pixel as a colour, (h, w, 3) uint8: from black, 0, by violet and orange to pale yellow, 1 (the map *magma*)."""
     colors = flip_evaluator.evaluate(_unit(reference), _unit(picture), "LDR", applyMagma=True)[0]

@@ -49,7 +49,7 @@ class Atlas(NamedTuple):
 
 
 def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float) -> Atlas:
-    """Lay nodes some ``spacing_m`` apart; ``one_sided``: (p,) bool, parts that nobody sees from behind."""
+    """Lay nodes some ``spacing_m`` apart; ``one_sided``: (m,) bool, triangles that nobody sees from behind."""
     count = len(face_part)
     cells, affine = np.zeros((count, 4), np.int32), np.zeros((count, 6), np.float32)
     index, chart_face, chart_weight, chart_normal = _lay_grids(charts, spacing_m, cells, affine)
@@ -60,7 +60,7 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
     corners = mesh.vertices.astype(np.float64)[mesh.faces[face]]
     shares = np.column_stack([1.0 - weight.sum(axis=1, dtype=np.float64), weight])
     position = np.einsum("nc,ncx->nx", shares, corners).astype(np.float32)
-    two_sided = np.flatnonzero(~one_sided[face_part[face]])
+    two_sided = np.flatnonzero(~one_sided[face])
     back = np.full(len(face) + len(two_sided), -1, np.int32)
     back[two_sided] = len(face) + np.arange(len(two_sided))
     area = np.zeros(len(face))

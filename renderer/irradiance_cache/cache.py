@@ -24,7 +24,7 @@ from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import see_lights, solve_links
 
-_SWEEPS = 24
+_MOST_SWEEPS = 100
 _OPEN_M = np.float32(0.8)
 """How far coarse nodes in the open are taken to be from what surrounds them, at least."""
 
@@ -41,6 +41,7 @@ class IrradianceCache:
         geometry: nodes and links; complete once solved.
         luminance, even, leaving: (n, 3) float32, what leaves coarse nodes, cd/m2, smoothed illuminance over pi there, lux, and what of that
             is reflected, cd/m2; once solved.
+        source: that light as it is gathered; once solved.
         light, rows: what is known of fine nodes.
     """
 
@@ -76,13 +77,14 @@ class IrradianceCache:
 
         self._unlit.run(scene.workers, compute, cancelled)
         by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
-        see_lights(scene.surfaces, geometry.sightings, config.coarse_rays, by_mirrors)
+        see_lights(scene.surfaces, geometry.sightings, by_mirrors)
         given = light.direct + light.indirect + light.sun[:, :3]
-        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, _SWEEPS, luminance)
+        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, _MOST_SWEEPS, luminance)
         self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
         self.leaving = self.even * geometry.albedo
         self.luminance = luminance[geometry.other]
-        self.bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, 32, 0.3)
+        bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, 32, 0.3)
+        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
         self._coarse_light = None
 
     def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> NDArray[np.float32]:
@@ -102,8 +104,12 @@ class IrradianceCache:
     @property
     def size_bytes(self) -> int:
         """Memory that the cache holds once it is solved, its geometry included."""
-        tables = (*self.light, *self.bright[:4], self.luminance, self.even, self.leaving, self.rows, self._filled, self._smooth_done)
+        tables = (*self.light, *self.source.bright[:4], self.luminance, self.even, self.leaving, self.rows, self._filled, self._smooth_done)
         return self.geometry.size_bytes + sum(array.nbytes for array in tables)
+
+    def rays_of(self, count: int) -> Rays:
+        """Return how a place looks around it with so many rays."""
+        return Rays(self._key, even_points(count), np.float32(self.config.spacing_m), MOST_BEHIND)
 
     def fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``is_read`` (n,) that are not known yet; return how many.
@@ -121,13 +127,12 @@ class IrradianceCache:
         nodes = np.flatnonzero(near & ~self._filled)
         scene, config, key = self._scene, self.config, self._key
         samples, spacing = even_points(config.sun_samples), np.float32(config.spacing_m)
-        source = CoarseLight(self.coarse, self.luminance, self.geometry.worth, self.bright)
-        rays = Rays(key, even_points(config.gather_rays), spacing, MOST_BEHIND)
+        rays = self.rays_of(config.gather_rays)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
             light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, memory.trace, self.light)
-            gather_nodes(scene.lit, self.atlas, source, rays, chosen, memory, self.light)
+            gather_nodes(scene.lit, self.atlas, self.source, rays, chosen, memory, self.light)
             self._filled[chosen] = True
 
         Pieces(len(nodes)).run(scene.workers, compute, cancelled)

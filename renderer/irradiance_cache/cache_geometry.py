@@ -14,7 +14,7 @@ from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
-from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays
+from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
@@ -57,11 +57,11 @@ class CacheGeometry:
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
         coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
-        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK or BEHIND.
+        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, BEHIND or UNKNOWN.
         sightings: rays that see lights by mirrors, or what is outside.
         worth: (n,) float32, 0 for coarse nodes within things, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
-        other: (n,) int32, the coarse node that stands in for each; shining_area: (n,) float32, m2 that each stands for.
+        other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing; shining_area: (n,) float32, m2 that each stands for.
         albedo, glow: (n, 3) float32, what coarse nodes reflect, and the luminance of screens and the like, cd/m2.
         complete: whether :meth:`link` has ended.
     """
@@ -74,8 +74,8 @@ class CacheGeometry:
         flat = scene.flat
         self._flat, self._shines = flat, scene.lights.face_group >= 0
         self._key, self._config = key, config
-        charts = find_charts(flat.mesh, flat.face_part, len(flat.parts.label))
-        one_sided = charts.closed | (flat.parts.object_id == 0) | _is_hollow(scene, charts)
+        charts = find_charts(flat.mesh, flat.face_part)
+        one_sided = charts.closed | ((flat.parts.object_id == 0) | _is_hollow(scene, charts))[flat.face_part]
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
@@ -119,7 +119,9 @@ class CacheGeometry:
         self._unresolved.run(workers, resolve, cancelled)
         self.other = np.zeros(len(valid), np.int32)
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
-        # Nodes within things shine by those that stand in for them.
+        # Nodes within things shine by those that stand in for them; rays that end where there are none tell nothing.
+        self.known = valid[self.other]
+        np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
         self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
         node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
@@ -136,7 +138,7 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        return sum(array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.shining_area))
+        return sum(array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.known, self.shining_area))
 
 
 def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worker: int, piece: tuple[int, int]) -> None:
@@ -144,9 +146,9 @@ def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worke
 
 
 def _is_hollow(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
-    """Return which open parts (p,) are solids that lack a hidden side: from within, one sees mostly the backs of their own faces."""
-    flat, count = scene.flat, len(charts.closed)
-    faces = np.flatnonzero((charts.area > 0.0) & ~charts.closed[flat.face_part])
+    """Return which parts (p,) have open bodies that are solids without a hidden side: from within, one sees mostly backs of their faces."""
+    flat, count = scene.flat, len(scene.flat.parts.label)
+    faces = np.flatnonzero((charts.area > 0.0) & ~charts.closed)
     order = faces[np.lexsort((-charts.area[faces], flat.face_part[faces]))]
     start = np.searchsorted(flat.face_part[order], np.arange(count))
     faces = order[np.arange(len(order)) - start[flat.face_part[order]] < _PROBES]

@@ -18,6 +18,7 @@ from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits, TracedView
 
 _LEAST_SHARE, _ROUGHEST = np.float32(0.02), np.float32(0.6)
+_STRAY_RAYS = 16
 
 
 class CachedIntegrator:
@@ -35,8 +36,10 @@ class CachedIntegrator:
         self._images = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
-        nodes = (store.atlas, store.rows, store.coarse, store.even, store.geometry.worth, store.leaving)
-        self._tables = Tables(*nodes, build_lamps(scene.flat), _LEAST_SHARE, _ROUGHEST)
+        self.strays = 0
+        """Pixels of the newest view that no node knows: their light is computed for them alone."""
+        known = (store.atlas, store.rows, store.source, store.even, store.leaving, store.rays_of(_STRAY_RAYS))
+        self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, _ROUGHEST)
 
     @property
     def size_bytes(self) -> int:
@@ -56,6 +59,8 @@ class CachedIntegrator:
             self._images = (make_picture(*size), np.empty((*size, 3), np.float32))
         picture, image = self._images
         smooth = np.empty((*size, 3), np.float32)
+        for one in memory:
+            one.strays.met[0] = 0
 
         def shade(worker: int, first: int) -> None:
             shade_hits(lit, self._tables, view, frame_key, memory[worker], picture, first, step)
@@ -64,6 +69,7 @@ class CachedIntegrator:
             smooth_edges(lit, view, OFFSETS, memory[worker], image, smooth, first, step)
 
         workers.run(shade, range(step), cancelled)
+        self.strays = sum(int(one.strays.met[0]) for one in memory)
         self._scene.in_rows(mix_mirrored, lit.surfaces, view.hits, picture, image)
         workers.run(smooth_rows, range(step))
         return smooth

@@ -22,7 +22,8 @@ class Charts(NamedTuple):
 
     face_chart: (m,) int32, the chart of each triangle, CURVED or DEGENERATE; normal, along, across: (c, 3) float64, unit, a right-handed
     frame (along, across, normal) of each chart; at: (m, 3, 2) float64, metres along and across of the corners of triangles on charts.
-    area: (m,) float64, m2.  closed: (p,) bool, parts whose every edge belongs to two triangles: nobody sees them from behind.
+    area: (m,) float64, m2.  closed: (m,) bool, triangles of bodies that nobody sees from behind: every edge of theirs belongs to two
+    triangles, and their faces look outward.
     """
 
     face_chart: NDArray[np.int32]
@@ -34,7 +35,7 @@ class Charts(NamedTuple):
     closed: NDArray[np.bool_]
 
 
-def find_charts(mesh: Mesh, face_part: NDArray[np.int32], part_count: int) -> Charts:
+def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     """Join triangles of one part that share an edge and a plane, where the mesh is shaded flat."""
     corners = mesh.vertices.astype(np.float64)[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -47,11 +48,10 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32], part_count: int) -> Ch
     by_edge = np.lexsort((face, second, first))
     first, second, face = first[by_edge], second[by_edge], face[by_edge]
     same = (first[1:] == first[:-1]) & (second[1:] == second[:-1])
-    closed = np.ones(part_count, np.bool_)
-    run = np.concatenate([[True], ~same])
-    length = np.diff(np.append(np.flatnonzero(run), len(face)))
-    closed[face_part[face[np.flatnonzero(run)[length != 2]]]] = False
     a, b = face[:-1][same], face[1:][same]
+    run = np.concatenate([[True], ~same])
+    lonely = face[np.flatnonzero(run)[np.diff(np.append(np.flatnonzero(run), len(face))) != 2]]
+    closed = _find_closed(corners, _join(len(face_part), a, b), lonely)
     joined = flat[a] & flat[b] & (np.einsum("ij,ij->i", unit[a], unit[b]) > _COPLANAR)
     root = _join(len(face_part), a[joined], b[joined])
     face_chart = np.where(sound, CURVED, DEGENERATE).astype(np.int32)
@@ -74,6 +74,17 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32], part_count: int) -> Ch
     at[members, :, 0] = np.einsum("mij,mj->mi", corners[members], along[chart])
     at[members, :, 1] = np.einsum("mij,mj->mi", corners[members], across[chart])
     return Charts(face_chart, normal, along, across, at, area, closed)
+
+
+def _find_closed(corners: NDArray[np.float64], body: NDArray[np.int64], lonely: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which triangles (m,) belong to a body that is closed and holds a volume.
+
+    ``body``: (m,), a triangle of each one's body; ``lonely``: triangles that have an edge which does not belong to just two.
+    """
+    at = corners - corners[body, :1]
+    volume = np.bincount(body, np.einsum("mi,mi->m", at[:, 0], np.cross(at[:, 1], at[:, 2])), len(body))
+    volume[body[lonely]] = 0.0
+    return np.asarray(volume[body] > 0.0)
 
 
 def _edges(corners: NDArray[np.float64], face_part: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

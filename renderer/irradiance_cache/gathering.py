@@ -13,7 +13,7 @@ from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays, aim_hemisphere, choose_node, follow, node_seed, sighted_light
+from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays, aim_hemisphere, choose_node, follow, node_seed, sighted_light
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.records import LitScene, Scratch
@@ -58,19 +58,20 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
 
 
 class CoarseLight(NamedTuple):
-    """The light that fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), and the bright ones."""
+    """The light that fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), whether that is known, and bright ones."""
 
     atlas: Atlas
     luminance: NDArray[np.float32]
     worth: NDArray[np.float32]
+    known: NDArray[np.bool_]
     bright: Bright
 
 
 class Gathered(NamedTuple):
     """Sums over the rays of a node.
 
-    r, g, b: luminance; x, y, z: luminance times direction over cosine; behind, far: how many rays see the inside of something, and how
-    many end far away; nearness: one over the distance, 1/m.
+    r, g, b: luminance; x, y, z: luminance times direction over cosine; behind, unknown, far: how many rays see the inside of something,
+    end at nodes about which nothing is known, and end far away; nearness: one over the distance, 1/m.
     """
 
     r: np.float32
@@ -80,6 +81,7 @@ class Gathered(NamedTuple):
     y: np.float32
     z: np.float32
     behind: np.float32
+    unknown: np.float32
     far: np.float32
     nearness: np.float32
 
@@ -93,8 +95,8 @@ def gather_nodes(
     for i in range(len(nodes)):
         node = nodes[i]
         sums = _look_around(scene, target, source, rays, node, memory)
-        # Rays that see the inside of something began within it: the others stand for them.
-        scale = _PI / max(count - sums.behind, _ONE)
+        # Rays that see the inside of something began within it: the others stand for them, and for those that tell nothing.
+        scale = _PI / max(count - sums.behind - sums.unknown, _ONE)
         r, g, b, x, y, z = scale * sums.r, scale * sums.g, scale * sums.b, scale * sums.x, scale * sums.y, scale * sums.z
         if len(source.bright.point) > 0:
             stand_on(target, node, memory.trace)
@@ -117,7 +119,7 @@ def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays
     u, v = unit_hash(node, rays.key)
     seed = node_seed(node, rays.key)
     nx, ny, nz = target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
-    r = g = b = x = y = z = behind = far = nearness = _ZERO
+    r = g = b = x = y = z = behind = unknown = far = nearness = _ZERO
     for begin in range(0, len(rays.pattern), LANES):
         aim_hemisphere(target, node, rays.pattern, begin, u, v, memory.trace.rays)
         # Mirrors turn the rays: light arrives from where they first went.
@@ -127,6 +129,7 @@ def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays
         for k in range(LANES):
             red, green, blue, link = _light_of_ray(scene.surfaces, source, k, memory)
             behind += _ONE if link == BEHIND else _ZERO
+            unknown += _ONE if link == UNKNOWN else _ZERO
             far += _ONE if real[ray.TFAR + k] > rays.far_m and link != BEHIND else _ZERO
             nearness += _ONE / max(real[ray.TFAR + k], _CLEAR_M)
             r, g, b = r + red, g + green, b + blue
@@ -134,7 +137,7 @@ def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays
             cosine = max(dx * nx + dy * ny + dz * nz, _LEAST_COSINE)
             weight = (_RED * red + _GREEN * green + _BLUE * blue) / cosine
             x, y, z = x + weight * dx, y + weight * dy, z + weight * dz
-    return Gathered(r, g, b, x, y, z, behind, far, nearness)
+    return Gathered(r, g, b, x, y, z, behind, unknown, far, nearness)
 
 
 @inlined
@@ -146,6 +149,8 @@ def _light_of_ray(surfaces: Surfaces, source: CoarseLight, k: int, memory: Gathe
     link, at, bright = memory.links[k], memory.at, source.bright
     if link >= 0:
         link = choose_node(source.atlas, source.worth, link, at[k], at[LANES + k], at[2 * LANES + k], memory)
+    if link >= 0 and not source.known[link]:
+        link = UNKNOWN
     far = memory.trace.rays.real[ray.TFAR + k] > bright.near_m
     if link >= 0 and not (bright.chosen[link] and memory.trace.sampled[k] == 0 and far):
         red, green, blue = red + source.luminance[link, 0], green + source.luminance[link, 1], blue + source.luminance[link, 2]

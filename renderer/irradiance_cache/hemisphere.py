@@ -30,8 +30,11 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _DEEPEST = 8
 _LEAN = np.float32(0.7)
 
-DARK, BEHIND = -1, -2
-"""Links of rays that end at no node: at a light, a pane or nothing; at the inside of a closed part."""
+DARK, BEHIND, UNKNOWN = -1, -2, -3
+"""Links of rays that end at no node: at a light, a pane or nothing; at the inside of a closed part; where all nodes lie within things.
+
+What arrives by the last two is not known, and the other rays of a node stand for them, so that no light is lost.
+"""
 
 # A row of sights: how a ray sees a lamp or the sky by way of a mirror, or what is outside.
 _SIGHT = Layout()
@@ -237,7 +240,7 @@ def _leave(passed: np.float32, k: int, memory: GatherScratch) -> None:
 def choose_node(
     atlas: Atlas, worth: NDArray[np.float32], link: int, s: np.float32, t: np.float32, u: np.float32, memory: GatherScratch
 ) -> int:
-    """Return one of the nodes around a hit, by weight times ``worth`` (n,); DARK where none is worth anything.
+    """Return one of the nodes around a hit, by weight times ``worth`` (n,); the first where none is worth anything, UNKNOWN without any.
 
     ``link``: the triangle, plus the number of all where its back is hit; ``s``, ``t``: barycentric weights; ``u``: in [0, 1).
     """
@@ -250,7 +253,7 @@ def choose_node(
         weights[i] *= worth[nodes[i]]
         total += weights[i]
     if total <= _ZERO:
-        return int(nodes[0]) if count > 0 else DARK
+        return int(nodes[0]) if count > 0 else UNKNOWN
     rest, chosen = u * total, 0
     while chosen + 1 < count and rest >= weights[chosen]:
         rest -= weights[chosen]

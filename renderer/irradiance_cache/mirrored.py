@@ -210,10 +210,10 @@ def _look_up(tables: Tables, values: NDArray[np.float32], front: bool, k: int, m
     """Return what a table of the coarse nodes, (n, 3), says where ray k ends: their mean, by weight and worth."""
     nodes, weights, rays = memory.nodes, memory.weights, memory.trace.rays
     face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
-    count = find_nodes(tables.coarse, face, u, v, front, nodes, weights)
+    count = find_nodes(tables.source.atlas, face, u, v, front, nodes, weights)
     total = _ZERO
     for i in range(count):
-        weights[i] *= tables.worth[nodes[i]]
+        weights[i] *= tables.source.worth[nodes[i]]
         total += weights[i]
     r = g = b = _ZERO
     for i in range(count):

@@ -13,6 +13,7 @@ from renderer.core.kernel import entry
 from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
+    DARK,
     SIGHT,
     GatherScratch,
     Rays,
@@ -27,6 +28,7 @@ from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _PI, _INVERSE_PI = np.float32(0.0), np.float32(1.0), np.float32(np.pi), np.float32(1.0 / np.pi)
+_SETTLED = 1e-4
 
 
 class Links(NamedTuple):
@@ -80,13 +82,12 @@ def link_nodes(
 
 
 @entry
-def see_lights(surfaces: Surfaces, sightings: Sightings, rays: int, light: NDArray[np.float32]) -> None:
-    """Fill ``light`` (n, 3), illuminance by mirrors and from outside, lux, from what the ``rays`` rays of each node have sighted."""
-    scale = _PI / np.float32(rays)
+def see_lights(surfaces: Surfaces, sightings: Sightings, light: NDArray[np.float32]) -> None:
+    """Add to ``light`` (n, 3), luminance by mirrors and from outside, cd/m2, what all rays of each node have sighted."""
     for i in range(len(sightings.node_part)):
         node, color = sightings.node_part[i, 0], sighted_light(surfaces, sightings.node_part[i, 1], sightings.sights, i)
         for channel in range(3):
-            light[node, channel] += scale * color[channel]
+            light[node, channel] += color[channel]
 
 
 @entry
@@ -106,24 +107,31 @@ def solve_links(
     by_mirrors: NDArray[np.float32],
     albedo: NDArray[np.float32],
     glow: NDArray[np.float32],
-    sweeps: int,
+    most_sweeps: int,
     luminance: NDArray[np.float32],
 ) -> None:
     """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
 
-    ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.
+    ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.  It has settled when no more than a
+    ten thousandth of all changes, so that what leaves is what arrives, reflected, and what glows.
     """
     count = links.shape[1]
-    for _ in range(sweeps):
+    for _ in range(most_sweeps):
+        total = change = 0.0
         for node in range(len(links)):
-            r = g = b = _ZERO
+            r, g, b = by_mirrors[node, 0], by_mirrors[node, 1], by_mirrors[node, 2]
             free = 0
             for i in range(count):
                 link = links[node, i]
-                free += link != BEHIND
+                free += link >= DARK
                 if link >= 0:
                     r, g, b = r + luminance[link, 0], g + luminance[link, 1], b + luminance[link, 2]
             scale = _PI / np.float32(max(free, 1))
-            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + by_mirrors[node, 0] + given[node, 0]) + glow[node, 0]
-            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + by_mirrors[node, 1] + given[node, 1]) + glow[node, 1]
-            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + by_mirrors[node, 2] + given[node, 2]) + glow[node, 2]
+            before = luminance[node, 0] + luminance[node, 1] + luminance[node, 2]
+            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + given[node, 0]) + glow[node, 0]
+            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + given[node, 1]) + glow[node, 1]
+            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + given[node, 2]) + glow[node, 2]
+            after = luminance[node, 0] + luminance[node, 1] + luminance[node, 2]
+            total, change = total + after, change + abs(after - before)
+        if change <= _SETTLED * total:
+            break

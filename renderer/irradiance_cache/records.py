@@ -11,6 +11,9 @@ from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.gathering import CoarseLight
+from renderer.irradiance_cache.hemisphere import Rays
+from renderer.irradiance_cache.strays import Strays, make_strays
 from renderer.path.records import Scratch
 
 SHARP = np.float32(0.01)
@@ -49,17 +52,17 @@ class Lamps(NamedTuple):
 class Tables(NamedTuple):
     """What frames look up.
 
-    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  coarse: nodes for what is mirrored; even:
-    (n, 3), illuminance over pi there, lux; worth: (n,), the share of a node's surroundings that is not close by; leaving: (n, 3), what of
-    that light is reflected, cd/m2.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
+    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even: (n, 3),
+    illuminance over pi there, lux; leaving: (n, 3), what of that light is reflected, cd/m2.  rays: how strays look around them.
+    least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
     """
 
     fine: Atlas
     rows: NDArray[np.float32]
-    coarse: Atlas
+    source: CoarseLight
     even: NDArray[np.float32]
-    worth: NDArray[np.float32]
     leaving: NDArray[np.float32]
+    rays: Rays
     lamps: Lamps
     least_share: np.float32
     roughest: np.float32
@@ -69,7 +72,7 @@ class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
     trace: rays and lanes; nodes, weights: (4,), those around a hit; primary: (PRIMARY, 16), primary hits while their rays are traced;
-    edges: (7, 48), rays of a tile's edges.
+    edges: (7, 48), rays of a tile's edges; strays: those of a tile.
     """
 
     trace: Scratch
@@ -77,12 +80,13 @@ class ShadeScratch(NamedTuple):
     weights: NDArray[np.float32]
     primary: NDArray[np.float32]
     edges: NDArray[np.float32]
+    strays: Strays
 
 
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
     primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
-    return ShadeScratch(trace, np.zeros(4, np.int32), np.zeros(4, np.float32), primary, edges)
+    return ShadeScratch(trace, np.zeros(4, np.int32), np.zeros(4, np.float32), primary, edges, make_strays(trace))
 
 
 @inlined

@@ -4,6 +4,7 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
 
     restore    the recorded hits become surfaces and BSDFs again
     diffuse    what matt lobes send on of the light that the nodes around know                          lane by lane
+    strays     light is computed for hits about which no node knows; these first stages follow for them
     classify   what mirrors: by the first order of the light around, or by a ray of its own             lane by lane
     lamps      the lamp that rough gloss shows most, as a ball                                          lane by lane, then one shadow ray
     sun        sampled where the nodes around have any
@@ -31,12 +32,13 @@ from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
 from renderer.irradiance_cache.lamps import choose_lamp
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
-from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID
+from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID, NodeLight
 from renderer.irradiance_cache.nodes import LIGHT as LIT
 from renderer.irradiance_cache.reconstruction import Picture
 from renderer.irradiance_cache.records import SHARP, ShadeScratch, Tables, takes_from_others
 from renderer.irradiance_cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.irradiance_cache.specular import pass_glass
+from renderer.irradiance_cache.strays import add_stray, light_strays
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_sampling import sample_sun
@@ -44,7 +46,7 @@ from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
 from renderer.path.surfaces import evaluate_surfaces
 
-_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _PI, _INVERSE_PI = np.float32(np.pi), np.float32(1.0 / np.pi)
 _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
@@ -92,7 +94,8 @@ class Incident(NamedTuple):
     """What is known of the light at a hit.
 
     r, g, b: illuminance without the sun's, lux; x, y, z: its direction (``NodeLight.toward``); rest: what is to be added to the cosine
-    between that and a normal; sun: the most of the sun's share that any node has; lamps: the share of lamps.
+    between that and a normal; sun: the most of the sun's share that any node has; lamps: the share of lamps; known: whether any node that
+    is not within something knows it.
     """
 
     r: np.float32
@@ -104,6 +107,7 @@ class Incident(NamedTuple):
     rest: np.float32
     sun: np.float32
     lamps: np.float32
+    known: bool
 
 
 @entry
@@ -116,24 +120,25 @@ def shade_hits(
     for row in range(first * TILE, view.camera.height, step * TILE):
         for column in range(0, view.camera.width, TILE):
             kinds = _restore_surfaces(scene, view, column, row, memory.trace)
-            sunny = traced = lamplit = 0
-            for k in range(LANES):
-                _begin_pixel(lanes, primary, k)
-                if lanes[ln.HIT + k] == _ZERO:
-                    continue
-                incident = _read_light(tables, k, memory)
-                along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
-                sunny += _add_diffuse(incident, along, kinds, lanes, primary, k)
-                glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
-                if glossy:
-                    if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
-                        lamplit += choose_lamp(scene.surfaces, tables.lamps, k, primary, lanes)
-                    x, y = column + (k & 3), row + (k >> 2)
-                    if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
-                        _guess_mirrored(incident, around, primary, k)
-                    else:
-                        _send_ray(glass, x, y, k, lanes, primary)
-                        traced += 1
+            sunny = lamplit = traced = strays = 0
+            # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
+            for turn in range(2):
+                for i in range(LANES if turn == 0 else strays):
+                    k = i if turn == 0 else int(memory.strays.lanes[i])
+                    if turn == 0:
+                        _begin_pixel(lanes, primary, k)
+                        if lanes[ln.HIT + k] == _ZERO:
+                            continue
+                    incident = _read_light(tables, k, memory) if turn == 0 else _light_of_stray(memory.strays.light, k)
+                    if not incident.known:
+                        strays = add_stray(lanes, k, strays, memory.strays)
+                        continue
+                    more = _shade_lane(scene, tables, incident, kinds, column + (k & 3), row + (k >> 2), k, memory)
+                    sunny, lamplit, traced = sunny + more[0], lamplit + more[1], traced + more[2]
+                if strays == 0:
+                    break
+                if turn == 0:
+                    light_strays(scene, tables.source, tables.rays, strays, memory.strays)
             if lamplit > 0:
                 _add_lamps(scene, memory)
             if has_sun and sunny > 0:
@@ -141,6 +146,26 @@ def shade_hits(
             if traced > 0:
                 add_gloss(scene, tables, view.camera, column, row, memory)
             _store(column, row, primary, picture)
+
+
+@inlined
+def _shade_lane(
+    scene: LitScene, tables: Tables, incident: Incident, kinds: int, x: int, y: int, k: int, memory: ShadeScratch
+) -> tuple[int, int, int]:
+    """Add matt light to the pixel (x, y) of lane k, and prepare what it mirrors; return 1 or 0 each for the sun, a lamp, a ray of its own."""
+    lanes, primary = memory.trace.lanes, memory.primary
+    along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
+    sunny, lamplit = _add_diffuse(incident, along, kinds, lanes, primary, k), 0
+    glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
+    if not glossy:
+        return sunny, 0, 0
+    if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
+        lamplit = choose_lamp(scene.surfaces, tables.lamps, k, primary, lanes)
+    if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
+        _guess_mirrored(incident, around, primary, k)
+        return sunny, lamplit, 0
+    _send_ray(glass, x, y, k, lanes, primary)
+    return sunny, lamplit, 1
 
 
 @inlined
@@ -194,16 +219,18 @@ def _read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
         scale = _ONE / total
         x, y, z = scale * x, scale * y, scale * z
         rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
-        return Incident(scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps)
-    # All lie within objects: the coarse ones know what is near.
-    r = g = b = _ZERO
-    count = find_nodes(tables.coarse, face, u, v, front, nodes, weights)
-    for i in range(count):
-        weight = _PI * weights[i]
-        r += weight * tables.even[nodes[i], 0]
-        g += weight * tables.even[nodes[i], 1]
-        b += weight * tables.even[nodes[i], 2]
-    return Incident(r, g, b, _ZERO, _ZERO, _ZERO, _ZERO, sun, _ZERO)
+        return Incident(scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps, True)
+    return Incident(_ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, False)
+
+
+@inlined
+def _light_of_stray(light: NodeLight, k: int) -> Incident:
+    """Return the light at the hit of lane k, computed for it alone."""
+    r, g, b = light.indirect[k, 0], light.indirect[k, 1], light.indirect[k, 2]
+    red, green, blue = light.direct[k, 0], light.direct[k, 1], light.direct[k, 2]
+    lamps = (red + green + blue) / max(r + g + b + red + green + blue, _TINY)
+    x, y, z = light.toward[k, 0], light.toward[k, 1], light.toward[k, 2]
+    return Incident(r + red, g + green, b + blue, x, y, z, _ZERO, light.sun[k, 3], lamps, True)
 
 
 @inlined

@@ -16,7 +16,7 @@ RIM = [quad((0, 0, 0), (3, 0, 0), (0, 0.3, 0)), quad((0, 0.3, 0), (0.3, 0, 0), (
 
 def built(*pieces, spacing=0.1, one_sided=None):
     flat = scene(*pieces)
-    charts = find_charts(flat.mesh, flat.face_part, len(pieces))
+    charts = find_charts(flat.mesh, flat.face_part)
     one_sided = charts.closed if one_sided is None else np.array(one_sided)
     return flat, charts, at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing)
 
@@ -114,8 +114,8 @@ def test_only_what_is_seen_from_behind_has_nodes_there():
 
 def test_curved_surfaces_are_looked_up_at_their_corners():
     flat = smooth_sphere(8)
-    charts = find_charts(flat.mesh, flat.face_part, 1)
-    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(1, np.bool_), 0.05)
+    charts = find_charts(flat.mesh, flat.face_part)
+    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), 0.05)
     face, u, v, place = points(flat)
     sound = charts.area[face] > 1e-6
     for f, s, t, p in zip(face[sound], u[sound], v[sound], place[sound], strict=True):
@@ -127,7 +127,7 @@ def test_curved_surfaces_are_looked_up_at_their_corners():
 
 
 def test_a_valid_neighbour_stands_in_for_a_node_in_the_dark():
-    _, _, atlas = built(quad((0, 0, 0), (1.0, 0, 0), (0, 0.01, 0)), spacing=0.1, one_sided=[True])
+    _, _, atlas = built(quad((0, 0, 0), (1.0, 0, 0), (0, 0.01, 0)), spacing=0.1, one_sided=[True, True])
     order = np.argsort(atlas.position[:, 0])
     valid = np.ones(len(order), np.bool_)
     valid[order[4:9]] = False

@@ -16,7 +16,7 @@ L_SHAPE = Piece(
 
 def charts_of(*pieces):
     flat = scene(*pieces)
-    return find_charts(flat.mesh, flat.face_part, len(pieces))
+    return find_charts(flat.mesh, flat.face_part)
 
 
 def tube(sides, *, smooth):
@@ -40,19 +40,19 @@ def tube(sides, *, smooth):
         np.arange(count, dtype=np.uint32).reshape(-1, 3),
         np.zeros((count, 2), np.float32),
     )
-    return mesh, find_charts(mesh, np.zeros(count // 3, np.int32), 1)
+    return mesh, find_charts(mesh, np.zeros(count // 3, np.int32))
 
 
 def test_a_box_has_six_charts_and_is_closed():
     charts = charts_of(box((0, 0, 0), (1, 2, 3)))
-    assert len(charts.normal) == 6 and charts.closed.tolist() == [True]
+    assert len(charts.normal) == 6 and charts.closed.all()
     assert sorted(np.bincount(charts.face_chart)) == [2] * 6
     np.testing.assert_allclose(np.sort(np.bincount(charts.face_chart, charts.area)), [2, 2, 3, 3, 6, 6], rtol=1e-6)
 
 
 def test_frames_are_right_handed_and_keep_lengths():
     flat = scene(box((0, 0, 0), (1, 2, 3)), L_SHAPE)
-    charts = find_charts(flat.mesh, flat.face_part, 2)
+    charts = find_charts(flat.mesh, flat.face_part)
     frames = np.stack([charts.along, charts.across, charts.normal], axis=1)
     np.testing.assert_allclose(frames @ frames.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(frames), 1.0)
@@ -79,10 +79,10 @@ def test_an_l_shape_is_joined_where_whole_edges_meet():
 
 def test_smooth_mantles_are_on_no_chart_and_facets_are_one_each():
     _, charts = tube(12, smooth=True)
-    assert (charts.face_chart[:24] == CURVED).all() and len(charts.normal) == 2 and charts.closed[0]
+    assert (charts.face_chart[:24] == CURVED).all() and len(charts.normal) == 2 and charts.closed.all()
     assert set(charts.face_chart[24::2]) != set(charts.face_chart[25::2]), "the caps are two charts"
     _, charts = tube(12, smooth=False)
-    assert len(charts.normal) == 12 + 2 and (charts.face_chart >= 0).all() and charts.closed[0]
+    assert len(charts.normal) == 12 + 2 and (charts.face_chart >= 0).all() and charts.closed.all()
 
 
 def test_parts_share_no_chart_and_open_ones_are_told():

@@ -14,8 +14,8 @@ SPACING = np.float32(0.1)
 def sheet():
     """A sheet of 1 x 1 m seen from its front, with a box beside it."""
     flat = scene(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)), box((3, 3, 3), (3.5, 3.5, 3.5)))
-    charts = find_charts(flat.mesh, flat.face_part, 2)
-    atlas = build_atlas(flat.mesh, flat.face_part, charts, np.ones(2, np.bool_), float(SPACING))
+    charts = find_charts(flat.mesh, flat.face_part)
+    atlas = build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), float(SPACING))
     light = make_node_light(len(atlas.face))
     light.valid[:], light.open_m[:] = 1.0, 100.0
     return flat, atlas, light

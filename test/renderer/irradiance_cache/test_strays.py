@@ -1,0 +1,59 @@
+"""No surface stays black that light falls on: whole models in lit rooms, and hits that no node knows."""
+
+import numpy as np
+import pytest
+from box_room import box, pose, quad, scene
+from cached_rooms import CACHED, look_up
+from model_rooms import furnace, lit_room, views
+
+from renderer import CameraConfig, RenderConfig, Renderer
+
+CAMERA = CameraConfig(width=96, height=72)
+FINE = RenderConfig(integrator="cached", cache_spacing_m=0.03, threads=2)
+TRACED = RenderConfig(samples_per_pixel=4, threads=2)
+
+
+def pictures(flat, view, *configs):
+    found = []
+    for config in configs:
+        with Renderer(flat, CAMERA, config, 5) as renderer:
+            found.append(renderer.render(view, 0, ("radiance",)).radiance)
+    return found
+
+
+@pytest.mark.parametrize(("generator", "style"), [("armchair", "wing"), ("book_stack", "neat"), ("bed", "platform")])
+def test_no_pixel_of_a_model_is_black_where_light_falls(generator, style):
+    flat = lit_room(generator, style)
+    for view in views(generator):
+        cached, traced = pictures(flat, view, FINE, TRACED)
+        assert not ((cached == 0.0).all(axis=-1) & (traced > 0.0).any(axis=-1)).any()
+
+
+@pytest.mark.parametrize(("generator", "style"), [("bookshelf", "cubes"), ("washbasin", "vessel")])
+def test_white_things_vanish_in_a_room_that_glows(generator, style):
+    """What glows reflects 0.03 of the light: everything has the luminance 1 / 0.97, and what loses light is darker."""
+    for view in views(generator):
+        (cached,) = pictures(furnace(generator, style), view, FINE)
+        assert np.quantile(cached, 0.02) > 0.9 / 0.97 and cached.mean() == pytest.approx(1 / 0.97, rel=0.01)
+
+
+def test_a_body_turned_inside_out_is_lit_like_any_other():
+    """Its faces look inward, so that one sees them from behind."""
+    room = (box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0), quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2))
+    view, found = pose((1.5, 1.2, 1.4), (0, 0, 0.4)), []
+    for inside in (False, True):
+        found.append(look_up(scene(*room, box((-0.4, -0.4, 0), (0.4, 0.4, 0.8), inside=inside, object_id=3)), view).radiance)
+    np.testing.assert_allclose(found[1], found[0], rtol=0.1)
+
+
+def test_hits_between_nodes_within_something_are_lit_and_counted():
+    """A post with a square hole that is less wide than nodes are apart stands on the floor: all nodes of that cell lie within its walls."""
+    walls = [((-0.3, -0.3), (0.3, -0.02)), ((-0.3, 0.02), (0.3, 0.3)), ((-0.3, -0.02), (-0.02, 0.02)), ((0.02, -0.02), (0.3, 0.02))]
+    posts = [box((*low, 0), (*high, 0.03), object_id=3 + i, name=f"{3 + i}/post") for i, (low, high) in enumerate(walls)]
+    lamp = quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2)
+    flat = scene(box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0), lamp, *posts)
+    view = pose((0.001, 0, 0.2), (0, 0, 0))
+    with Renderer(flat, CameraConfig(width=32, height=24, horizontal_fov_rad=0.15), CACHED, 5) as renderer:
+        image = renderer.render(view, 0, ("radiance",)).radiance
+        assert renderer.cached().strays == image[..., 0].size
+    assert image.min() > 0.2 * image.max() > 0.0
