@@ -29,8 +29,69 @@ class MeasuredFrame:
     measurement: Measurement | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RoomPart:
+    """What one task measured of a room in one bag: as much as a summary needs, whatever the number of its frames.
+
+    Attributes:
+        key: of its first frame.
+        task: of ``TASKS``.
+        measurement: its frames merged; None where no frame has an estimate.
+        asked: how many frames there are.
+        answered: how many have an estimate.
+        seen: in how many frames there are pixels of a class, or of a bin of distance.
+    """
+
+    key: FrameKey
+    task: str
+    measurement: Measurement | None
+    asked: int
+    answered: int
+    seen: Counter[tuple[Breakdown, int]]
+
+
+class Gathered:
+    """What is kept of measurements: a row of each frame, and a :class:`RoomPart` of each room in each bag."""
+
+    def __init__(self) -> None:
+        self.rows: list[FrameRow] = []
+        self.parts: list[RoomPart] = []
+        self.lost = 0
+
+    def add(self, measured: Iterable[MeasuredFrame]) -> None:
+        """Take measurements; all frames of a room in a bag at once, so that they are merged."""
+        rooms: dict[tuple[object, ...], list[MeasuredFrame]] = {}
+        lost = set()
+        for frame in measured:
+            self.rows.append(frame_row(frame))
+            rooms.setdefault((frame.task, frame.key.bag, frame.key.variant, room_of(frame.key)), []).append(frame)
+            if frame.measurement is None:
+                lost.add((frame.key.bag, frame.key.variant, frame.key.stamp_ns))
+        self.lost += len(lost)
+        self.parts += [_room_part(frames) for frames in rooms.values()]
+
+    def take(self, others: Gathered) -> None:
+        """Take what was gathered of further bags."""
+        self.rows += others.rows
+        self.parts += others.parts
+        self.lost += others.lost
+
+
+def _room_part(frames: Sequence[MeasuredFrame]) -> RoomPart:
+    known = [frame.measurement for frame in frames if frame.measurement is not None]
+    ways: tuple[Breakdown, ...] = ("class", "distance")
+    return RoomPart(
+        key=frames[0].key,
+        task=frames[0].task,
+        measurement=TASKS[frames[0].task].merge(known) if known else None,
+        asked=len(frames),
+        answered=len(known),
+        seen=Counter((by, key) for measurement in known for by in ways for key in parts_of(measurement, by)),
+    )
+
+
 def make_evaluation(
-    measured: Iterable[MeasuredFrame],
+    measured: Iterable[MeasuredFrame] | Gathered,
     *,
     title: str,
     algorithm: str,
@@ -43,7 +104,7 @@ def make_evaluation(
     """Return the evaluation of all these frames, in the order of the frames.
 
     Args:
-        measured: of every frame and task that was to be judged.
+        measured: of every frame and task that was to be judged, or what was gathered of them.
         title: of a report.
         algorithm: what was judged.
         created_with: the command that makes the evaluation again.
@@ -52,20 +113,23 @@ def make_evaluation(
         class_names: class id -> name, of the standard that the truth has.
         missing: further counts of what was not there, or one of ``WITHOUT_ESTIMATE`` that counts frames of whole rooms too.
     """
-    frames = list(measured)
-    tasks = [task for name, task in TASKS.items() if any(frame.task == name for frame in frames)]
+    if isinstance(measured, Gathered):
+        found = measured
+    else:
+        found = Gathered()
+        found.add(measured)
+    tasks = [task for name, task in TASKS.items() if any(part.task == name for part in found.parts)]
     rows: list[SummaryRow] = []
     for task in tasks:
-        rows += summarise(task, [frame for frame in frames if frame.task == task.name], seed=seed, draws=draws, class_names=class_names)
-    lost = len({(frame.key.bag, frame.key.variant, frame.key.stamp_ns) for frame in frames if frame.measurement is None})
+        rows += summarise(task, [part for part in found.parts if part.task == task.name], seed=seed, draws=draws, class_names=class_names)
     return Evaluation(
         title=title,
         algorithm=algorithm,
         created_with=created_with,
         tasks=tuple(map(task_row, tasks)),
-        frames=tuple(map(frame_row, frames)),
+        frames=tuple(found.rows),
         summary=tuple(rows),
-        missing={WITHOUT_ESTIMATE: lost, **(missing or {})},
+        missing={WITHOUT_ESTIMATE: found.lost, **(missing or {})},
     )
 
 
@@ -77,10 +141,10 @@ def frame_row(frame: MeasuredFrame) -> FrameRow:
 
 
 def summarise(
-    task: Task, frames: Sequence[MeasuredFrame], *, seed: int, draws: int = DRAWS, class_names: Mapping[int, str] = NYU40_NAMES
+    task: Task, parts: Sequence[RoomPart], *, seed: int, draws: int = DRAWS, class_names: Mapping[int, str] = NYU40_NAMES
 ) -> list[SummaryRow]:
     """Return the rows of one task: over all frames, by room type, by class, by distance and by each factor that takes several values."""
-    known = [frame for frame in frames if frame.measurement is not None]
+    known = [part for part in parts if part.measurement is not None]
     if not known:
         return []
     rows: list[SummaryRow] = []
@@ -89,26 +153,26 @@ def summarise(
         metrics = intervals(task, rooms, seed=seed, answers=answers, draws=draws)
         rows.append(SummaryRow(task=task.name, by=by, key=key, metrics=metrics, rooms=len(rooms), frames=count))
 
-    def add_frames(by: str, key: FactorValue, rooms: Mapping[RoomKey, Measurement], chosen: Sequence[MeasuredFrame]) -> None:
+    def add_rooms(by: str, key: FactorValue, chosen: Sequence[RoomPart]) -> None:
+        rooms = _merged_rooms(task, chosen)
         answers = _answers(chosen, rooms)
         add(by, key, [merged.whole for merged in rooms.values()], sum(answered for answered, _ in answers), answers)
 
-    rooms = _merged_rooms(task, known)
-    add_frames("all", "all", rooms, frames)
-    for room_type in sorted({frame.key.room_type for frame in known}):
-        of_type = {room: merged for room, merged in rooms.items() if room.room_type == room_type}
-        add_frames("room_type", room_type, of_type, [frame for frame in frames if frame.key.room_type == room_type])
+    add_rooms("all", "all", parts)
+    for room_type in sorted({part.key.room_type for part in known}):
+        add_rooms("room_type", room_type, [part for part in parts if part.key.room_type == room_type])
+    rooms, seen = _merged_rooms(task, known), Counter[tuple[Breakdown, int]]()
+    for part in known:
+        seen.update(part.seen)
     names: dict[Breakdown, Mapping[int, str]] = {"class": class_names, "distance": dict(enumerate(DISTANCE_NAMES))}
     for by, names_of in names.items():
-        for key in sorted({key for merged in rooms.values() for key in parts_of(merged, by)}):
-            parts = [parts_of(merged, by)[key] for merged in rooms.values() if key in parts_of(merged, by)]
-            count = sum(frame.measurement is not None and key in parts_of(frame.measurement, by) for frame in known)
-            add(by, names_of.get(key, str(key)), parts, count)
-    for factor in dict.fromkeys(name for frame in known for name in frame.key.factors):
-        values = list(dict.fromkeys(frame.key.factors.get(factor) for frame in known))
+        for key in sorted(number for way, number in seen if way == by):
+            tallies = [parts_of(merged, by)[key] for merged in rooms.values() if key in parts_of(merged, by)]
+            add(by, names_of.get(key, str(key)), tallies, seen[by, key])
+    for factor in dict.fromkeys(name for part in known for name in part.key.factors):
+        values = list(dict.fromkeys(part.key.factors.get(factor) for part in known))
         for value in values if len(values) > 1 else ():
-            chosen = [frame for frame in frames if frame.key.factors.get(factor) == value]
-            add_frames(factor, value, _merged_rooms(task, chosen), chosen)
+            add_rooms(factor, value, [part for part in parts if part.key.factors.get(factor) == value])
     return rows
 
 
@@ -126,16 +190,18 @@ def room_of(key: FrameKey) -> RoomKey:
     return RoomKey(key.room_type, key.seed, key.room)
 
 
-def _answers(frames: Sequence[MeasuredFrame], first: Iterable[RoomKey]) -> list[tuple[int, int]]:
+def _answers(parts: Sequence[RoomPart], first: Iterable[RoomKey]) -> list[tuple[int, int]]:
     """Return of each room, ``first`` ones first, how many frames have an estimate, and how many frames there are."""
-    asked = Counter(room_of(frame.key) for frame in frames)
-    answered = Counter(room_of(frame.key) for frame in frames if frame.measurement is not None)
+    asked, answered = Counter[RoomKey](), Counter[RoomKey]()
+    for part in parts:
+        asked[room_of(part.key)] += part.asked
+        answered[room_of(part.key)] += part.answered
     return [(answered[room], asked[room]) for room in dict.fromkeys([*first, *asked])]
 
 
-def _merged_rooms(task: Task, frames: Sequence[MeasuredFrame]) -> dict[RoomKey, Measurement]:
+def _merged_rooms(task: Task, parts: Sequence[RoomPart]) -> dict[RoomKey, Measurement]:
     rooms: dict[RoomKey, list[Measurement]] = {}
-    for frame in frames:
-        if frame.measurement is not None:
-            rooms.setdefault(room_of(frame.key), []).append(frame.measurement)
-    return {room: task.merge(measurements) for room, measurements in rooms.items()}
+    for part in parts:
+        if part.measurement is not None:
+            rooms.setdefault(room_of(part.key), []).append(part.measurement)
+    return {room: found[0] if len(found) == 1 else task.merge(found) for room, found in rooms.items()}

@@ -92,7 +92,7 @@ class Factor:
 
     ``label`` and ``unit`` are for axes of plots; ``value`` says what a value means; ``targets`` are the keys that a target may have, none
     where the factor is the whole scene's.  ``make`` applies a change, ``current`` returns the value that a scene has: applied, it leaves
-    the scene as it is.  It is None where a scene has no one value.
+    the scene as it is.  It is None where a scene has no one value.  ``by_day``: the scene must have a sun.
     """
 
     name: str
@@ -102,5 +102,6 @@ class Factor:
     attribute: Attribute
     touches: Touches
     targets: tuple[str, ...] = ()
+    by_day: bool = False
     make: Callable[[Work], Outcome] = field(repr=False)
     current: Callable[[Work], object] = field(default=lambda work: None, repr=False)

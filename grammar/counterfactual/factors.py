@@ -22,8 +22,8 @@ _Row = tuple[str, str, str | None, str, Callable[[Work], Outcome], Callable[[Wor
 """Name, label, unit, meaning of the value, what makes the change, and what returns the value that leaves a scene as it is."""
 
 
-def _factors(attribute: Attribute, touches: Touches, targets: tuple[str, ...], *rows: _Row) -> dict[str, Factor]:
-    """Return the rows that share an attribute, what they touch and what they are of."""
+def _factors(attribute: Attribute, touches: Touches, targets: tuple[str, ...], *rows: _Row, by_day: bool = False) -> dict[str, Factor]:
+    """Return the rows that share an attribute, what they touch, what they are of, and whether they need a sun."""
     return {
         name: Factor(
             name=name,
@@ -33,6 +33,7 @@ def _factors(attribute: Attribute, touches: Touches, targets: tuple[str, ...], *
             attribute=attribute,
             touches=touches,
             targets=targets,
+            by_day=by_day,
             make=make,
             current=current,
         )
@@ -69,12 +70,20 @@ FACTORS: dict[str, Factor] = {
          light.set_hour, lambda work: light.daylight_of(work).solar_hour),
         ("sun_intensity", "intensity of the sun", None, "factor on the light of the sun, 0 to 100; 0: no sun, 1: as it is",
          light.scale_sun, lambda work: 1.0 if light.daylight_of(work) else None),
+        by_day=True,
+    ),
+    **_factors(
+        "illumination", "light", (),
         ("sky_intensity", "intensity of the sky", None, "factor on the light of the sky, 0 to 100; 0: a black sky, 1: as it is",
          light.scale_sky, _ONE),
+    ),
+    **_factors(
+        "illumination", "light", (),
         ("turbidity", "turbidity of the air", None, "haze, 1.7 (very clear) to 10",
          light.set_daylight("turbidity", 1.7, 10.0), lambda work: light.daylight_of(work).turbidity),
         ("cloud_cover", "cloud cover", None, "0 (clear) to 1 (overcast, no sun)",
          light.set_daylight("cloud_cover", 0.0, 1.0), lambda work: light.daylight_of(work).cloud_cover),
+        by_day=True,
     ),
     **_factors(
         "material", "surface", _PARTS,

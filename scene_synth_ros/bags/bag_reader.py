@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -66,6 +66,8 @@ class BagSummary:
 class BagReader:
     """An open bag.  Damaged parts are passed over and listed in ``faults``; messages of one chunk at a time are in memory.
 
+    ``files`` are read one after the other in place of what lies at ``path``: those of several shards of a dataset, say.
+
     Attributes:
         types: topic -> type of its messages.
 
@@ -73,23 +75,23 @@ class BagReader:
         BagReadError: there is nothing to read, with the reason.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, files: Sequence[Path] = ()) -> None:
         self.path = Path(path)
         self.faults: list[str] = []
         self._seen: set[str] = set()
         self._metadata: BagMetadata | None = None
         with ExitStack() as stack:
             self._contents: list[McapContents] = []
-            files: list[Path] = []
-            for file in self._find_files():
+            readable: list[Path] = []
+            for file in files or self._find_files():
                 try:
                     self._contents.append(stack.enter_context(McapContents(file, self._report)))
-                    files.append(file)
+                    readable.append(file)
                 except McapReadError as error:
                     self._report(str(error))
             if not self._contents:
                 raise BagReadError(self.faults[-1])
-            self.summary = self._summarize(files)
+            self.summary = self._summarize(readable)
             self.types = {topic.name: topic.type_name for topic in self.summary.topics}
             self._stack = stack.pop_all()
 

@@ -66,6 +66,12 @@ def add_bag(parser: argparse.ArgumentParser, kind: Callable[[str], Any] = Path) 
     parser.add_argument("bag", type=kind, help="folder of the bag, or its .mcap file")
 
 
+def add_bag_or_dataset(parser: argparse.ArgumentParser) -> None:
+    """Declare the bag that a command reads, or the dataset, all of whose shards it reads, and ``--workers`` for these."""
+    parser.add_argument("bag", type=Path, help="folder of the bag, its .mcap file, or folder of a dataset: all its shards")
+    add_workers(parser, default=1, help="processes that share the shards of a dataset (default: %(default)s)")
+
+
 def add_source(parser: argparse.ArgumentParser) -> None:
     """Declare the bag or dataset that a command reads."""
     parser.add_argument("source", metavar="BAG|SHARDS", help="a bag, its folder or .mcap file; a dataset, its folder or URL")

@@ -6,9 +6,9 @@
 """
 
 from scene_synth_ros.dataset.camera import Camera, Pose
-from scene_synth_ros.dataset.dataset import Dataset, open_dataset
+from scene_synth_ros.dataset.dataset import Dataset, open_dataset, without_damaged
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.frame import Frame
 from scene_synth_ros.dataset.rooms import RoomInfo
 
-__all__ = ["Camera", "Dataset", "DatasetError", "Frame", "Pose", "RoomInfo", "open_dataset"]
+__all__ = ["Camera", "Dataset", "DatasetError", "Frame", "Pose", "RoomInfo", "open_dataset", "without_damaged"]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from threading import RLock
-from typing import Any, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +18,7 @@ from scene_synth_ros.bags.indexed_bag import CACHE_SIZE
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.folders import Folder, open_folder
 from scene_synth_ros.dataset.frame import Frame
-from scene_synth_ros.dataset.part import Part
+from scene_synth_ros.dataset.part import Layers, Part
 from scene_synth_ros.dataset.places import BagPlace, find_bags, read_split
 from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.message_places import BlockCache
@@ -27,10 +29,11 @@ OPEN_BAGS = 512
 
 def open_dataset(
     place: str | Path,
-    layers: Sequence[str] | None = ("color", "depth", "semantic"),
+    layers: Layers = "usual",
     split: str | None = None,
     camera: str | None = None,
     transform: Callable[[Frame], Any] | None = None,
+    damaged: Literal["refuse", "skip"] = "refuse",
 ) -> Dataset:
     """Open the frames of a bag, a dataset, a folder of bags or one MCAP file.
 
@@ -40,23 +43,28 @@ def open_dataset(
 
     Args:
         place: path or URL.
-        layers: a frame counts where it has all of these; None for all layers of the camera in the first bag.
+        layers: a frame counts where it has all of these; None for all layers of the camera in the first bag, ``usual`` for those of
+            colour, depth and classes that it has, or all where it has none of them.
         split: name of a split in ``splits.json`` of the dataset; None for all frames.
         camera: its name, alone or with its namespace; None for the first that has all layers.
         transform: what an item of the dataset is made with of its frame; ``dict`` decodes its layers.  None: items are frames.
+        damaged: ``skip`` makes None of a frame that cannot be read, warns, and counts it; iterating leaves it out, and so does a
+            DataLoader with ``collate_fn=without_damaged(...)``.
 
     Raises:
         DatasetError: there is nothing to read, no such layer, camera or split.
     """
     folder = open_folder(place)
-    if isinstance(layers, str):
+    if isinstance(layers, str) and layers != "usual":
         raise DatasetError(f"{folder}: layers: expected names of layers, got the single text {layers!r}; write it as ({layers!r},)")
+    if damaged not in ("refuse", "skip"):
+        raise DatasetError(f"{folder}: damaged: expected refuse or skip, got {damaged!r:.100}")
     if layers is not None and not layers:
         raise DatasetError(f"{folder}: layers: expected a layer at least, got none")
     notes: list[str] = []
     try:
         bags = find_bags(folder, notes.append)
-        data = Dataset(folder, bags, layers, camera, transform, notes)
+        data = Dataset(folder, bags, layers, camera, transform, notes, skip_damaged=damaged == "skip")
         return data if split is None else data.frames_at(read_split(folder, split, data.rooms))
     except OSError as error:
         raise DatasetError(error_line(error)) from None
@@ -75,21 +83,25 @@ class Dataset(Sequence[Any]):
         cameras: all cameras of the first bag.
         rooms: in the order of their frames.
         notes: what is not whole, lines for people.
+        damaged: indices of the frames that this process has skipped, in the dataset of all frames.
     """
 
     def __init__(
         self,
         folder: Folder,
         bags: Sequence[BagPlace],
-        layers: Sequence[str] | None,
+        layers: Layers,
         camera: str | None,
         transform: Callable[[Frame], Any] | None,
         notes: list[str],
+        *,
+        skip_damaged: bool = False,
     ) -> None:
+        self._skip, self.damaged = skip_damaged, set[int]()
         self._bags, self._transform, self.notes = tuple(bags), transform, notes
         self._cache, self._open, self._lock = BlockCache(CACHE_SIZE), OrderedDict[int, Part](), RLock()
         self.source = str(folder)
-        self._asked = tuple(layers) if layers is not None else None, camera
+        self._asked: tuple[Layers, str | None] = layers if layers is None or isinstance(layers, str) else tuple(layers), camera
         first = self.part(0)
         self.layers, self.camera, self.cameras = first.layers, first.camera, tuple(first.cameras)
         self._asked = first.layers, camera
@@ -107,19 +119,33 @@ class Dataset(Sequence[Any]):
     @overload
     def __getitem__(self, index: slice) -> Dataset: ...
     def __getitem__(self, index: int | slice) -> Any:
-        """Return a frame, or what ``transform`` makes of it; of a slice the dataset of its frames.
+        """Return a frame, or what ``transform`` makes of it; None of a damaged one that is skipped; of a slice the dataset of its frames.
 
         Raises:
             IndexError: there are fewer frames.
-            DatasetError: the bag of the frame cannot be read.
+            DatasetError: the bag of the frame cannot be read, or of a dataset that skips no damaged frames, what ``transform`` reads.
         """
         if isinstance(index, slice):
             return self.frames_at(np.arange(len(self))[index])
-        frame = self.frame(int(index))
-        return frame if self._transform is None else self._transform(frame)
+        try:
+            frame = self.frame(int(index))
+            if self._skip:
+                dict(frame)  # which keeps what it decodes
+            return frame if self._transform is None else self._transform(frame)
+        except DatasetError as error:
+            if not self._skip:
+                raise
+            self.damaged.add(self._whole_index(int(index)))
+            warnings.warn(f"skipped a damaged frame: {error}", stacklevel=2)
+            return None
 
     def __iter__(self) -> Iterator[Any]:
-        return (self[index] for index in range(len(self)))
+        items = (self[index] for index in range(len(self)))
+        return (item for item in items if item is not None) if self._skip else items
+
+    def _whole_index(self, index: int) -> int:
+        """Return the index of a frame in the dataset of all frames."""
+        return index % len(self) if self._chosen is None else int(self._chosen[index])
 
     def frame(self, index: int) -> Frame:
         """Return a frame as it is, whatever ``transform``.
@@ -131,7 +157,7 @@ class Dataset(Sequence[Any]):
         if not -len(self) <= index < len(self):
             raise IndexError(f"{self.source}: expected the index of one of {len(self)} frames, got {index}")
         index %= len(self)
-        whole = index if self._chosen is None else int(self._chosen[index])
+        whole = self._whole_index(index)
         room = int(np.searchsorted(self._room_starts, whole, side="right")) - 1
         bag = int(np.searchsorted(self._bag_starts, whole, side="right")) - 1
         stamp = int(self.part(bag).stamps[whole - self._bag_starts[bag]])
@@ -213,6 +239,19 @@ class Dataset(Sequence[Any]):
 
     def __repr__(self) -> str:
         return f"<{len(self)} frames of {len(self.rooms)} rooms, {', '.join(self.layers)} of {self.camera}, in {self.source}>"
+
+
+def without_damaged(collate: Callable[[list[Any]], Any]) -> Callable[[list[Any]], Any]:
+    """Return a ``collate_fn`` of PyTorch's DataLoader that leaves out damaged frames, None, of ``open_dataset(..., damaged="skip")``.
+
+    A batch of nothing else is None.  ``collate`` is ``torch.utils.data.default_collate``, say.
+    """
+    return partial(_collate_whole, collate)
+
+
+def _collate_whole(collate: Callable[[list[Any]], Any], items: list[Any]) -> Any:
+    whole = [item for item in items if item is not None]
+    return collate(whole) if whole else None
 
 
 def _starts(counts: Sequence[int]) -> NDArray[np.int64]:

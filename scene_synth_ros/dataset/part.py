@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.mcap.message_places import BlockCache
 from scene_synth_ros.mcap.stored_file import StoredFile
 from scene_synth_ros.messages.streams import ANNOTATIONS, INFO, LABELS, POSE, SCENE, SETTINGS, Role, Stream, find_images, find_streams
+
+USUAL = ("color", "depth", "semantic")
+Layers = Sequence[str] | Literal["usual"] | None
+"""Layers that are asked for: these, those of ``USUAL`` that there are, or all."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -73,7 +78,7 @@ class Part:
         self,
         name: str,
         files: Sequence[StoredFile],
-        layers: Sequence[str] | None,
+        layers: Layers,
         camera: str | None,
         cache: BlockCache,
         report: Callable[[str], None],
@@ -96,22 +101,27 @@ class Part:
         self._scenes = {int(stamp): topic for topic in scene_topics for stamp in self.bag.stamps(topic)}
         self.starts = np.array(sorted(self._scenes), np.int64)
 
-    def _take_topics(self, types: Mapping[str, str], name: str, layers: Sequence[str] | None, camera: str | None) -> list[str]:
+    def _take_topics(self, types: Mapping[str, str], name: str, layers: Layers, camera: str | None) -> list[str]:
         """Choose camera and layers; return the topics that every reading needs."""
         self.cameras = find_cameras(types)
         self.camera, self.topics = self._choose(name, layers, camera)
-        self.layers = tuple(self.topics.images if layers is None else layers)
+        found = [layer for layer in USUAL if layer in self.topics.images] if layers == "usual" else layers
+        self.layers = tuple(found or self.topics.images)
+        if layers == "usual" and len(self.layers) < len(USUAL):
+            lacking = [layer for layer in USUAL if layer not in self.layers]
+            self._report(f"{name}: {', '.join(lacking)} of {self.camera} not recorded; frames have {', '.join(self.layers)}")
         infos = [self.topics.infos[layer] for layer in self.layers if layer in self.topics.infos]
         return [*(self.topics.images[layer] for layer in self.layers), *infos, *sorted(find_streams(types, SCENE))]
 
-    def _choose(self, name: str, layers: Sequence[str] | None, camera: str | None) -> tuple[str, CameraTopics]:
+    def _choose(self, name: str, layers: Layers, camera: str | None) -> tuple[str, CameraTopics]:
         fitting = {key: row for key, row in self.cameras.items() if camera in (None, key, key.rsplit("/", 1)[-1])}
         if not fitting:
             got = ", ".join(self.cameras) or "no camera with images"
             raise DatasetError(f"{name}: expected {f'camera {camera!r}' if camera else 'images of a camera'}, got {got}")
-        lacking = {key: [layer for layer in layers or () if layer not in row.images] for key, row in fitting.items()}
+        asked = USUAL if layers == "usual" else layers or ()
+        lacking = {key: [layer for layer in asked if layer not in row.images] for key, row in fitting.items()}
         best = min(fitting, key=lambda key: len(lacking[key]))
-        if lacking[best]:
+        if lacking[best] and layers != "usual":
             got = "; ".join(f"{key} has {', '.join(row.images)}" for key, row in fitting.items())
             raise DatasetError(f"{name}: expected layers {', '.join(lacking[best])}, got none; {got}")
         return best, fitting[best]

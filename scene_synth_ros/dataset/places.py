@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from scene_synth_ros.bags.dataset_files import (
     shard_name,
 )
 from scene_synth_ros.dataset.errors import DatasetError
-from scene_synth_ros.dataset.folders import Folder
+from scene_synth_ros.dataset.folders import Folder, LocalFolder
 from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.stored_file import StoredFile
 
@@ -63,7 +64,7 @@ def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
         raise DatasetError(f"{folder}: expected a bag, the folder of a dataset, or an .mcap file, got {got}; check the path")
     if any(name.endswith(_ENDINGS) for name in names):
         return [_bag(folder, names, report)]
-    if PLAN_NAME in names or DATASET_MANIFEST_NAME in names or SHARDS_NAME in names:
+    if _is_dataset(names):
         return _shards(folder, names, report)
     bags = [(child, inner) for name in sorted(names) for child in [folder / name] if (inner := child.names()) is not None]
     found = [_bag(child, inner, report) for child, inner in bags if any(name.endswith(_ENDINGS) for name in inner)]
@@ -110,6 +111,26 @@ def _shards(folder: Folder, names: list[str], report: Callable[[str], None]) -> 
     if not any(bag.files for bag in found):
         raise DatasetError(f"{where}: expected a shard with rooms, got {len(found)} without; their completion files say what failed")
     return [bag for bag in found if bag.files]
+
+
+def shard_bags(path: Path, report: Callable[[str], None]) -> list[Path]:
+    """Return the bags of the complete shards of a dataset on this machine, in their order; none where ``path`` is no dataset.
+
+    ``report`` gets one line for everything that is not whole.
+
+    Raises:
+        DatasetError: no shard is complete.
+        OSError: it cannot be read.
+    """
+    folder = LocalFolder(path)
+    names = folder.names() or []
+    if not _is_dataset(names):
+        return []
+    return [Path(shard.name) for shard in _shards(folder, names, report)]
+
+
+def _is_dataset(names: Collection[str]) -> bool:
+    return PLAN_NAME in names or DATASET_MANIFEST_NAME in names or SHARDS_NAME in names
 
 
 def _planned(folder: Folder, names: list[str]) -> int | None:

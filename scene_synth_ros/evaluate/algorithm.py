@@ -99,6 +99,10 @@ class Algorithm:
         self._made: Callable[..., Any] = made
         self._call: Callable[[AlgorithmFrame], Any] = made
 
+    def __reduce__(self) -> tuple[type[Algorithm], tuple[str]]:
+        """Let another process load its own."""
+        return Algorithm, (self.words,)
+
     @property
     def layers(self) -> tuple[str, ...]:
         """The images that it asks for."""

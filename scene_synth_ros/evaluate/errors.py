@@ -48,6 +48,13 @@ class Notes:
         self._lines[line] += 1
         self._first.setdefault(line, where)
 
+    def take(self, others: Notes) -> None:
+        """Take what was noted of further frames."""
+        self.missing.update(others.missing)
+        self._missing_frames |= others._missing_frames
+        self._lines.update(others._lines)
+        self._first = others._first | self._first
+
     def lines(self) -> list[str]:
         """Return what is to be told, in the order in which it came up."""
         told = []

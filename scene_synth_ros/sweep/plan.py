@@ -54,6 +54,24 @@ def plan_sweep(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], settings_
     return SweepPlan(spec, rows, tuple(variants))
 
 
+def daylight_note(spec: SweepSpec, where: str, rules: SceneSynthesizer) -> str:
+    """Return what is to be told before rooms are sampled: that some may come out without the sun that a factor needs; empty if none does.
+
+    Raises:
+        SweepError: no room that is sampled has a sun.
+    """
+    needs = next((factor for factor in spec.factors if factor.spec.factor and FACTORS[factor.spec.factor].by_day), None)
+    if needs is None or not spec.base.room_types:
+        return ""
+    skies = rules.lighting.daylight
+    named, by_day = str(spec.grammar.get("daylight", "")), [name for name, sky in skies.items() if sky.cloud_cover is not None]
+    advice = f"base.grammar.daylight: {' or '.join(by_day)} has one"
+    if spec.grammar.get("environment_map") or (named in skies and named not in by_day):
+        got = f"daylight {named}" if named else "an environment map"
+        raise SweepError(f"{where}: factors.{needs.name}: expected rooms with a sun, got {got}; {advice}")
+    return "" if named else f"factors.{needs.name} needs a sun; the variants of rooms that are drawn without are refused; {advice}"
+
+
 def _reader(factor: SweepFactor, where: str) -> Callable[[object], object]:
     """Return what reads a value of a factor: a parameter's has a type, whole numbers are rounded from ranges."""
     if not factor.spec.parameter:

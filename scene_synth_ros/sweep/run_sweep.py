@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from grammar.counterfactual import apply_change
+from grammar.counterfactual import apply_change, as_base
 from renderer.film.tone import Exposure
 from scene_description import SceneSynthError, error_line
 from scene_description.whole import write_whole
@@ -107,7 +107,7 @@ def make_variant(variant: Variant, folder: Path, exposure: str) -> Made:
     rules = rules_of(variant.base.settings)
     metered: Callable[[str], Exposure] | None = (lambda renderer: _held_exposure(variant.base, renderer)) if exposure == "held" else None
     try:
-        scene = variant.base.scene
+        scene = as_base(variant.base.scene)
         for change in variant.changes:
             scene = apply_change(scene, change, rules)
         with OfflineBag(bag, variant.settings, rules.floor_map, {RECORD_NAME: variant.record(exposure)}) as writer:

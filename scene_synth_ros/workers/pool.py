@@ -184,6 +184,35 @@ class WorkerPool:
             worker.status(end_s)
 
 
+def in_order(prepare: Callable[[Any], Do], setup: Any, tasks: Sequence[Any], workers: int, told: Tell = lambda _: None) -> Iterator[Any]:
+    """Do tasks, in this process or in several, each with one processor; yield their results in the order of the tasks.
+
+    ``prepare`` and ``setup`` are those of :class:`WorkerPool`; ``told`` is called with what is said of tasks as they proceed.
+
+    Raises:
+        WorkerError: a worker could not do a task, or was ended.
+    """
+    if workers == 1 or len(tasks) < 2:
+        do = prepare(setup)
+        yield from (do(task, told) for task in tasks)
+        return
+    early: dict[int, Any] = {}
+    place = 0
+    with WorkerPool(prepare_numbered, (prepare, setup), min(workers, len(tasks))) as pool:
+        for number, result in pool.results(enumerate(tasks), told):
+            early[number] = result
+            while place in early:
+                yield early.pop(place)
+                place += 1
+
+
+def prepare_numbered(work: tuple[Callable[[Any], Do], Any]) -> Do:
+    """Return what does a task with its number before it, and returns the number with the result."""
+    prepare, setup = work
+    do = prepare(setup)
+    return lambda task, tell: (task[0], do(task[1], tell))
+
+
 @contextlib.contextmanager
 def terminable() -> Iterator[None]:
     """Let SIGTERM end a run as Ctrl-C does, what it has begun with it, with status 143; for the first thread."""

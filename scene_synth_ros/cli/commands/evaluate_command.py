@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from evaluation.confidence import LEVEL, Interval
 from evaluation.evaluation_file import (
@@ -23,17 +24,18 @@ from evaluation.evaluation_file import (
     write_evaluation,
 )
 from evaluation.gate import compare, gate_table
-from evaluation.summary import NYU40_NAMES, WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
+from evaluation.summary import NYU40_NAMES, WITHOUT_ESTIMATE, Gathered, make_evaluation
 from evaluation.tables import summary_csv
 from evaluation.tasks import TASKS
 from scene_synth_ros.cli.lines import counted, say_progress
-from scene_synth_ros.cli.options import UsageError, add_number, refuse_no_file
+from scene_synth_ros.cli.options import UsageError, add_number, add_workers, refuse_no_file
 from scene_synth_ros.evaluate.algorithm import Algorithm
 from scene_synth_ros.evaluate.errors import Notes
 from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
 from scene_synth_ros.evaluate.topics import parse_mapping
 from scene_synth_ros.evaluate.truth_bags import TruthBag, truth_bags
+from scene_synth_ros.workers.pool import Do, in_order, terminable
 
 _WAYS = ("room_type", "class", "distance")
 _NO_ESTIMATE = "{} frames without an estimate"
@@ -41,12 +43,17 @@ _NO_ESTIMATE = "{} frames without an estimate"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("truth", type=Path, metavar="TRUTH", help="bag with the truth, or the folder of a sweep: all its variants")
+    parser.add_argument(
+        "truth", type=Path, metavar="TRUTH", help="bag with the truth, a dataset: all its shards, or a sweep: all its variants"
+    )
     parser.add_argument(
         "--task", action="append", default=[], metavar="TASK", help=f"what is judged, of {', '.join(TASKS)}; may be repeated"
     )
     parser.add_argument(
-        "--estimates", type=Path, metavar="BAG", help="bag with the estimates, of a sweep a folder with one for each variant"
+        "--estimates",
+        type=Path,
+        metavar="BAG",
+        help="bag with the estimates, of a sweep or dataset a folder with one for each variant or shard",
     )
     parser.add_argument(
         "--topic", action="append", default=[], metavar="TASK:=TOPIC",
@@ -70,6 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --baseline: ask for proof that no metric changed by more than this share of its baseline",
     )  # fmt: skip
     parser.add_argument("--title", default="", help="title of the evaluation (default: the name of the truth)")
+    add_workers(parser, default=1, help="processes that share shards or variants (default: %(default)s)")
     add_number(parser, "--seed", 0, default=0, metavar="S", help="seed of the confidence intervals (default: 0)")
 
 
@@ -79,7 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     baseline = read_evaluation(arguments.baseline) if arguments.baseline is not None else None
     notes = Notes()
-    evaluation = _judge(truth_bags(arguments.truth), plan, notes, arguments)
+    with terminable():
+        evaluation = _judge(truth_bags(arguments.truth, notes.add), plan, notes, arguments)
     factors = {row.by for row in evaluation.summary} - {"all", *_WAYS}
     unknown = [way for way in arguments.by if way not in (*_WAYS, "all", *factors)]
     if unknown:
@@ -133,28 +142,53 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--estimates-out {arguments.estimates_out}: exists already; choose another folder or remove it")
 
 
+class _Judged(NamedTuple):
+    """What one bag gave."""
+
+    gathered: Gathered
+    notes: Notes
+    topics: dict[str, str]
+    class_names: dict[int, str]
+    truth: TruthRecord
+
+
+def prepare_judging(setup: tuple[Plan, Path]) -> Do:
+    """Return what judges a bag, in a worker process too; ``setup`` is what is judged, and the folder that paths are told from."""
+    plan, folder = setup
+
+    def judge(task: tuple[str, TruthBag], tell: Callable[[str], None]) -> _Judged:
+        of, bag = task
+        tell(f"{of}looking for stamps")
+        notes, gathered = Notes(), Gathered()
+        one = JudgedBag(bag, plan, notes)
+        path, done, frames = os.path.relpath(bag.path.absolute(), folder), itertools.count(1), one.frames
+        measured = one.measure(lambda: tell(f"{of}frame {next(done)} of {frames}"))
+        gathered.add(replace(frame, key=replace(frame.key, bag=path)) for frame in measured)
+        return _Judged(gathered, notes, one.topics, one.index.class_names, one.index.truth)
+
+    return judge
+
+
 def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argparse.Namespace) -> Evaluation:
     """Measure all bags, and sum up."""
     folder = (arguments.json or Path("evaluation.json")).absolute().parent
-    measured: list[MeasuredFrame] = []
-    names: dict[int, str] = {}
+    kind = "shard" if bags[0].variant is None else "variant"
+    tasks = [(f"{kind} {number} of {len(bags)}, " if len(bags) > 1 else "", bag) for number, bag in enumerate(bags, 1)]
+    gathered, names = Gathered(), dict[int, str]()
     topics: list[dict[str, str]] = []
     truths: list[TruthRecord] = []
     try:
-        for number, bag in enumerate(bags, 1):
-            of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
-            say_progress(f"{of}looking for stamps")
-            one = JudgedBag(bag, plan, notes)
-            names = {**one.index.class_names, **names}
+        for one in in_order(prepare_judging, (plan, folder), tasks, arguments.workers, say_progress):
+            gathered.take(one.gathered)
+            notes.take(one.notes)
+            names = {**one.class_names, **names}
             topics.append(one.topics)
-            truths.append(one.index.truth)
-            path = os.path.relpath(bag.path.absolute(), folder)
-            measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
+            truths.append(one.truth)
     finally:
         say_progress("")
     judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted({topic for one in topics for topic in one.values()}))
     evaluation = make_evaluation(
-        measured,
+        gathered,
         title=arguments.title or arguments.truth.absolute().name,
         algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
         created_with=_command(arguments, plan, topics),
@@ -179,17 +213,11 @@ def _command(arguments: argparse.Namespace, plan: Plan, topics: Sequence[Mapping
     words = ["scene_synth", "evaluate", f"./{truth}" if truth.startswith("-") else truth]
     for name, given in vars(arguments).items():
         value, option = told.get(name, given), f"--{name.replace('_', '-')}"
-        if name in ("command", "truth") or value == parser.get_default(name):
+        if name in ("command", "truth", "workers") or value == parser.get_default(name):
             continue
         for word in map(str, value if isinstance(value, (list, tuple)) else [value]):
             words += [f"{option}={word}"] if word.startswith("-") else [option, word]
     return shlex.join(words)
-
-
-def _frame_counter(of: str, frames: int) -> Callable[[], None]:
-    """Return what draws the line of progress, called after each frame."""
-    done = itertools.count(1)
-    return lambda: say_progress(f"{of}frame {next(done)} of {frames}")
 
 
 def table_lines(evaluation: Evaluation, by: Collection[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""``scene_synth show``: a bag as one HTML page, for a browser and nothing else."""
+"""``scene_synth show``: a bag, or a dataset, as one HTML page, for a browser and nothing else."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from scene_synth_ros.cli.lines import counted, page_lines, say_progress
-from scene_synth_ros.cli.options import add_bag, add_number, add_page_options, refuse_no_file
+from scene_synth_ros.cli.options import add_number, add_page_options, refuse_no_file
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
 from scene_synth_ros.pages.document import open_page
 
@@ -16,7 +16,7 @@ ROOMS, FRAMES, MAX_SIZE = 8, 8, 640
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    add_bag(parser)
+    parser.add_argument("bag", type=Path, help="folder of the bag, its .mcap file, or folder of a dataset: shards of it, evenly spread")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page (default: BAG.html beside the bag)")
     spread = "evenly spread (default: %(default)s)"
     add_number(parser, "--rooms", 1, 1000, default=ROOMS, metavar="N", help=f"most rooms to show, {spread}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tqdm import tqdm
@@ -16,6 +16,7 @@ from scene_description import error_line
 from scene_description.yaml_text import flow_yaml
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels
 from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.cli.lines import counted, say
 from scene_synth_ros.cli.options import UsageError, add_workers
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.parameters.run_profile import NAMESPACE, ProfileError, find_shipped
@@ -23,7 +24,7 @@ from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 from scene_synth_ros.suite.parameters import ParameterError
-from scene_synth_ros.sweep.plan import base_rooms, plan_sweep
+from scene_synth_ros.sweep.plan import base_rooms, daylight_note, plan_sweep
 from scene_synth_ros.sweep.run_sweep import Made, Outcome, run_sweep
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec, read_sweep
 from scene_synth_ros.sweep.sweep_json import SWEEP_NAME, VariantRow, read_sweep_json
@@ -57,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError("--out: expected a folder for the sweep; only --plan can do without")
     if arguments.contact_sheet and not arguments.contact_sheet.absolute().parent.is_dir():
         raise UsageError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
-    plan = read_plan(arguments.sweep)
+    plan = read_plan(arguments.sweep, say)
     ids = [variant.id for variant in plan.variants]
     for name in arguments.only:
         if name not in ids:
@@ -65,6 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.plan:
         sys.stdout.write(_plan_table(plan))
         return 0
+    say(f"{counted(len(arguments.only or ids), 'variant')} to make; kernels are compiled on the first run")
     with tqdm(total=len(arguments.only or ids), unit="variant", disable=None, leave=False) as line, terminable():
 
         def tell(made: Made, done: int, of: int) -> None:
@@ -82,8 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if any(made.refused for made in outcome.made) else 0
 
 
-def read_plan(file: Path) -> SweepPlan:
-    """Return the variants of a sweep file, or of a shipped one by its name.
+def read_plan(file: Path, tell: Callable[[str], None] = lambda line: None) -> SweepPlan:
+    """Return the variants of a sweep file, or of a shipped one by its name; ``tell`` is called with what is done, and to be known, before.
 
     Raises:
         SweepError: the file does not fit, or a room cannot be had.
@@ -91,10 +93,14 @@ def read_plan(file: Path) -> SweepPlan:
     """
     path = find_shipped(file, SHIPPED, "a sweep file")
     spec = read_sweep(path)
+    sampled = len(spec.base.room_types) * len(spec.base.seeds) * spec.base.count
+    tell(f"sampling {counted(sampled, 'base room')} (the first run compiles kernels)" if sampled else "reading the base rooms")
     try:
         rules = rules_of(_settings(spec, {}))
     except (ParameterError, ProfileError, GrammarError) as error:
         raise SweepError(f"{path}: run: {error_line(error)}") from None
+    if note := daylight_note(spec, str(file), rules):
+        tell(f"note: {note}")
     bases = list(base_rooms(spec, str(path), lambda parameters: _settings(spec, parameters), rules))
 
     def settings_of(base: BaseRoom, parameters: Mapping[str, object]) -> OfflineSettings:

@@ -10,11 +10,13 @@ from typing import Any, NamedTuple
 
 from renderer.film.false_color import DEPTH_STOPS, FAR_M
 from scene_description.whole import write_whole
+from scene_synth_ros.bags.bag_images import spread
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME, NodeValues, read_parameters
 from scene_synth_ros.cli.page.bag_contents import MAX_NAME, BagContents
 from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
+from scene_synth_ros.dataset.places import shard_bags
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.messages.streams import IMAGE_FORMS, PICTURE, find_streams
 from scene_synth_ros.pages.document import WebFiles, page_document
@@ -23,6 +25,8 @@ from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS
 
 MAX_BYTES = 200_000_000
 """Of all images of a page."""
+MOST_SHARDS = 100
+"""Shards of a dataset that a page reads."""
 MOST_NAMED = 12
 """Topics that a note names."""
 FILES = WebFiles(
@@ -42,20 +46,31 @@ class PageReport(NamedTuple):
 
 
 def write_page(
-    bag: Path, path: Path, *, rooms: int, frames: int, max_size: int, progress: Callable[[str, int], None] = lambda _what, _count: None
+    bag: Path,
+    path: Path,
+    *,
+    rooms: int,
+    frames: int,
+    max_size: int,
+    progress: Callable[[str, int], None] = lambda _what, _count: None,
 ) -> PageReport:
-    """Write the page of a bag.
+    """Write the page of a bag, or of shards of a dataset, evenly spread.
 
     ``rooms`` and ``frames`` of each are the most that are shown, evenly spread; larger images than ``max_size`` pixels are reduced.
 
     Raises:
-        BagReadError: the bag cannot be read at all.
+        BagReadError, DatasetError: there is nothing to read.
         OSError: the page cannot be written.
     """
-    with BagReader(bag) as reader:
+    told: list[str] = []
+    shards = shard_bags(bag, told.append)
+    chosen = spread(shards, min(rooms, MOST_SHARDS))
+    if len(chosen) < len(shards):
+        told.append(f"{len(chosen)} of {len(shards)} shards are shown, evenly spread")
+    with BagReader(bag, [file for shard in chosen for file in sorted(shard.glob("*.mcap"))]) as reader:
         index = index_bag(reader, rooms, frames, lambda count: progress("looked at", count))
         contents = BagContents(reader, index, max_size, MAX_BYTES, lambda count: progress("taken", count))
-        notes = (*_missing(index, contents), *contents.notes, *reader.faults)
+        notes = (*told, *_missing(index, contents), *contents.notes, *reader.faults)
         document = page_document(FILES, _page_data(reader, index, contents, notes))
     write_whole(path, document)
     shown = sum(len(room.stamps_ns) for room in index.rooms)

@@ -12,7 +12,7 @@ import pytest
 from dataset_bags import FRAMES, LAYERS, OURS, write_dataset
 from room_bag import write_room_bag
 
-from scene_synth_ros.dataset import Dataset, DatasetError, open_dataset
+from scene_synth_ros.dataset import Dataset, DatasetError, open_dataset, without_damaged
 
 
 def pixels_of(data: Dataset) -> dict[int, dict[str, bytes]]:
@@ -222,3 +222,36 @@ def test_what_is_no_bag_and_a_bag_without_images_are_told_apart(tmp_path: Path) 
     os.truncate(file, 2000)
     with pytest.raises(DatasetError, match=r"shards/00000: expected images of a camera, got no camera with images; .*00000.*mcap: "):
         open_dataset(tmp_path / "rooms")
+
+
+def test_a_bag_without_colour_opens_by_default(tmp_path: Path) -> None:
+    write_room_bag(tmp_path / "bag", rooms=1, layers=("depth", "semantic", "normals"))
+    data = open_dataset(tmp_path / "bag")
+    assert (len(data), data.layers) == (3, ("depth", "semantic"))
+    assert data.notes == [f"{tmp_path / 'bag'}: color of /synth/camera not recorded; frames have depth, semantic"]
+    write_room_bag(tmp_path / "other", rooms=1, layers=("normals",))
+    assert open_dataset(tmp_path / "other").layers == ("normals",)
+    with pytest.raises(DatasetError, match="expected layers color, got none"):
+        open_dataset(tmp_path / "bag", layers=("color", "depth"))
+
+
+def test_a_damaged_frame_is_skipped_on_request_and_counted(tmp_path: Path) -> None:
+    images = write_room_bag(tmp_path / "bag", rooms=2, layers=("depth",), records=OURS, chunk_size=100, compression="none").images
+    (file,) = (tmp_path / "bag").glob("*.mcap")
+    stamps = sorted(images)
+    data, place = file.read_bytes(), file.read_bytes().index(images[stamps[2]]["depth"].tobytes())
+    file.write_bytes(data[:place] + b"\xff" * 8 + data[place + 8 :])
+    with pytest.raises(DatasetError):
+        list(open_dataset(tmp_path / "bag", transform=dict))
+    for transform in (None, dict):
+        found = open_dataset(tmp_path / "bag", transform=transform, damaged="skip")
+        with pytest.warns(UserWarning, match="skipped a damaged frame: .*frame 2 "):
+            items = list(found)
+        assert (len(found), len(items), found.damaged) == (6, 5, {2})
+        with pytest.warns(UserWarning):
+            assert found[2:3][0] is None and found.damaged == {2}
+        with pytest.warns(UserWarning):
+            assert without_damaged(len)([found[index] for index in range(6)]) == 5
+    assert without_damaged(len)([None]) is None
+    with pytest.raises(DatasetError, match="damaged: expected refuse or skip, got 'no'"):
+        open_dataset(tmp_path / "bag", damaged="no")  # type: ignore[arg-type]

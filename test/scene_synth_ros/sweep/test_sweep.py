@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from sample_scene import sample_scene
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from scene_description import scene_to_json
+from grammar.synthesize import SceneSynthesizer
+from renderer.scene.flatten import flatten
+from scene_description import scene_from_json, scene_to_json
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.command_line import main
@@ -23,6 +26,8 @@ from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.sweep import run_sweep
+from scene_synth_ros.sweep.plan import daylight_note
+from scene_synth_ros.sweep.sweep_file import read_sweep
 from scene_synth_ros.sweep.variant import RECORD_NAME
 
 SWEEP = """
@@ -124,6 +129,43 @@ def test_what_the_change_does_not_touch_is_the_same_to_the_bit_at_the_same_expos
     keys = [[(frame.stamp_ns, frame.frame, frame.scene, frame.exposure) for frame in settings(bag)] for bag in (base, lit)]
     assert keys[0] == keys[1] and len(keys[0]) == 2
     assert verify_bag(lit).good
+
+
+def test_the_base_is_a_room_that_others_are_compared_with(sweep: Path) -> None:
+    """Its description and its geometry are those of the variants: where surfaces touch, the same one of them is met in every bag."""
+    scenes = []
+    for name in WHOLE:
+        with BagReader(sweep / "out" / "variants" / name) as reader:
+            (message,) = reader.messages(["/synth/scene"])
+        scenes.append(json.loads(deserialize_message(message.data, String).data))
+    assert [len(scene.pop("counterfactuals")) for scene in scenes] == [0, 1, 0, 0]
+    assert flatten(scene_from_json(json.dumps(scenes[0] | {"counterfactuals": []}))).steady
+    base, lit = messages(sweep, "0000"), messages(sweep, "0001")
+    changed = {topic for topic in base if base[topic] != lit[topic]}
+    assert len(base) > 15 and changed == {"/synth/scene", "/synth/camera/color/image_raw"}
+
+
+def messages(sweep: Path, name: str) -> dict[str, list[bytes]]:
+    """Return topic -> its messages in the bag of a variant."""
+    found: dict[str, list[bytes]] = {}
+    with BagReader(sweep / "out" / "variants" / name) as reader:
+        for message in reader.messages():
+            found.setdefault(message.topic, []).append(bytes(message.data))
+    return found
+
+
+def test_a_sun_is_asked_for_before_rooms_are_sampled(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "base: {room_types: [bedroom], grammar: {daylight: night}}\nfactors:\n  sun_elevation_deg: {values: [30]}\n"
+    (tmp_path / "sweep.yaml").write_text(text, encoding="utf-8")
+    assert run(tmp_path, tmp_path / "out") == 2
+    told = capsys.readouterr()
+    assert "expected rooms with a sun, got daylight night; base.grammar.daylight: overcast or clear has one" in told.err
+    assert told.out == "sampling 1 base room (the first run compiles kernels)\n"
+    rules = SceneSynthesizer.from_config()
+    spec = read_sweep(tmp_path / "sweep.yaml")
+    drawn = replace(spec, grammar={})
+    assert daylight_note(drawn, "s", rules).startswith("factors.sun_elevation_deg needs a sun; the variants of rooms")
+    assert daylight_note(replace(spec, grammar={"daylight": "clear"}), "s", rules) == ""
 
 
 def test_a_second_run_makes_only_what_is_missing_damaged_or_of_another_plan(
