@@ -1,4 +1,4 @@
-"""``scene_synth evaluate``: how good an algorithm's estimates are, judged by the truth of a bag or of a sweep."""
+"""``scene_synth evaluate``: how good an algorithm's estimates are, judged by the truth of a bag, a dataset or a sweep."""
 
 from __future__ import annotations
 
