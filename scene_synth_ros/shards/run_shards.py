@@ -48,13 +48,22 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
     if not resume:
         raise PlanError(f"{where}: holds a dataset; say --resume for what is missing of it, or choose another folder")
     there = read_plan(data, f"{where}/{PLAN_NAME}")
-    difference = plan.difference(there.extended(plan.rooms) if plan.rooms > there.rooms else there)
-    if difference:
-        raise PlanError(f"{where}: holds a dataset of another plan: {difference}; repeat its options, or choose another folder")
+    refuse_another_plan(plan, there, where)
     if plan != there:
         if plan.rooms > there.rooms:
             store.remove(DATASET_MANIFEST_NAME)  # which is of all shards, or not there
         store.write(PLAN_NAME, plan.to_json())
+
+
+def refuse_another_plan(plan: DatasetPlan, there: DatasetPlan, where: str) -> None:
+    """Refuse a plan by which a dataset cannot go on; it may have more rooms.
+
+    Raises:
+        PlanError: the line names the first difference.
+    """
+    difference = plan.difference(there.extended(plan.rooms) if plan.rooms > there.rooms else there)
+    if difference:
+        raise PlanError(f"{where}: holds a dataset of another plan: {difference}; repeat its options, or choose another folder")
 
 
 def run_shards(

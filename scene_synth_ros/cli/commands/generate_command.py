@@ -23,7 +23,15 @@ from scene_synth_ros.shards.completion import Manifest, ShardError, Survey, surv
 from scene_synth_ros.shards.open_store import held, open_store
 from scene_synth_ros.shards.plan import MAX_PLAN_BYTES, MAX_ROOMS, DatasetPlan, make_plan, read_plan
 from scene_synth_ros.shards.provenance import admit
-from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, read_size, run_shards, sized_plan
+from scene_synth_ros.shards.run_shards import (
+    begin_dataset,
+    check_shards,
+    finish_dataset,
+    read_size,
+    refuse_another_plan,
+    run_shards,
+    sized_plan,
+)
 from scene_synth_ros.shards.store import Store
 from scene_synth_ros.workers.pool import terminable
 from scene_synth_ros.workers.processors import default_workers
@@ -158,6 +166,8 @@ def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
         raise UsageError(f"{arguments.out}: holds no dataset; give --rooms and the other options of a new one")
     settings = plan.settings_of(0)
     rules_of(settings).check(settings.grammar["scene"])
+    if there is not None:
+        refuse_another_plan(plan, there, arguments.out)
     own = plan.own_provenance()
     where, known = (arguments.out, there.provenance) if there is not None else (str(arguments.plan), plan.provenance)
     admitted = admit(known, [own], where, accept=arguments.accept_mixed)

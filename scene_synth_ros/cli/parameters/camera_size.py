@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from renderer import CameraConfig
@@ -12,17 +12,19 @@ _LENS = {"camera.focal_x_px": 0, "camera.focal_y_px": 1, "camera.principal_x_px"
 """Parameter in pixels -> the side that it is measured along: width, height."""
 
 
-def resized_camera(node: str, before: Mapping[str, Any], after: Mapping[str, Any], *, scale: bool) -> tuple[dict[str, Any], str]:
+def resized_camera(
+    node: str, before: Mapping[str, Any], after: Mapping[str, Any], given: Collection[str], *, scale: bool
+) -> tuple[dict[str, Any], str]:
     """Return the parameters of a renderer whose image size was changed, and what is to be told of it, empty where nothing is.
 
     Args:
         node: its name.
         before: its parameters as profile and overlays have them.
-        after: the same with what the user has changed.
-        scale: whether lens and the side that was not changed are scaled with the image; what the user has given of them stays.
+        after: the same with what the user has given.
+        given: names of that, which stays as it is.
+        scale: whether the lens, and the side that was not given, are scaled with the image.
     """
     old, new = _size(before), _size(after)
-    given = {name for name in (*_LENS, _WIDTH, _HEIGHT) if after.get(name) != before.get(name)}
     if old == new or not all(isinstance(side, int) for side in (*old, *new)):
         return dict(after), ""
     lens = {name: before[name] for name in _LENS if before.get(name, 0) not in (0, -1) and name not in given}

@@ -146,8 +146,8 @@ def _overridden(parameters: NodeParameters, words: RunWords) -> NodeParameters:
     """Return the parameters with single values; tell where one of them cuts images."""
     changed = apply_overrides(parameters, words.overrides)
     for node in [name for name in changed if name.startswith("renderer_node")]:
-        before = parameters.get(node, {})
-        changed[node], told = resized_camera(node, before, changed[node], scale=words.scale_camera)
+        given = [target.removeprefix(f"{node}.") for target, _, _ in (override.partition(":=") for override in words.overrides)]
+        changed[node], told = resized_camera(node, parameters.get(node, {}), changed[node], given, scale=words.scale_camera)
         sys.stderr.write(f"note: {told}\n" if told else "")
     return changed
 

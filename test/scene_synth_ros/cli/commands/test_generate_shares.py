@@ -81,7 +81,7 @@ def test_the_last_share_writes_the_manifest_that_a_single_run_writes(url: str, t
 def test_options_that_contradict_each_other_are_refused(
     words: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert generate(*words, "--out", str(tmp_path / "rooms")) == 2
+    assert generate("--out", str(tmp_path / "rooms"), *words) == 2
     assert says in capsys.readouterr().err
     assert not (tmp_path / "rooms").exists()
 
