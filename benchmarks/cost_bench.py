@@ -29,7 +29,7 @@ from scene_synth_ros.cli.parameters.render_settings import PRESETS
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.estimate.estimate import Estimate, sample_indices, size, span
 from scene_synth_ros.estimate.room_costs import measure_rooms
-from scene_synth_ros.shards.completion import Completion, document_bytes
+from scene_synth_ros.shards.completion import Completion, document_bytes, sealed, survey
 from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
@@ -320,9 +320,15 @@ def manifest_figures(rooms: int = _MANIFEST_ROOMS) -> str:
         for shard in range(plan.shards):
             path = store.root / completion_name(shard)
             path.parent.mkdir(exist_ok=True)
-            path.write_bytes(document_bytes(_completion(plan, shard)))
+            completion = _completion(plan, shard)
+            path.write_bytes(document_bytes(completion))
+            for row in completion["files"]:
+                file = path.with_name(row["name"])
+                file.parent.mkdir(exist_ok=True)
+                with file.open("wb") as sparse:
+                    sparse.truncate(row["bytes"])
         began = time.perf_counter()
-        assert finish_dataset(plan, store)
+        assert finish_dataset(plan, store, survey(plan, store))
         seconds, weight = time.perf_counter() - began, (store.root / "manifest.json").stat().st_size
     return f"{plan.shards:,} completion files of {rooms:,} rooms: a manifest of {size(weight)}, written in {span(seconds)}."
 
@@ -331,7 +337,7 @@ def _completion(plan: DatasetPlan, shard: int) -> Completion:
     """Return a completion file like those of ``ground_truth``, whose hashes are of nothing."""
     sha256, name = "0" * 64, f"{shard:05d}"
     objects = dict.fromkeys(("bed", "chair", "desk", "lamp", "nightstand", "picture", "plant", "shelf", "wardrobe"), 1)
-    return Completion(
+    completion = Completion(
         schema=SHARD_SCHEMA,
         shard=shard,
         first_room=plan.rooms_of(shard).start,
@@ -352,7 +358,10 @@ def _completion(plan: DatasetPlan, shard: int) -> Completion:
         files=[{"name": f"{name}/{file}", "bytes": 10**8, "sha256": sha256} for file in (f"{name}_0.mcap", "metadata.yaml")],
         layers={f"/synth/camera/layer_{number}/image_raw": sha256 for number in range(20)},
         messages=10_000,
+        provenance=plan.provenance[0].to_mapping(),
+        sha256="",
     )
+    return sealed(completion)
 
 
 def main() -> None:

@@ -130,9 +130,7 @@ def classes(room: SampledRoom, layers: dict[str, Any]) -> dict[str, NDArray[np.b
 def lone_dark(luminance: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
     """Return the pixels, (h, w), with less than half the luminance of each of their eight neighbours; none of the rim."""
     height, width = luminance.shape
-    around = [
-        luminance[1 + i : height - 1 + i, 1 + j : width - 1 + j] for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)
-    ]
+    around = [luminance[1 + i : height - 1 + i, 1 + j : width - 1 + j] for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
     found = np.zeros(luminance.shape, np.bool_)
     found[1:-1, 1:-1] = luminance[1:-1, 1:-1] < 0.5 * np.min(around, axis=0)
     return found
@@ -154,7 +152,9 @@ def tabulate(found: Sequence[Figures], samples: int) -> list[Row]:
             at_most(f"{preset}, {len(rooms)} rooms, FLIP, median", float(np.median(flip)), "", 0.08),
             at_most("  90th percentile", float(np.quantile(flip, 0.9)), "", 0.10),
             at_most(f"  worst, {rooms[int(flip.argmax())].name}", float(flip.max()), "", 0.12),
-            Row(f"  between halves of the references, {samples // 2} samples each", float(np.median([room.own_flip for room in rooms])), ""),
+            Row(
+                f"  between halves of the references, {samples // 2} samples each", float(np.median([room.own_flip for room in rooms])), ""
+            ),
             at_most(f"  mean luminance off by, most, {farthest.name}", 100.0 * abs(farthest.light - 1.0), "%", 3.0),
             Row("  rooms within 3 %", float((np.abs(light - 1.0) <= 0.03).sum()), ""),
         ]

@@ -24,7 +24,8 @@ MAX_BYTES = 2**28
 FactorValue = str | float | bool | None
 """A factor's value in a sweep."""
 
-Text = Annotated[str, Limits(max_length=10_000)]
+_LONGEST = 10_000
+Text = Annotated[str, Limits(max_length=_LONGEST)]
 Name = Annotated[str, Limits(min_length=1, max_length=200)]
 Count = Annotated[int, Limits(ge=0)]
 MetricValues = Mapping[str, float | None]
@@ -169,15 +170,19 @@ def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
     """Return what the file holds, ready for ``json.dumps``."""
     return {
         "schema": SCHEMA,
-        "title": evaluation.title,
-        "algorithm": evaluation.algorithm,
-        "created_with": evaluation.created_with,
+        **{name: _bounded(getattr(evaluation, name)) for name in ("title", "algorithm", "created_with")},
         "tasks": to_mapping(evaluation.tasks),
         "frames": [_frame_mapping(row) for row in evaluation.frames],
         "summary": [dataclasses.asdict(row) for row in evaluation.summary],
         "missing": dict(evaluation.missing),
         **({"truth": to_mapping(evaluation.truth)} if evaluation.truth is not None else {}),
     }
+
+
+def _bounded(text: str) -> str:
+    """Return a text as a reader takes it: the end of one that is longer, a command with very many topics, say, is cut off, and told."""
+    told = f" ... (cut: {len(text)} characters)"
+    return text if len(text) <= _LONGEST else text[: _LONGEST - len(told)] + told
 
 
 def _frame_mapping(row: FrameRow) -> dict[str, Any]:

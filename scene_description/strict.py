@@ -276,5 +276,9 @@ def _read_str(bare: Any, limits: Limits, value: object, path: str) -> str:
     return value
 
 
-_SCALARS = {float: _read_float, int: _read_int, bool: _read_bool, str: _read_str}
+def _read_any(bare: Any, limits: Limits, value: object, path: str) -> Any:
+    return value
+
+
+_SCALARS = {float: _read_float, int: _read_int, bool: _read_bool, str: _read_str, Any: _read_any}
 _NOUNS = {float: "a number", int: "an integer", bool: "true, false", str: "a string"}

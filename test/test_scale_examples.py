@@ -38,7 +38,9 @@ def test_tasks_of_the_slurm_array_make_all_shares(tmp_path: Path) -> None:
     slurm = {"SLURM_ARRAY_TASK_ID": str(last), "SLURM_ARRAY_TASK_COUNT": str(last - first + 1), "SLURM_CPUS_PER_TASK": "8"}
     env = {**os.environ, **slurm, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     ran = subprocess.run(["bash", str(script), "/shared/rooms", "500"], env=env, capture_output=True, text=True, check=True)
-    arguments = generate_words(ran.stdout.splitlines())
+    processors, *words = ran.stdout.splitlines()
+    assert processors == "--cpus-per-task=8", "which srun does not take from the job"
+    arguments = generate_words(words)
     assert (arguments.rooms, arguments.out, arguments.workers) == (500, "/shared/rooms", 8)
     assert (first, read_share(arguments.shard)) == (0, Share(last, last + 1))
 

@@ -17,5 +17,6 @@
 set -eu
 export NUMBA_CACHE_DIR="${NUMBA_CACHE_DIR:-$1.kernels}"  # compiled once for all nodes of a kind
 
-exec srun scene_synth generate --params ground_truth --rooms "$2" --seed 1 --out "$1" \
+# since Slurm 22.05 srun does not take --cpus-per-task from the job
+exec srun --cpus-per-task="$SLURM_CPUS_PER_TASK" scene_synth generate --params ground_truth --rooms "$2" --seed 1 --out "$1" \
     --shard "$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT" --workers "$SLURM_CPUS_PER_TASK"

@@ -125,6 +125,19 @@ def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     return merged
 
 
+def grammar_sources(path: Path) -> list[Path]:
+    """Return a grammar's file and those that it extends, one after the other.
+
+    Raises:
+        GrammarError: one of them cannot be read.
+    """
+    sources = [path]
+    _read_extended(path, ())  # which refuses what does not fit, a cycle, say
+    while isinstance(name := _read_once(sources[-1], sources[-1].stat().st_mtime_ns).get("extends"), str):
+        sources.append(_extended(sources[-1], name))
+    return sources
+
+
 def _with_sizes(path: Path, data: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a grammar's content with the sizes of its section ``categories`` in the rules of objects that give none."""
     categories, objects = data.get("categories", {}), data.get("objects")

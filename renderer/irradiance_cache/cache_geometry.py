@@ -61,7 +61,8 @@ class CacheGeometry:
         sightings: rays that see lights by mirrors, or what is outside.
         worth: (n,) float32, 0 for coarse nodes within things, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
-        other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing; shining_area: (n,) float32, m2 that each stands for.
+        other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing.
+        shining_area: (n,) float32, m2 that each stands for.
         albedo, glow: (n, 3) float32, what coarse nodes reflect, and the luminance of screens and the like, cd/m2.
         complete: whether :meth:`link` has ended.
     """
@@ -138,7 +139,9 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        return sum(array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.known, self.shining_area))
+        return sum(
+            array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.known, self.shining_area)
+        )
 
 
 def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worker: int, piece: tuple[int, int]) -> None:

@@ -13,7 +13,17 @@ from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays, aim_hemisphere, choose_node, follow, node_seed, sighted_light
+from renderer.irradiance_cache.hemisphere import (
+    BEHIND,
+    UNKNOWN,
+    GatherScratch,
+    Rays,
+    aim_hemisphere,
+    choose_node,
+    follow,
+    node_seed,
+    sighted_light,
+)
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.records import LitScene, Scratch
@@ -58,7 +68,7 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
 
 
 class CoarseLight(NamedTuple):
-    """The light that fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), whether that is known, and bright ones."""
+    """The light that fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,) and whether that is known, bright ones."""
 
     atlas: Atlas
     luminance: NDArray[np.float32]

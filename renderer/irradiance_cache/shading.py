@@ -152,7 +152,7 @@ def shade_hits(
 def _shade_lane(
     scene: LitScene, tables: Tables, incident: Incident, kinds: int, x: int, y: int, k: int, memory: ShadeScratch
 ) -> tuple[int, int, int]:
-    """Add matt light to the pixel (x, y) of lane k, and prepare what it mirrors; return 1 or 0 each for the sun, a lamp, a ray of its own."""
+    """Add matt light to the pixel (x, y) of lane k, and prepare what it mirrors; return 1 or 0 for the sun, a lamp, a ray of its own."""
     lanes, primary = memory.trace.lanes, memory.primary
     along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
     sunny, lamplit = _add_diffuse(incident, along, kinds, lanes, primary, k), 0

@@ -31,19 +31,17 @@ def make_on_node(plan_text: str, where: str, shard: int, threads: int) -> dict[s
     with claimed_processors(threads) as processors:
         pin(processors)
         from scene_synth_ros.bags.dataset_files import PLAN_NAME
-        from scene_synth_ros.bags.run_info import versions
         from scene_synth_ros.shards.completion import ShardError
         from scene_synth_ros.shards.make_shard import make_shard
         from scene_synth_ros.shards.open_store import open_store
         from scene_synth_ros.shards.plan import read_plan
+        from scene_synth_ros.shards.provenance import admit
         from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 
         limit_arenas()
         collect_rarely()
         plan, store, node = read_plan(plan_text.encode(), PLAN_NAME), open_store(where), os.uname().nodename
-        own = versions()["scene_synth_ros"]
-        if own != plan.version:
-            raise ShardError(f"node {node}: expected scene_synth_ros {plan.version} as where the run began, got {own}")
+        admit(plan.provenance, [plan.own_provenance()], f"node {node}", accept=False)
         if store.read(PLAN_NAME) != plan_text.encode():
             raise ShardError(f"node {node}: expected the run's {PLAN_NAME} in {where}, got none or another; take a URL or a shared folder")
         return dict(make_shard(plan, shard, store))

@@ -6,13 +6,14 @@ bytes whoever has made the shards, when, on what machine, in whatever order and 
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, NamedTuple, TypedDict
 
-from scene_description import SceneSynthError
+from scene_description import FieldError, SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
 from scene_synth_ros.bags.dataset_files import (
     DATASET_MANIFEST_SCHEMA,
@@ -24,6 +25,7 @@ from scene_synth_ros.bags.dataset_files import (
 )
 from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
+from scene_synth_ros.shards.provenance import Provenance, read_provenance
 from scene_synth_ros.shards.store import Store, sha256_of
 
 _READERS = 16
@@ -66,7 +68,8 @@ class Completion(TypedDict):
     """A completion file.
 
     ``layers`` is topic -> SHA-256 of its messages as the manifest attached to the bag has it: for each message log time and length as
-    little-endian 64-bit integers, then the CDR bytes (:mod:`scene_synth_ros.bags.bag_manifest`).
+    little-endian 64-bit integers, then the CDR bytes (:mod:`scene_synth_ros.bags.bag_manifest`).  ``provenance`` tells what made the shard,
+    as in the plan; ``sha256`` is that of this document as compact JSON without it, its keys in order, by which an edited one is known.
     """
 
     schema: Literal["scene_synth_shard/1"]
@@ -77,6 +80,8 @@ class Completion(TypedDict):
     files: list[FileRow]
     layers: dict[str, str]
     messages: int
+    provenance: dict[str, dict[str, str]]
+    sha256: str
 
 
 class Manifest(TypedDict):
@@ -111,7 +116,7 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
             with path.open("rb") as written:
                 sha256 = sha256_of(written)
             files.append(FileRow(name=f"{bag.name}/{path.name}", bytes=path.stat().st_size, sha256=sha256))
-    return Completion(
+    completion = Completion(
         schema=SHARD_SCHEMA,
         shard=shard,
         first_room=plan.rooms_of(shard).start,
@@ -120,7 +125,20 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
         files=files,
         layers=layers,
         messages=messages,
+        provenance=plan.own_provenance().to_mapping(),
+        sha256="",
     )
+    return sealed(completion)
+
+
+def sealed(completion: Completion) -> Completion:
+    """Return a completion file with the digest of what it says."""
+    return {**completion, "sha256": _digest(completion)}
+
+
+def _digest(completion: Mapping[str, Any]) -> str:
+    said = {name: value for name, value in completion.items() if name != "sha256"}
+    return hashlib.sha256(json.dumps(said, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
 def document_bytes(document: Completion | Manifest) -> bytes:
@@ -129,21 +147,20 @@ def document_bytes(document: Completion | Manifest) -> bytes:
 
 
 def read_completion(store: Store, plan: DatasetPlan, shard: int) -> Completion | None:
-    """Return the completion file of a shard; None if there is none, or one that does not fit the plan.
+    """Return the completion file of a shard; None if there is none, or one that does not fit the plan or is not as it was written.
 
-    Such a file is of a run that another plan or a damaged disk has left: the shard is then made again.
+    Such a file is of a run that another plan or a damaged disk has left, or was edited: the shard is then made again.
     """
     data = store.read(completion_name(shard))
     try:
         document: Any = json.loads(data) if data is not None else None
-        rooms = plan.rooms_of(shard)
         indices = [row["index"] for row in (*document["rooms"], *document["failed"])]
-        fits = document["schema"] == SHARD_SCHEMA and document["shard"] == shard and sorted(indices) == list(rooms)
-        complete = isinstance(document["layers"], dict) and document["messages"] >= 0
+        fits = document["schema"] == SHARD_SCHEMA and document["shard"] == shard and sorted(indices) == list(plan.rooms_of(shard))
         files = [is_shard_file(row["name"], shard) and isinstance(row["sha256"], str) for row in document["files"]]
-    except (ValueError, TypeError, LookupError, RecursionError):
+        read_provenance(document["provenance"])
+        return document if fits and all(files) and document["sha256"] == _digest(document) else None
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError, FieldError):
         return None
-    return document if fits and complete and all(files) else None
 
 
 def faults_of(store: Store, completion: Completion) -> Iterator[str]:
@@ -161,20 +178,45 @@ def _refuse(fault: str) -> None:
     raise ShardError(f"a bag that was just written cannot be read: {fault}")
 
 
-def missing_shards(plan: DatasetPlan, store: Store, shards: Sequence[int] | None = None) -> list[int]:
-    """Return the shards, of some or of all, that are not complete.
+class Survey(NamedTuple):
+    """What there is of some shards.
 
-    One of whose completion file the folder of files is gone is not complete either.
+    Attributes:
+        missing: those that are not complete.
+        faults: a line for each of them of which there is something that does not count.
+        made_by: what made the others.
     """
-    files = set(store.names(SHARDS_NAME))
+
+    missing: list[int]
+    faults: list[str]
+    made_by: list[Provenance]
+
+
+def survey(plan: DatasetPlan, store: Store, shards: Sequence[int] | None = None) -> Survey:
+    """Look at the completion files of shards, of some or of all, and at the sizes of the files that they name, whose bytes are not read."""
+    sizes = store.sizes(SHARDS_NAME)
     asked = range(plan.shards) if shards is None else shards
-    there = [shard for shard in asked if f"{shard_name(shard)}.json" in files]
-    complete = {
-        shard
-        for shard, completion in zip(there, read_completions(store, plan, there), strict=True)
-        if completion is not None and (not completion["files"] or shard_name(shard) in files)
-    }
-    return [shard for shard in asked if shard not in complete]
+    there = [shard for shard in asked if f"{shard_name(shard)}.json" in sizes]
+    found = Survey([], [], [])
+    for shard, completion in zip(there, read_completions(store, plan, there), strict=True):
+        fault = _fault(completion, sizes)
+        if completion is None or fault:
+            found.faults.append(f"{completion_name(shard) if completion is None else SHARDS_NAME}{fault}")
+            found.missing.append(shard)
+        elif (made_by := read_provenance(completion["provenance"])) not in found.made_by:
+            found.made_by.append(made_by)
+    missing = sorted({*asked} - {*there} | {*found.missing})
+    return found._replace(missing=missing)
+
+
+def _fault(completion: Completion | None, sizes: Mapping[str, int]) -> str:
+    """Return what is wrong with a shard, after the name of its completion file or of the folder of shards; empty if nothing is."""
+    if completion is None:
+        return ": expected a completion file as it was written, got an edited or damaged one, or one of another plan"
+    for row in completion["files"]:
+        if (size := sizes.get(row["name"])) != row["bytes"]:
+            return f"/{row['name']}: expected {row['bytes']} bytes, got {'no file' if size is None else size}"
+    return ""
 
 
 def read_completions(store: Store, plan: DatasetPlan, shards: Sequence[int]) -> Iterator[Completion | None]:

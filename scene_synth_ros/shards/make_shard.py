@@ -24,6 +24,7 @@ from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.shards.completion import Completion, FailedRow, RoomRow, describe_shard, document_bytes
 from scene_synth_ros.shards.open_store import open_store
 from scene_synth_ros.shards.plan import DatasetPlan, read_plan
+from scene_synth_ros.shards.provenance import admit
 from scene_synth_ros.shards.store import Store
 from scene_synth_ros.shards.url_store import StoreError
 from scene_synth_ros.suite.daemon_job import start_daemon_job
@@ -146,8 +147,12 @@ def prepare_shards(setup: tuple[bytes, str]) -> Callable[[tuple[int, Mapping[int
 
     Args:
         setup: ``dataset.json``, and folder or URL of the dataset.
+
+    Raises:
+        ProvenanceError: this process would make other bytes than those who began the dataset.
     """
     plan, store = read_plan(setup[0], PLAN_NAME), open_store(setup[1])
+    admit(plan.provenance, [plan.own_provenance()], f"{setup[1]}: this worker", accept=False)
 
     def make(task: tuple[int, Mapping[int, str]], tell: Callable[[Progress], None]) -> int:
         shard, given_up = task

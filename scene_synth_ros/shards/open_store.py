@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from scene_synth_ros.shards.store import LocalStore, Store
-from scene_synth_ros.shards.url_store import UrlStore
+from scene_synth_ros.shards.url_store import StoreError, UrlStore
 from scene_synth_ros.workers.folder_lock import folder_lock
 
 _FILE = "file://"
@@ -22,8 +22,11 @@ def open_store(where: str) -> Store:
     """Return the store of a dataset; a folder need not exist.
 
     Raises:
-        StoreError: the URL is of no kind that can be used.
+        StoreError: the URL is of no kind that can be used, or names no bucket.
     """
+    kind, _, place = where.partition("://")
+    if is_url(where) and not place.partition("/")[0]:
+        raise StoreError(f"{where}: expected a bucket and a folder, {kind}://bucket/folder, got no bucket")
     return UrlStore(where.rstrip("/")) if is_url(where) else LocalStore(Path(where.removeprefix(_FILE)))
 
 

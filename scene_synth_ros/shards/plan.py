@@ -5,18 +5,22 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import pairwise
+from typing import Annotated, Any
 
-from scene_description import FieldError, SceneSynthError
-from scene_description.strict import read_value
+from scene_description import FieldError, Limits, SceneSynthError, from_mapping
 from scene_synth_ros.bags.dataset_files import PLAN_SCHEMA
-from scene_synth_ros.bags.run_info import MADE_BY, parameters_note, versions
+from scene_synth_ros.bags.run_info import MADE_BY, parameters_note
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
+from scene_synth_ros.shards.provenance import Provenance, provenance_of
 
 MAX_ROOMS, MAX_FRAMES, MAX_SHARDS = 10**9, 100_000, 10**6
 MAX_PLAN_BYTES = 16 * 2**20
 _MAX_DEFAULT_ROOMS, _DEFAULT_SHARDS = 16, 32
+_NOT_COMPARED = ("parameters", "provenance")
+
+Rooms = Annotated[int, Limits(ge=1, le=MAX_ROOMS)]
 
 
 class PlanError(SceneSynthError):
@@ -31,26 +35,32 @@ class DatasetPlan:
         rooms: of the dataset; room i has index i.
         frames: of each room.
         seed: of the run.
-        rooms_per_shard: of every shard but the last, which has what is left.
+        rooms_per_shard: of every shard but the last before each number of ``extended_from`` and at the end, which have what is left.
         shard_bytes: about how large shards shall be, where ``rooms_per_shard`` follows from it and the bytes of the first room; else 0.
         namespace: of nodes and topics, without a slash at its end.
         parameters: node name -> parameter name -> value, as given; what is not given has its default.
-        version: of this package.
+        extended_from: how many rooms the dataset had before it was extended, each time that this left a shard with fewer rooms.
+        provenance: of what made the shards: the first began the dataset, others were accepted.
     """
 
-    rooms: int
-    frames: int
-    seed: int
-    rooms_per_shard: int
-    shard_bytes: int = 0
+    rooms: Rooms
+    frames: Annotated[int, Limits(ge=1, le=MAX_FRAMES)]
+    seed: Annotated[int, Limits(ge=0, le=2**63 - 1)]
+    rooms_per_shard: Rooms
+    shard_bytes: Annotated[int, Limits(ge=0)] = 0
     namespace: str = "/synth"
     parameters: Mapping[str, Mapping[str, Any]]
-    version: str
+    extended_from: Annotated[tuple[Rooms, ...], Limits(max_length=1000)] = ()
+    provenance: Annotated[tuple[Provenance, ...], Limits(max_length=1000)] = ()
 
     @property
     def shards(self) -> int:
         """How many shards there are."""
-        return -(-self.rooms // self.rooms_per_shard)
+        return sum(-(-len(rooms) // self.rooms_per_shard) for rooms in self._runs())
+
+    def _runs(self) -> list[range]:
+        """Return the rooms that were asked for at once."""
+        return [range(*ends) for ends in pairwise((0, *self.extended_from, self.rooms))]
 
     def rooms_of(self, shard: int) -> range:
         """Return the indices of a shard's rooms.
@@ -60,8 +70,27 @@ class DatasetPlan:
         """
         if not 0 <= shard < self.shards:
             raise PlanError(f"shard {shard}: expected 0 to {self.shards - 1}")
-        first = shard * self.rooms_per_shard
-        return range(first, min(self.rooms, first + self.rooms_per_shard))
+        for rooms in self._runs():
+            first = rooms.start + shard * self.rooms_per_shard
+            if first < rooms.stop:
+                return range(first, min(rooms.stop, first + self.rooms_per_shard))
+            shard -= -(-len(rooms) // self.rooms_per_shard)
+        raise AssertionError("a shard lies in a run of rooms")
+
+    def extended(self, rooms: int) -> DatasetPlan:
+        """Return the plan of a dataset with more rooms, which leaves the shards of this one as they are."""
+        last = len(self._runs()[-1]) % self.rooms_per_shard
+        return replace(self, rooms=rooms, extended_from=(*self.extended_from, self.rooms) if last else self.extended_from)
+
+    def own_provenance(self) -> Provenance:
+        """Return the provenance of shards that this process makes.
+
+        Raises:
+            OSError, SceneSynthError: a parameter does not fit, or a file of the user's cannot be read.
+        """
+        portable = all(groups["render"].portable for groups in self.settings_of(0).renderers.values())
+        words = {name: getattr(self, name) for name in ("frames", "seed", "namespace", "parameters")}
+        return provenance_of(words, portable=portable)
 
     def settings_of(self, shard: int) -> OfflineSettings:
         """Return the parameters of a shard: those of a run of its rooms alone (``grammar_node.first_index``, ``rooms``).
@@ -91,7 +120,7 @@ class DatasetPlan:
     def difference(self, other: DatasetPlan) -> str:
         """Return the first field in which another plan differs, with its values here and there; empty if none does."""
         for field in fields(self):
-            if field.name != "parameters" and (own := getattr(self, field.name)) != (its := getattr(other, field.name)):
+            if field.name not in _NOT_COMPARED and (own := getattr(self, field.name)) != (its := getattr(other, field.name)):
                 return f"{field.name}: {own!r} here, {its!r} there"
         for node in sorted({*self.parameters, *other.parameters}):
             one, two = self.parameters.get(node, {}), other.parameters.get(node, {})
@@ -138,8 +167,8 @@ def make_plan(
         shard_bytes=shard_bytes,
         namespace=settings.namespace,
         parameters=json.loads(json.dumps(kept)),
-        version=versions()["scene_synth_ros"],
     )
+    plan = replace(plan, provenance=(plan.own_provenance(),))
     if plan.shards > MAX_SHARDS:
         raise PlanError(f"shards: expected at most {MAX_SHARDS}, got {plan.shards}; raise --shard-rooms")
     return plan
@@ -167,20 +196,16 @@ def read_plan(data: bytes, where: str) -> DatasetPlan:
     if not isinstance(document, dict) or document.get("schema") != PLAN_SCHEMA:
         raise PlanError(f"{where}: expected a plan with schema {PLAN_SCHEMA}")
     try:
-        numbers = {
-            name: read_value(int, document.get(name), name) for name in ("rooms", "frames", "seed", "rooms_per_shard", "shard_bytes")
-        }
-        texts = {name: read_value(str, document.get(name), name) for name in ("namespace", "version")}
+        plan = from_mapping(DatasetPlan, {name: value for name, value in document.items() if name not in ("schema", "shards")})
+        if any(after <= before for before, after in pairwise((*plan.extended_from, plan.rooms))):
+            raise FieldError("extended_from", "rising numbers of rooms below that of the plan", repr(plan.extended_from))
+        if not plan.provenance:
+            raise FieldError("provenance", "of what began the dataset", "none")
+        if document.get("shards") != plan.shards:
+            raise FieldError("shards", f"{plan.shards}, as rooms and rooms_per_shard have it", repr(document.get("shards")))
     except FieldError as error:
-        raise PlanError(f"{where}: {error}") from None
-    limits = {"rooms": (1, MAX_ROOMS), "frames": (1, MAX_FRAMES), "rooms_per_shard": (1, MAX_ROOMS), "seed": (0, 2**63 - 1)}
-    for name, (low, high) in limits.items():
-        if not low <= numbers[name] <= high:
-            raise PlanError(f"{where}: {name}: expected {low} to {high}, got {numbers[name]}")
-    parameters = document.get("parameters")
-    if not isinstance(parameters, dict) or not all(isinstance(values, dict) for values in parameters.values()):
-        raise PlanError(f"{where}: parameters: expected node names with parameters below")
-    missing = {"grammar_node", "renderer_node", "recorder_node"} - parameters.keys()
+        raise PlanError(f"{where}: {error}; it is not what scene_synth generate has written") from None
+    missing = {"grammar_node", "renderer_node", "recorder_node"} - plan.parameters.keys()
     if missing:
         raise PlanError(f"{where}: parameters: expected {', '.join(sorted(missing))}, too")
-    return DatasetPlan(**numbers, **texts, parameters=parameters)
+    return plan

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME, completion_name
-from scene_synth_ros.shards.completion import Manifest, ShardError, document_bytes, faults_of, make_manifest, read_completion
+from scene_synth_ros.shards.completion import Manifest, ShardError, Survey, document_bytes, faults_of, make_manifest, read_completion
 from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, prepare_shards
 from scene_synth_ros.shards.plan import DatasetPlan, PlanError, read_plan
 from scene_synth_ros.shards.store import LocalStore, Store
@@ -26,7 +26,7 @@ _ROOMS_TRIED = 5
 
 
 def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) -> None:
-    """Write the plan of a new dataset, or see that it is the plan of one that goes on.
+    """Write the plan of a new dataset, or see that it is the plan of one that goes on, perhaps with more rooms or makers.
 
     Args:
         plan: of the dataset.
@@ -47,7 +47,21 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
         return
     if not resume:
         raise PlanError(f"{where}: holds a dataset; say --resume for what is missing of it, or choose another folder")
-    difference = plan.difference(read_plan(data, f"{where}/{PLAN_NAME}"))
+    there = read_plan(data, f"{where}/{PLAN_NAME}")
+    refuse_another_plan(plan, there, where)
+    if plan != there:
+        if plan.rooms > there.rooms:
+            store.remove(DATASET_MANIFEST_NAME)  # which is of all shards, or not there
+        store.write(PLAN_NAME, plan.to_json())
+
+
+def refuse_another_plan(plan: DatasetPlan, there: DatasetPlan, where: str) -> None:
+    """Refuse a plan by which a dataset cannot go on; it may have more rooms.
+
+    Raises:
+        PlanError: the line names the first difference.
+    """
+    difference = plan.difference(there.extended(plan.rooms) if plan.rooms > there.rooms else there)
     if difference:
         raise PlanError(f"{where}: holds a dataset of another plan: {difference}; repeat its options, or choose another folder")
 
@@ -109,9 +123,9 @@ def check_shards(plan: DatasetPlan, store: Store, shards: Sequence[int]) -> Iter
         yield from faults
 
 
-def finish_dataset(plan: DatasetPlan, store: Store) -> Manifest | None:
-    """Write the manifest if every shard is complete, and return it; None while one is missing."""
-    manifest = make_manifest(plan, store)
+def finish_dataset(plan: DatasetPlan, store: Store, found: Survey) -> Manifest | None:
+    """Write the manifest if every shard was found complete, and return it; None while one is missing."""
+    manifest = None if found.missing else make_manifest(plan, store)
     if manifest is not None:
         store.write(DATASET_MANIFEST_NAME, document_bytes(manifest))
     return manifest

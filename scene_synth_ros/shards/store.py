@@ -39,6 +39,9 @@ class Store(Protocol):
     def names(self, folder: str) -> list[str]:
         """Return the names of what lies in a folder, in order; temporary things are left out; nothing where there is no folder."""
 
+    def sizes(self, folder: str) -> dict[str, int]:
+        """Return the bytes of the files in a folder and in those that it holds, by their names in it; temporary things are left out."""
+
     def workspace(self, shard: str) -> AbstractContextManager[Path]:
         """Give a local folder in which a shard is made, for this process alone; it is removed in the end."""
 
@@ -109,6 +112,15 @@ class LocalStore:
             return sorted(path.name for path in (self.root / folder).iterdir() if not path.name.startswith("."))
         except FileNotFoundError:
             return []
+
+    def sizes(self, folder: str) -> dict[str, int]:
+        """Do as the protocol says."""
+        found = {}
+        for name in self.names(folder):
+            path = self.root / folder / name
+            for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+                found[file.relative_to(self.root / folder).as_posix()] = file.stat().st_size
+        return found
 
     @contextlib.contextmanager
     def workspace(self, shard: str) -> Iterator[Path]:

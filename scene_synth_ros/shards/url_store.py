@@ -73,6 +73,12 @@ class UrlStore:
                 return []
         return sorted(name for name in found if not name.startswith("."))
 
+    def sizes(self, folder: str) -> dict[str, int]:
+        """Return the bytes of the files in a folder and in those that it holds, by their names in it: one listing."""
+        with self._told(folder) as (files, path):
+            found = files.find(path, detail=True)
+        return {name.removeprefix(path).lstrip("/"): int(row["size"] or 0) for name, row in found.items()}
+
     @contextlib.contextmanager
     def workspace(self, shard: str) -> Iterator[Path]:
         """Give a temporary folder of this machine."""

@@ -4,8 +4,9 @@ A room is the triple of its type, the seed of its run and its index in the run: 
 a run the types go in turn, so the rooms of one type stand at even distances, and a room's number among them is its index over that
 distance.  Room ``k`` of a type and run takes the point ``frac(phase + k a)`` of the additive recurrence with the golden ratio ``a``
 (Niederreiter, *Random Number Generation and Quasi-Monte Carlo Methods*, 1992, chapter 3), whose points fill [0, 1) more evenly than
-random ones, and the splits are intervals of [0, 1).  The phase is a hash of type, run and the split's own seed.  Two neighbouring rooms of
-a type tell the distance; from then on, adding rooms, at the end or in between, moves none.
+random ones, and the splits are intervals of [0, 1).  The phase is a hash of type, run and the split's own seed.  The distance is the
+number of types in the run, or what the indices of its rooms of one type tell together, where that is no multiple of it; so adding rooms, at
+the end or in between, moves none once a room of every type is there.
 """
 
 from __future__ import annotations
@@ -59,13 +60,17 @@ class Ranges(NamedTuple):
 def assign(keys: Iterable[RoomKey], rule: Shares | Ranges) -> dict[RoomKey, str | None]:
     """Return the split of each room; None where no range holds it."""
     rooms = sorted(set(keys))
-    distance: dict[tuple[str, int], int] = {}
+    types: dict[int, set[str]] = {}
+    apart: dict[int, int] = {}
+    for key in rooms:
+        types.setdefault(key.seed, set()).add(key.room_type)
     for before, after in pairwise(rooms):
         if before.run == after.run:
-            distance[after.run] = math.gcd(distance.get(after.run, 0), after.index - before.index)
+            apart[after.seed] = math.gcd(apart.get(after.seed, 0), after.index - before.index)
+    distance = {seed: len(names) if apart.get(seed, 0) % len(names) == 0 else apart[seed] for seed, names in types.items()}
     if isinstance(rule, Ranges):
         return {key: _in_range(key.index, rule) for key in rooms}
-    numbers = {key: key.index // distance[key.run] if key.run in distance else 0 for key in rooms}
+    numbers = {key: key.index // distance[key.seed] for key in rooms}
     return {key: _in_share(room_point(key, numbers[key], rule.seed), rule) for key in rooms}
 
 

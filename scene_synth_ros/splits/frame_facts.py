@@ -21,8 +21,8 @@ GRID = (24, 32)
 """Rows and columns of the small pictures."""
 Need = Literal["instance", "color", "settings", "annotations"]
 """What a filter needs: a layer, or what goes with every frame."""
-Wanted = Need | Literal["pose", "ids", "thumbnail"]
-"""What of a frame is read: what filters need, and for near-equal views its pose and small pictures."""
+Wanted = Need | Literal["pose", "ids", "thumbnail", "classes"]
+"""What of a frame is read: what filters need, for near-equal views its pose and small pictures, for a balance its classes."""
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -54,6 +54,7 @@ class FrameFacts:
         axes: rotation of the optical frame in the map, (3, 3).
         ids: object ids at the points of ``GRID``.
         thumbnail: luma at the points of ``GRID``, 0 to 255, uint8; means over cells.
+        classes: name -> pixels, void left out.
     """
 
     number: int
@@ -64,6 +65,7 @@ class FrameFacts:
     axes: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     ids: NDArray[np.uint16] | None = None
     thumbnail: NDArray[np.uint8] | None = None
+    classes: Mapping[str, int] | None = None
 
 
 def small_luma(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -121,7 +123,14 @@ def facts_of(frame: Frame, wanted: AbstractSet[Wanted]) -> FrameFacts:
         **({} if pose is None else {"position_m": pose[:3, 3], "axes": pose[:3, :3]}),
         ids=small_ids(frame["instance"]) if "ids" in wanted else None,
         thumbnail=luma if "thumbnail" in wanted else None,
+        classes=_classes(frame) if "classes" in wanted else None,
     )
+
+
+def _classes(frame: Frame) -> dict[str, int]:
+    names = {int(number): str(row["name"]) for number, row in frame.labels("semantic").items()}
+    ids, counts = np.unique(frame["semantic"], return_counts=True)
+    return {names.get(number, f"class {number}"): count for number, count in zip(ids.tolist(), counts.tolist(), strict=True) if number}
 
 
 def _objects(frame: Frame, annotated: bool) -> tuple[SeenObject, ...]:

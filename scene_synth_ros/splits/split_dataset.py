@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -31,6 +31,7 @@ class Splits:
         types: split -> room type -> rooms with a frame left.
         frames: split -> how many.
         seen: category -> frames that see it, where filters asked for objects.
+        classes: split -> class -> pixels of each of its frames, where a balance was asked for.
     """
 
     rooms: dict[str, list[RoomFrames]]
@@ -38,6 +39,7 @@ class Splits:
     types: dict[str, Counter[str]]
     frames: dict[str, int]
     seen: Counter[str]
+    classes: dict[str, list[Mapping[str, int]]]
 
 
 @dataclass(slots=True)
@@ -65,10 +67,16 @@ class _Room:
     copy: int
     views: KeptViews | None
     kept: list[int] = field(default_factory=list)
+    classes: list[Mapping[str, int]] = field(default_factory=list)
 
 
-def layers_of(asked: Asked, near: Nearness | None, recorded: tuple[str, ...]) -> tuple[tuple[str, ...], set[Wanted]]:
-    """Return the layers that must be opened, and what is read of each frame; near views are told by the pictures that there are."""
+def layers_of(
+    asked: Asked, near: Nearness | None, recorded: tuple[str, ...], *, classes: bool = False
+) -> tuple[tuple[str, ...], set[Wanted]]:
+    """Return the layers that must be opened, and what is read of each frame; near views are told by the pictures that there are.
+
+    ``classes``: whether the classes of its pixels are.
+    """
     wanted: set[Wanted] = {*needs_of(asked)}
     if near is not None:
         wanted.add("pose")
@@ -78,6 +86,9 @@ def layers_of(asked: Asked, near: Nearness | None, recorded: tuple[str, ...]) ->
         layers.append("color")
     if wanted & {"instance", "ids"}:
         layers.append("instance")
+    if classes:
+        layers.append("semantic")
+        wanted.add("classes")
     return tuple(layers), wanted
 
 
@@ -159,6 +170,7 @@ def _judge(room: _Room, facts: FrameFacts, asked: Asked, refused: dict[str, _Ref
         count.alone += len(names) == 1
     if not names:
         room.kept.append(facts.number)
+        room.classes += [facts.classes] if facts.classes is not None else []
 
 
 def _read(data: Dataset, rooms: list[_Room], wanted: set[Wanted], threads: int) -> Iterator[tuple[_Room, FrameFacts]]:
@@ -176,12 +188,14 @@ def _read(data: Dataset, rooms: list[_Room], wanted: set[Wanted], threads: int) 
 
 
 def _chosen(rooms: list[_Room], names: list[str], left_out: dict[str, LeftOut], seen: Counter[str]) -> Splits:
-    splits = Splits({name: [] for name in names}, left_out, {name: Counter() for name in names}, dict.fromkeys(names, 0), seen)
+    splits = Splits({name: [] for name in names}, left_out, {name: Counter() for name in names}, dict.fromkeys(names, 0), seen, {})
     for room in rooms:
         if room.kept:
             whole = len(room.kept) == room.info.frames
-            row = RoomFrames(room=room.info.index, scene=room.info.scene_id, copy=room.copy, frames=None if whole else tuple(room.kept))
+            kept = None if whole else tuple(room.kept)
+            row = RoomFrames(room=room.info.index, scene=room.info.scene_id, copy=room.copy, frames=kept, count=len(room.kept))
             splits.rooms[room.split].append(row)
             splits.types[room.split][room.info.room_type] += 1
             splits.frames[room.split] += len(room.kept)
+            splits.classes.setdefault(room.split, []).extend(room.classes)
     return splits

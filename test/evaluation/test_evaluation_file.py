@@ -162,3 +162,11 @@ def test_csv_has_a_line_for_each_metric():
         "depth,light,0.5,1,1,rmse,m,0.125,,",
         "depth,light,0.5,1,1,coverage,,1.0,,",
     ]
+
+
+def test_a_text_that_is_too_long_to_be_read_again_is_cut_and_told(tmp_path):
+    long = replace(EVALUATION, created_with="scene_synth evaluate " + "--topic depth:=/a " * 2000, algorithm="x" * 10_000)
+    write_evaluation(tmp_path / "e.json", long)
+    read = read_evaluation(tmp_path / "e.json")
+    assert len(read.created_with) == 10_000 and read.created_with.endswith(f" ... (cut: {len(long.created_with)} characters)")
+    assert read.algorithm == long.algorithm

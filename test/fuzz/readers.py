@@ -156,7 +156,8 @@ COMPLETION = {
 }  # fmt: skip
 PLAN = {
     "schema": PLAN_SCHEMA, "rooms": 2, "frames": 2, "seed": 1, "rooms_per_shard": 1, "shard_bytes": 2**30, "shards": 2,
-    "namespace": "/synth", "version": "0.1.0", "parameters": {"grammar_node": {}, "renderer_node": {}, "recorder_node": {}},
+    "namespace": "/synth", "parameters": {"grammar_node": {}, "renderer_node": {}, "recorder_node": {}}, "extended_from": [1],
+    "provenance": [{"program": {"grammar": "0f"}, "configuration": {}, "versions": {"numba": "1.0"}, "processor": {"features": "x"}}],
 }  # fmt: skip
 TRAIN = [{"room": 0, "scene": "ab", "copy": 0, "frames": [0, 1]}, {"room": 1, "frames": None}]
 SPLITS = {"schema": SPLITS_SCHEMA, "splits": {"train": TRAIN}}

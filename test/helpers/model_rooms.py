@@ -42,7 +42,9 @@ def with_model(room: FlatScene, generator: str, style: str, albedo: float) -> Fl
     rows, material = room.materials, Material(id="model", family="test", base_color=(albedo,) * 3, roughness=1.0, ior=1.0)
     return room._replace(
         mesh=mesh._replace(uvs=np.ascontiguousarray(mesh.vertices[:, :2])),
-        face_part=np.concatenate([room.face_part, np.repeat(np.arange(first, first + count), [len(m.faces) for m in meshes])]).astype(np.int32),
+        face_part=np.concatenate([room.face_part, np.repeat(np.arange(first, first + count), [len(m.faces) for m in meshes])]).astype(
+            np.int32
+        ),
         parts=table._replace(
             object_id=np.append(table.object_id, 3 * numbers).astype(np.uint16),
             label=np.append(table.label, numbers).astype(np.uint8),

@@ -24,6 +24,7 @@ from scene_description.labels import instance_labels, material_labels, occlusion
 from scene_description.light_labels import light_labels
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.messages.conversions import labels_to_msg
+from scene_synth_ros.shards.completion import survey
 from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
@@ -109,7 +110,7 @@ def test_all_that_a_dataset_holds_validates(tmp_path: Path) -> None:
     plan, store = tiny_plan(1, 1, *(f"renderer_node.{word}" for word in overrides)), LocalStore(tmp_path)
     validate("dataset", json.loads(plan.to_json()))
     make_shard(plan, 0, store)
-    assert finish_dataset(plan, store) is not None
+    assert finish_dataset(plan, store, survey(plan, store)) is not None
     validate("completion", json.loads((tmp_path / "shards" / "00000.json").read_text()))
     validate("manifest", json.loads((tmp_path / "manifest.json").read_text()))
     kinds = {"scene": "scene", "annotations": "annotations", "settings": "settings", "labels": "labels"}

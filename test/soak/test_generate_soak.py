@@ -1,6 +1,7 @@
 """Runs of ``scene_synth generate`` that are ended at random moments, in a folder and in an object store; slow, run by ``make soak``.
 
-The seed is taken from the clock and printed; ``SOAK_SEED`` repeats one, as far as processes do.
+The seed is taken from the clock and printed; ``SOAK_SEED`` repeats one, as far as processes do.  ``SOAK_KILLS`` runs of a small dataset are
+ended, and as many of one of ``SOAK_ROOMS`` rooms, 2,000 and 50 for the full measure; ``SOAK_MINUTES`` bounds the second.
 """
 
 import hashlib
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from ray_cluster import NODE, ray_cluster
 from s3_server import BUCKET, s3_server
 
 from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME
@@ -30,22 +32,29 @@ pytestmark = pytest.mark.soak
 KILLS = int(os.environ.get("SOAK_KILLS", "20"))
 SEED = int(os.environ.get("SOAK_SEED", "0")) or time.time_ns() % 2**32
 ROOMS, WORKERS, LONGEST_S = 12, 2, 20.0
+MANY, MINUTES, NODES = (int(os.environ.get(f"SOAK_{name}", default)) for name, default in (("ROOMS", 200), ("MINUTES", 60), ("NODES", 2)))
+"""Rooms of the large dataset, how long it may take, and nodes of Ray that are lost."""
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 VICTIMS = ("worker", "run", "all")
 WORDS = ["--rooms", str(ROOMS), "--frames", "2", "--seed", "5", "--shard-rooms", "1", "--workers", str(WORKERS), "--params", "ground_truth"]
 WORDS += ["-p", "renderer_node.camera.width:=64", "-p", "renderer_node.camera.height:=48"]
+LAYERS = ("color", "normals", "semantic", "instance")
+LARGE = ["--rooms", str(MANY), "--frames", "1", "--seed", "5", "--shard-rooms", "4", "--workers", str(WORKERS), "--params", "ground_truth"]
+LARGE += ["-p", "renderer_node.camera.width:=16", "-p", "renderer_node.camera.height:=12", "-p", "grammar_node.scene.room_type:=storage"]
+LARGE += [word for layer in LAYERS for word in ("-p", f"renderer_node.streams.{layer}:=false")]
+"""Depth alone, of the rooms that are sampled in the least time."""
 SCENE_SYNTH = [sys.executable, "-m", "scene_synth_ros"]
 
 
 class Run:
     """A run of the command in a session of its own, with a temporary folder of its own."""
 
-    def __init__(self, out: str, temporary: Path) -> None:
+    def __init__(self, out: str, temporary: Path, words: list[str] = WORDS) -> None:
         temporary.mkdir(exist_ok=True)
         self.marker = f"SCENE_SYNTH_TEST={os.getpid()}-{temporary}"
         env = {**os.environ, "TMPDIR": str(temporary), "SCENE_SYNTH_TEST": self.marker.partition("=")[2]}
         self.process = subprocess.Popen(
-            [*SCENE_SYNTH, "generate", *WORDS, "--resume", "--out", out],
+            [*SCENE_SYNTH, "generate", *words, "--resume", "--out", out],
             env=env,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -200,3 +209,102 @@ def complete_files(place: Place) -> dict[str, str]:
             found[name] = hashlib.sha256(store.read(f"shards/{name}") or b"").hexdigest()
     manifest = store.read(DATASET_MANIFEST_NAME)
     return found | ({"manifest": hashlib.sha256(manifest).hexdigest()} if manifest is not None else {})
+
+
+def test_many_rooms_that_are_ended_time_and_again_have_the_manifest_of_an_undisturbed_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On disk and in an object store in turn, by every signal; then nodes of Ray are lost; the memory of workers does not grow."""
+    draw, end_s, told = random.Random(SEED), time.monotonic() + 60.0 * MINUTES, []
+    with s3_server():
+        whole = Place("whole", str(tmp_path / "whole"), tmp_path / "t0")
+        early, late, seconds = watched(whole)
+        told.append(f"undisturbed: {MANY} rooms in {seconds:.0f} s, a worker's memory {early:.0f} MB early, {late:.0f} MB late")
+        expected = whole.store.read(DATASET_MANIFEST_NAME)
+        assert expected and late < 1.15 * early + 20.0
+        for place in (Place("disk", str(tmp_path / "disk"), tmp_path / "t1"), Place("s3", f"s3://{BUCKET}/many", tmp_path / "t2")):
+            kills = ended_runs(place, KILLS // 2, draw, end_s)
+            if place.name == "disk":
+                lost = lost_nodes(place, NODES, draw)
+                told.append(f"{lost} nodes of Ray lost")
+            output, _ = (run := Run(place.out, place.temporary, LARGE)).process.communicate()
+            assert run.process.returncode == 0, output
+            assert place.store.read(DATASET_MANIFEST_NAME) == expected, f"{place.name}, seed {SEED}"
+            told.append(f"{place.name}: {sum(kills.values())} runs ended ({', '.join(f'{n} {name}' for name, n in sorted(kills.items()))})")
+    with capsys.disabled():
+        print(f"\nseed {SEED}: {'; '.join(told)}; equal manifests of {MANY} rooms")
+
+
+def watched(place: Place) -> tuple[float, float, float]:
+    """Make the large dataset; return what a worker has of memory in the second tenth of it and in the last (MB, the most), and seconds."""
+    run, began, early, late = Run(place.out, place.temporary, LARGE), time.monotonic(), 0.0, 0.0
+    while run.process.poll() is None:
+        done = 4 * place.shards() / MANY
+        most = max(map(resident_mb, run.workers()), default=0.0)
+        early, late = max(early, most if 0.1 < done < 0.2 else 0.0), max(late, most if done > 0.9 else 0.0)
+        time.sleep(0.2)
+    output, _ = run.process.communicate()
+    assert run.process.returncode == 0, output
+    return early, late, time.monotonic() - began
+
+
+def resident_mb(process: int) -> float:
+    """Return the memory of a process, 0 of one that is gone."""
+    try:
+        return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+    except (OSError, IndexError):
+        return 0.0
+
+
+def ended_runs(place: Place, count: int, draw: random.Random, end_s: float) -> Counter[str]:
+    """Begin runs that go on with the large dataset and end each, at random numbers of shards all over it, until a time at the latest."""
+    kills: Counter[str] = Counter()
+    for target in sorted(draw.randrange(MANY // 4) for _ in range(count)):
+        victim, number = draw.choice([(victim, number) for victim in VICTIMS for number in SIGNALS if (victim, number) != NO_END])
+        if time.monotonic() > end_s:
+            break
+        run = Run(place.out, place.temporary, LARGE)
+        while run.process.poll() is None and (place.shards() < target or not run.workers()):
+            time.sleep(0.05)
+        time.sleep(draw.uniform(0.0, 2.0))
+        if run.process.poll() is None and (workers := run.workers()):
+            end_one(run, victim, number, draw.choice(workers))
+            kills[f"{victim} {number.name}"] += 1
+        output, _ = run.process.communicate()
+        assert run.process.returncode in {0, *expected_statuses(victim, number)}, f"{place.name}, {victim} {number.name}: {output}"
+        assert "Traceback" not in output, output
+        while run.left():
+            time.sleep(0.05)
+    return kills
+
+
+NO_END = ("worker", signal.SIGINT)
+"""Which no worker heeds."""
+
+
+def end_one(run: Run, victim: str, number: signal.Signals, worker: int) -> None:
+    """End a run, all its processes, or a worker."""
+    if victim == "all":
+        os.killpg(run.process.pid, number)
+    else:
+        os.kill(worker if victim == "worker" else run.process.pid, number)
+
+
+def lost_nodes(place: Place, count: int, draw: random.Random) -> int:
+    """Go on with the large dataset as tasks of Ray on two nodes and kill one of them at work, so many times; return how many were lost."""
+    lost = 0
+    with ray_cluster() as cluster:
+        for _ in range(count):
+            node, before = cluster.add_node(**NODE), place.shards()
+            run = Run(place.out, place.temporary, [*LARGE, "--ray", cluster.address])
+            while run.process.poll() is None and place.shards() < before + draw.randint(2, 6):
+                time.sleep(0.1)
+            lost += run.process.poll() is None
+            cluster.remove_node(node, allow_graceful=False)
+            after = place.shards()
+            while run.process.poll() is None and place.shards() < after + 4:  # it goes on without the node
+                time.sleep(0.1)
+            run.process.terminate()
+            output, _ = run.process.communicate()
+            assert run.process.returncode in (0, 143), output
+    return lost

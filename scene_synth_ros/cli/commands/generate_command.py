@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +11,6 @@ from pathlib import Path
 
 from scene_description import read_at_most
 from scene_synth_ros.bags.dataset_files import PLAN_NAME, shard_name
-from scene_synth_ros.bags.run_info import versions
 from scene_synth_ros.cli.files.dataset_card import write_card
 from scene_synth_ros.cli.lines import counted, say
 from scene_synth_ros.cli.options import MAX_WORKERS, UsageError, add_number, add_workers
@@ -19,15 +19,24 @@ from scene_synth_ros.cli.parameters.run_profile import NAMESPACE, check_namespac
 from scene_synth_ros.cli.processes.dataset_progress import DatasetProgress
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
 from scene_synth_ros.offline.rules import rules_of
-from scene_synth_ros.shards.completion import Manifest, ShardError, missing_shards
+from scene_synth_ros.shards.completion import Manifest, ShardError, Survey, survey
 from scene_synth_ros.shards.open_store import held, open_store
 from scene_synth_ros.shards.plan import MAX_PLAN_BYTES, MAX_ROOMS, DatasetPlan, make_plan, read_plan
-from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, read_size, run_shards, sized_plan
+from scene_synth_ros.shards.provenance import admit
+from scene_synth_ros.shards.run_shards import (
+    begin_dataset,
+    check_shards,
+    finish_dataset,
+    read_size,
+    refuse_another_plan,
+    run_shards,
+    sized_plan,
+)
 from scene_synth_ros.shards.store import Store
 from scene_synth_ros.workers.pool import terminable
 from scene_synth_ros.workers.processors import default_workers
 
-_OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "grammar", "shard_rooms", "shard_size")
+_OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "scale_camera", "grammar", "shard_rooms", "shard_size")
 """Options that decide the plan, beside ``--rooms``."""
 _SHOWN = 10
 """How many failed rooms are listed on the terminal; the manifest lists all."""
@@ -46,7 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     size = parser.add_mutually_exclusive_group()
     add_number(size, "--shard-rooms", 1, MAX_ROOMS, metavar="R", help="rooms of a shard (default: 1 to 16, by the number of rooms)")
     size.add_argument("--shard-size", metavar="SIZE", help="about the size of a shard, 1GB, say: R follows from the first room's bytes")
-    parser.add_argument("--resume", action="store_true", help="make what is missing of a dataset; without --rooms, by its own plan")
+    resume = "make what is missing of a dataset; without --rooms, by its own plan; with more --rooms, extend it"
+    parser.add_argument("--resume", action="store_true", help=resume)
+    mixed = "go on with a dataset that another program, configuration or kind of machine has begun; plan and card list them"
+    parser.add_argument("--accept-mixed", action="store_true", help=mixed)
     parser.add_argument("--check", action="store_true", help="with --resume: read the complete shards, too, and make damaged ones again")
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -77,39 +89,44 @@ def _generate(arguments: argparse.Namespace) -> int:
     if arguments.ray:
         refuse_no_ray(arguments.ray)
     if not arguments.finish:
-        plan = _make(plan, store, share, arguments)
-    return _finish(plan, store, arguments)
+        _make(plan, store, share, arguments)
+    return _finish(store, arguments)
 
 
-def _make(plan: DatasetPlan, store: Store, share: Share, arguments: argparse.Namespace) -> DatasetPlan:
-    """Make what is missing of a share; return the plan with the size of its shards."""
+def _make(plan: DatasetPlan, store: Store, share: Share, arguments: argparse.Namespace) -> None:
+    """Make what is missing of a share."""
     with held(store.where, share.lock) as locks:
         plan = _begun(plan, store, arguments, locks)
         shards = share.shards(plan)
         names = None if share.count == 1 else {shard_name(shard) for shard in shards}
         if left := store.clean(names):
             say(f"removed what an interrupted run has left of {counted(left, 'shard')}")
+        found = survey(plan, store, shards)
+        plan = _admitted(plan, found, store, arguments)
+        for fault in found.faults:
+            say(f"{fault}; its shard is made again")
         try:
-            _complete(plan, store, shards, arguments, locks)
+            _complete(plan, store, shards, found.missing, arguments, locks)
         except (KeyboardInterrupt, SystemExit):
             say(f"interrupted; what is complete stays: scene_synth generate --out {arguments.out} --resume")
             raise
         finally:
             store.clean(names)
-    return plan
 
 
-def _finish(plan: DatasetPlan, store: Store, arguments: argparse.Namespace) -> int:
+def _finish(store: Store, arguments: argparse.Namespace) -> int:
     """Write manifest and card once every shard is there, whoever has made it; return the exit status."""
     with held(store.where, ".lock.finish"):
-        manifest = finish_dataset(plan, store)
+        plan = read_plan(store.read(PLAN_NAME) or b"", f"{arguments.out}/{PLAN_NAME}")  # another share may have extended it
+        found = survey(plan, store)
+        plan = _admitted(plan, found, store, arguments)
+        manifest = finish_dataset(plan, store, found)
         if manifest is not None:
             write_card(plan, manifest, store)
     if manifest is None:
-        missing = missing_shards(plan, store)
-        told = f"{len(missing)} of {plan.shards} shards are missing, {missing[0] if missing else 0} the first"
+        told = f"{len(found.missing)} of {plan.shards} shards are missing, {found.missing[0]} the first"
         if not arguments.shard:
-            raise ShardError(f"{arguments.out}: {told}; --resume makes them")
+            raise ShardError(f"{arguments.out}: {'; '.join((*found.faults[:1], told))}; --resume makes them")
         say(f"{arguments.out}: this share is complete; {told}; whoever makes the last one writes the manifest")
         return 0
     say(_summary(manifest, arguments.out))
@@ -118,7 +135,7 @@ def _finish(plan: DatasetPlan, store: Store, arguments: argparse.Namespace) -> i
 
 def _check_options(arguments: argparse.Namespace) -> None:
     if arguments.rooms is None:
-        given = [name for name in _OF_PLAN if getattr(arguments, name) not in (None, [])]
+        given = [name for name in _OF_PLAN if getattr(arguments, name) not in (None, [], False)]
         if given:
             raise UsageError(f"--{given[0].replace('_', '-')}: expected together with --rooms; a plan that there is already has its own")
         if arguments.plan is None and not _goes_on(arguments):
@@ -127,6 +144,9 @@ def _check_options(arguments: argparse.Namespace) -> None:
         raise UsageError("--rooms: expected this or --plan, got both")
     if arguments.finish and (arguments.rooms, arguments.plan) != (None, None):
         raise UsageError("--finish: expected neither --rooms nor --plan: what is there has its own plan")
+    processors = len(os.sched_getaffinity(0))
+    if arguments.threads > processors and not arguments.ray:
+        raise UsageError(f"--threads: expected 1 to {processors}, the processors that this process may use, got {arguments.threads}")
     if arguments.check and not arguments.resume:
         raise UsageError("--check: expected together with --resume: what it finds damaged is made again")
     check_namespace(arguments.namespace)
@@ -144,13 +164,14 @@ def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
         plan = there
     else:
         raise UsageError(f"{arguments.out}: holds no dataset; give --rooms and the other options of a new one")
-    if plan.version != (installed := versions()["scene_synth_ros"]):
-        raise UsageError(
-            f"the plan is of version {plan.version}, this is {installed}: its bytes may differ; install that or make a new plan"
-        )
     settings = plan.settings_of(0)
     rules_of(settings).check(settings.grammar["scene"])
-    return plan
+    if there is not None:
+        refuse_another_plan(plan, there, arguments.out)
+    own = plan.own_provenance()
+    where, known = (arguments.out, there.provenance) if there is not None else (str(arguments.plan), plan.provenance)
+    admitted = admit(known, [own], where, accept=arguments.accept_mixed)
+    return replace(plan, provenance=admitted if there is not None else (own,))
 
 
 def _given_plan(arguments: argparse.Namespace, there: DatasetPlan | None) -> DatasetPlan:
@@ -158,8 +179,20 @@ def _given_plan(arguments: argparse.Namespace, there: DatasetPlan | None) -> Dat
     size = read_size(arguments.shard_size) if arguments.shard_size else 0
     parameters = run_parameters(run_words(arguments, Path("bag")))
     plan = make_plan(parameters, rooms_per_shard=arguments.shard_rooms or 0, shard_bytes=size, namespace=arguments.namespace)
-    if there is not None and not arguments.shard_rooms and size in (0, there.shard_bytes):
-        return replace(plan, rooms_per_shard=min(there.rooms_per_shard, plan.rooms), shard_bytes=there.shard_bytes)
+    if there is None:
+        return plan
+    if not arguments.shard_rooms and size in (0, there.shard_bytes):
+        plan = replace(plan, rooms_per_shard=min(there.rooms_per_shard, plan.rooms), shard_bytes=there.shard_bytes)
+    extended = there.extended(plan.rooms) if plan.rooms > there.rooms else there
+    return replace(plan, extended_from=extended.extended_from)
+
+
+def _admitted(plan: DatasetPlan, found: Survey, store: Store, arguments: argparse.Namespace) -> DatasetPlan:
+    """Return the plan with what made the shards that there are, which is recorded where it is another and accepted."""
+    provenance = admit(plan.provenance, found.made_by, arguments.out, accept=arguments.accept_mixed)
+    if provenance != plan.provenance:
+        plan = replace(plan, provenance=provenance)
+        store.write(PLAN_NAME, plan.to_json())
     return plan
 
 
@@ -172,15 +205,15 @@ def _begun(plan: DatasetPlan, store: Store, arguments: argparse.Namespace, locks
     return plan
 
 
-def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argparse.Namespace, locks: Sequence[int]) -> None:
-    """Make those of some shards that are missing."""
+def _complete(
+    plan: DatasetPlan, store: Store, shards: range, missing: Sequence[int], arguments: argparse.Namespace, locks: Sequence[int]
+) -> None:
+    """Make those of some shards that are missing, or damaged where that is to be checked."""
     workers = arguments.workers or default_workers(arguments.threads)
-    missing = missing_shards(plan, store, shards)
     if arguments.check:
-        complete = sorted(set(shards) - set(missing))
-        for line in check_shards(plan, store, complete):
+        for line in check_shards(plan, store, sorted(set(shards) - set(missing))):
             say(f"{line}; its shard is made again")
-        missing = missing_shards(plan, store, shards)
+        missing = survey(plan, store, shards).missing
     if not missing:
         return
     where = f"Ray ({arguments.ray})" if arguments.ray else counted(workers, "worker")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,14 @@ from scene_synth_ros.bags.dataset_files import SPLITS_NAME
 from scene_synth_ros.cli.lines import counted
 from scene_synth_ros.cli.options import UsageError, add_number, add_readers, add_source, names_in
 from scene_synth_ros.splits.assignment import Ranges, Shares, SplitError, read_ranges, read_shares
+from scene_synth_ros.splits.balance import class_balance, frame_weights
 from scene_synth_ros.splits.filters import EVERYTHING, FILTERS, Asked, Interval, read_interval
 from scene_synth_ros.splits.near_views import Nearness, read_nearness
 from scene_synth_ros.splits.split_dataset import Splits, layers_of, split_dataset
-from scene_synth_ros.splits.split_file import splits_json
+from scene_synth_ros.splits.split_file import SplitBalance, splits_json
 
+RARE = 0.1
+"""Share of the frames that see a class below which it is rare."""
 SHARES = "train=0.8,val=0.1,test=0.1"
 
 
@@ -43,6 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--near", metavar="METRES:DEGREES", help="leave out views nearly equal to one before in their room: so near, and pictures alike"
     )
+    balance = "write weights that balance classes: of classes for a loss, of frames for a sampler, more for frames with a class that less"
+    balance += f" than SHARE of the frames see (default: {RARE})"
+    add_number(parser, "--balance", 0.0, 1.0, nargs="?", const=RARE, metavar="SHARE", help=balance)
     parser.add_argument("--camera", metavar="NAME", help="by whose frames filters judge (default: the first)")
     add_readers(parser, "read frames")
 
@@ -59,7 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
     from scene_synth_ros.dataset import open_dataset
 
     recorded = open_dataset(arguments.source, layers=None, camera=arguments.camera).layers
-    layers, wanted = layers_of(asked, near, recorded)
+    if arguments.balance is not None and "semantic" not in recorded:
+        raise SplitError("--balance: needs the layer semantic, got none; record it: -p renderer_node.streams.semantic:=true")
+    layers, wanted = layers_of(asked, near, recorded, classes=arguments.balance is not None)
     data = open_dataset(arguments.source, layers=layers or None, camera=arguments.camera)
     with tqdm(total=len(data) if wanted else 0, unit=" frames", disable=None if wanted else True, leave=False) as line:
         found = split_dataset(data, rule, asked, near, wanted, threads=arguments.threads, progress=line.update)
@@ -68,12 +77,32 @@ def run(arguments: argparse.Namespace) -> int:
         raise SplitError(
             "; ".join((f"{data.source}: expected frames that stay, got none of {len(data)}: {left_out}", *unseen(asked, found)))
         )
-    text = splits_json(found.rooms, rule=told_rule(rule), filters=told_filters(asked, near), left_out=found.left_out)
+    balance = balances(found, arguments.balance) if arguments.balance is not None else None
+    told = {"rule": told_rule(rule), "filters": told_filters(asked, near), "left_out": found.left_out}
+    text = splits_json(found.rooms, **told, balance=balance)
     write_whole(out, text)
     for note in (*data.notes, *unseen(asked, found)):
         sys.stderr.write(f"scene_synth split: {note}\n")
-    sys.stdout.write(summary(found, out))
+    sys.stdout.write(summary(found, out) + balance_lines(balance or {}))
     return 0
+
+
+def balances(found: Splits, rare: float) -> dict[str, SplitBalance]:
+    """Return the weights of each split that has frames; ``rare``: share of the frames that see a class below which it is rare."""
+    weights = {name: frame_weights(frames, rare) for name, frames in found.classes.items()}
+    return {name: SplitBalance(weights[name], class_balance(frames, weights[name])) for name, frames in found.classes.items()}
+
+
+def balance_lines(balance: Mapping[str, SplitBalance]) -> str:
+    """Return a line for each split about the class that the fewest of its frames see."""
+    lines = []
+    for name, of in balance.items():
+        rarest = min(of.classes, key=lambda key: (of.classes[key].frames, key), default=None)
+        if rarest is not None:
+            one = of.classes[rarest]
+            share, most = one.frames / len(of.weights), max(of.weights)
+            lines.append(f"  {name}: rarest class {rarest}, in {share:.2%} of frames, {one.drawn:.2%} as drawn; weights up to {most:.3g}\n")
+    return "".join(lines)
 
 
 def read_rule(arguments: argparse.Namespace) -> Shares | Ranges:

@@ -23,6 +23,7 @@ from scene_synth_ros.cli.pictures.contact_sheet import small_picture
 from scene_synth_ros.cli.pictures.picture_grid import Tile, png_bytes, write_grid
 from scene_synth_ros.shards.completion import Manifest, RoomRow
 from scene_synth_ros.shards.plan import DatasetPlan
+from scene_synth_ros.shards.provenance import read_provenance
 from scene_synth_ros.shards.store import Store
 
 CARD_NAME, PICTURES = "README.md", "card"
@@ -64,7 +65,8 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
         "# Dataset of synthetic rooms",
         f"{len(rooms)} rooms ({what}), {frames} frames, {size / 1e6:.1f} MB in {plan.shards} shards"
         + (f", {size / frames / 1e6:.2f} MB a frame." if frames else ".")
-        + f" Made by scene_synth_ros {plan.version} with seed {plan.seed}; the same plan gives the same bytes.",
+        + f" Made with seed {plan.seed}; "
+        + ("**by several programs or kinds of machine, see below**." if _is_mixed(manifest) else "the same plan gives the same bytes."),
         *(f"**{_PICTURES[name]}**\n\n![{_PICTURES[name]}]({PICTURES}/{name})" for name in pictures),
         "## What is here",
         markdown_table(
@@ -80,6 +82,8 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
         "## Topics",
         markdown_table(("topic", "shards that have it"), _topics(manifest)),
         *_failed(manifest),
+        "## Made by",
+        *_makers(manifest),
         "## Rooms",
         markdown_table(_SPREAD, _layout_rows(rooms)) if rooms else "None.",
         "## Objects",
@@ -99,6 +103,22 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
 def _topics(manifest: Manifest) -> list[tuple[str, str]]:
     counts = Counter(topic for completion in manifest["shards"] for topic in completion["layers"])
     return [(f"`{topic}`", str(count)) for topic, count in sorted(counts.items())]
+
+
+def _is_mixed(manifest: Manifest) -> bool:
+    first = manifest["shards"][0]["provenance"]
+    return any(completion["provenance"] != first for completion in manifest["shards"])
+
+
+def _makers(manifest: Manifest) -> Iterator[str]:
+    """Yield what made the shards: of the first one everything, of others in what they differ from it."""
+    makers = Counter(json.dumps(completion["provenance"]) for completion in manifest["shards"])
+    (first, count), *others = ((read_provenance(json.loads(maker)), count) for maker, count in makers.items())
+    yield f"{count} of {len(manifest['shards'])} shards by this" + (":" if others else ", as all there are:")
+    rows = [(what, ", ".join(f"{name} {value}" for name, value in facts.items())) for what, facts in first.to_mapping().items()]
+    yield markdown_table(("what", "is"), rows)
+    for other, count in others:
+        yield f"{count} by another: {other.difference(first, named=100)}."
 
 
 def _failed(manifest: Manifest) -> Iterator[str]:

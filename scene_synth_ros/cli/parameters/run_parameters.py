@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from scene_description.share import config_path
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.bags.run_info import MADE_BY, parameters_note
 from scene_synth_ros.cli.options import add_field, add_number
+from scene_synth_ros.cli.parameters.camera_size import resized_camera
 from scene_synth_ros.cli.parameters.run_profile import (
     NAMESPACE,
     NodeParameters,
@@ -32,6 +34,7 @@ class RunWords:
     params: Path | None = None
     overlay: tuple[Path, ...] = ()
     overrides: tuple[str, ...] = ()
+    scale_camera: bool = False
     rooms: int | None = None
     frames: int | None = None
     seed: int | None = None
@@ -60,6 +63,8 @@ def add_run_options(parser: argparse.ArgumentParser, rooms: str, *, profile: str
     parser.add_argument(
         "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
     )
+    scale = "where -p changes a camera's image size, scale its lens and its other side, too, in place of cutting the image"
+    parser.add_argument("--scale-camera", action="store_true", help=scale)
     parser.add_argument(
         "--grammar", type=Path, metavar="FILE", help="grammar file of the rooms (grammar_node.grammar_file, scene.room_type)"
     )
@@ -97,8 +102,12 @@ def run_parameters(words: RunWords) -> NodeParameters:
             parameters.setdefault(node, {}).update(values)
     parameters = with_namespace(parameters, words.namespace)
     grammar = parameters["grammar_node"]
-    for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
+    given = {"rooms": "rooms", "frames": "frames_per_room", "seed": "seed", "grammar": "grammar_file"}
+    overridden = {override.partition(":=")[0] for override in words.overrides}
+    for option, name in given.items():
         if getattr(words, option) is not None:
+            if f"grammar_node.{name}" in overridden:
+                raise ProfileError(f"-p grammar_node.{name}: expected this or --{option}, which sets it, got both")
             grammar[name] = getattr(words, option)
     if words.grammar is not None:
         from grammar import read_categories, read_grammar
@@ -110,7 +119,7 @@ def run_parameters(words: RunWords) -> NodeParameters:
     if words.renderers > 1:
         _share_rooms(parameters, words.renderers)
     _forget_other_peers(words, parameters)
-    parameters = with_inheritance(apply_overrides(parameters, words.overrides))
+    parameters = with_inheritance(_overridden(parameters, words))
     grammar = parameters["grammar_node"]
     renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
     grammar.setdefault("expected_renderers", len(renderers))
@@ -131,6 +140,16 @@ def run_parameters(words: RunWords) -> NodeParameters:
                 parameters_note(parameters) if str(note).startswith(MADE_BY) else note for note in notes
             ]
     return parameters
+
+
+def _overridden(parameters: NodeParameters, words: RunWords) -> NodeParameters:
+    """Return the parameters with single values; tell where one of them cuts images."""
+    changed = apply_overrides(parameters, words.overrides)
+    for node in [name for name in changed if name.startswith("renderer_node")]:
+        given = [target.removeprefix(f"{node}.") for target, _, _ in (override.partition(":=") for override in words.overrides)]
+        changed[node], told = resized_camera(node, parameters.get(node, {}), changed[node], given, scale=words.scale_camera)
+        sys.stderr.write(f"note: {told}\n" if told else "")
+    return changed
 
 
 def _share_rooms(parameters: NodeParameters, count: int) -> None:

@@ -39,7 +39,10 @@ def test_white_things_vanish_in_a_room_that_glows(generator, style):
 
 def test_a_body_turned_inside_out_is_lit_like_any_other():
     """Its faces look inward, so that one sees them from behind."""
-    room = (box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0), quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2))
+    room = (
+        box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0),
+        quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2),
+    )
     view, found = pose((1.5, 1.2, 1.4), (0, 0, 0.4)), []
     for inside in (False, True):
         found.append(look_up(scene(*room, box((-0.4, -0.4, 0), (0.4, 0.4, 0.8), inside=inside, object_id=3)), view).radiance)

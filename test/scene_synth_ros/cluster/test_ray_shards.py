@@ -7,40 +7,28 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from ray_cluster import NODE, ray_cluster
 
 from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray
-from scene_synth_ros.shards.completion import ShardError
+from scene_synth_ros.shards.completion import ShardError, survey
 from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.plan import DatasetPlan, read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
-from scene_synth_ros.suite.environment import environment
 
 ROOMS = 5
 WORDS = ["--rooms", str(ROOMS), "--frames", "2", "--seed", "3", "--shard-rooms", "1", "--params", "ground_truth"]
 WORDS += ["-p", "renderer_node.camera.width:=48", "-p", "renderer_node.camera.height:=36"]
-RAY = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": "0" * 64, "RAY_USAGE_STATS_ENABLED": "0", "RAY_NUM_REDIS_GET_RETRIES": "120"}
-"""One token for all that this process speaks to, which it reads once; a busy machine has two minutes to start Ray."""
-NODE = {"num_cpus": 1, "object_store_memory": 80 * 2**20, "include_dashboard": False, "include_log_monitor": False}
 
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Two nodes with a processor each, one of them the head; their files are in a folder that goes."""
-    with (
-        tempfile.TemporaryDirectory(prefix="ray_", dir="/tmp", ignore_cleanup_errors=True) as folder,
-        environment({**RAY, "RAY_TMPDIR": folder}),
-    ):
-        from ray.cluster_utils import Cluster  # reads the environment
-
-        cluster = Cluster(initialize_head=True, head_node_args=NODE)
-        try:
-            cluster.add_node(**NODE)
-            yield cluster
-        finally:
-            cluster.shutdown()
+    """Two nodes with a processor each, one of them the head."""
+    with ray_cluster() as cluster:
+        cluster.add_node(**NODE)
+        yield cluster
 
 
 def parent_of(process: int) -> int:
@@ -102,13 +90,13 @@ def test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset(
     plan = read_plan((tmp_path / "ray" / PLAN_NAME).read_bytes(), PLAN_NAME)
     for shard in range(ROOMS):
         make_shard(plan, shard, alone)
-    assert finish_dataset(plan, alone)
+    assert finish_dataset(plan, alone, survey(plan, alone))
     assert alone.read(DATASET_MANIFEST_NAME) == (tmp_path / "ray" / DATASET_MANIFEST_NAME).read_bytes()
     assert not list((tmp_path / "ray" / "shards").glob(".*"))
 
 
 def test_a_ray_of_the_runs_own_begins_and_ends_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = DatasetPlan(rooms=1, frames=1, seed=1, rooms_per_shard=1, parameters={}, version="")
+    plan = DatasetPlan(rooms=1, frames=1, seed=1, rooms_per_shard=1, parameters={})
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:  # the paths of sockets must be short
         monkeypatch.setattr("scene_synth_ros.cluster.ray_shards._temporary", lambda: folder)
         make_on_ray(plan, folder, [], address=LOCAL, workers=1)
@@ -117,7 +105,7 @@ def test_a_ray_of_the_runs_own_begins_and_ends_with_it(monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize("address", ["127.0.0.1:9", "ray://somewhere:10001", "nowhere"])
 def test_an_address_where_no_ray_is_is_refused_in_one_line(address: str, tmp_path: Path) -> None:
-    plan = DatasetPlan(rooms=1, frames=1, seed=1, rooms_per_shard=1, parameters={}, version="")
+    plan = DatasetPlan(rooms=1, frames=1, seed=1, rooms_per_shard=1, parameters={})
     with pytest.raises(ShardError, match=f"--ray {address}: ") as raised:
         make_on_ray(plan, str(tmp_path), [0], address=address, workers=1)
     assert "\n" not in str(raised.value)

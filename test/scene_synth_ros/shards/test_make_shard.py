@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -15,7 +17,7 @@ from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.offline.settings import read_settings
 from scene_synth_ros.shards import make_shard as module
-from scene_synth_ros.shards.completion import faults_of, make_manifest, missing_shards, read_completion
+from scene_synth_ros.shards.completion import document_bytes, faults_of, make_manifest, read_completion, survey
 from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, RoomsAhead, make_shard
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.synthesize.room_schedule import RoomSchedule
@@ -67,11 +69,27 @@ def test_the_manifest_waits_for_every_shard(store: LocalStore, tmp_path: Path) -
     assert manifest is not None and (manifest["rooms"], manifest["frames"]) == (3, 6)
     one = LocalStore(tmp_path)
     make_shard(PLAN, 1, one)
-    assert missing_shards(PLAN, one) == [0] and make_manifest(PLAN, one) is None
+    assert survey(PLAN, one) == ([0], [], list(PLAN.provenance)) and make_manifest(PLAN, one) is None
     one.remove("shards/00001")
-    assert missing_shards(PLAN, one) == [0, 1], "a completion file without its bag is of no use"
+    assert survey(PLAN, one).missing == [0, 1], "a completion file without its bag is of no use"
     one.write("shards/00001.json", b"{}")
     assert read_completion(one, PLAN, 1) is None
+
+
+def test_what_was_changed_by_hand_or_cut_does_not_count(store: LocalStore, tmp_path: Path) -> None:
+    changed = LocalStore(shutil.copytree(store.root, tmp_path / "changed"))
+    completion = read_completion(changed, PLAN, 0)
+    assert completion is not None
+    completion["rooms"][0]["floor_area_m2"] = 1000.0
+    changed.write("shards/00000.json", document_bytes(completion))
+    os.truncate(bag(changed, 1) / "00001_0.mcap", 2000)
+    assert read_completion(changed, PLAN, 0) is None
+    found = survey(PLAN, changed)
+    size = (bag(store, 1) / "00001_0.mcap").stat().st_size
+    assert found.missing == [0, 1] and found.faults == [
+        "shards/00000.json: expected a completion file as it was written, got an edited or damaged one, or one of another plan",
+        f"shards/00001/00001_0.mcap: expected {size} bytes, got 2000",
+    ]
 
 
 class Failing:
@@ -138,13 +156,13 @@ def test_a_room_that_would_fail_every_time_is_tried_once_and_listed_and_the_othe
     whole = messages_of(bag(store, 0))
     begin_of_1 = [log for topic, log, _ in whole if topic == "/synth/scene"][1]
     assert messages_of(tmp_path / "shards" / "00000") == [message for message in whole if message[1] < begin_of_1]
-    assert missing_shards(PLAN, LocalStore(tmp_path)) == [1], "a shard with a failed room is done"
+    assert survey(PLAN, LocalStore(tmp_path)).missing == [1], "a shard with a failed room is done"
 
 
 def test_a_shard_of_which_no_room_can_be_made_has_no_bag(tmp_path: Path) -> None:
     completion = make_shard(PLAN, 1, LocalStore(tmp_path), given_up={2: "a process that made it ended by SIGSEGV"})
     assert completion["files"] == [] and completion["failed"][0]["error"].endswith("SIGSEGV")
-    assert [path.name for path in (tmp_path / "shards").iterdir()] == ["00001.json"] and missing_shards(PLAN, LocalStore(tmp_path)) == [0]
+    assert [path.name for path in (tmp_path / "shards").iterdir()] == ["00001.json"] and survey(PLAN, LocalStore(tmp_path)).missing == [0]
 
 
 def test_a_disk_that_refuses_ends_the_shard_and_nothing_of_it_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

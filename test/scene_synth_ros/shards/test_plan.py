@@ -29,6 +29,17 @@ def test_rooms_are_cut_in_order_and_each_shard_is_a_run_of_its_own() -> None:
         PLAN.rooms_of(3)
 
 
+def test_an_extended_dataset_keeps_its_shards_and_adds_others() -> None:
+    once = PLAN.extended(15)
+    assert [list(once.rooms_of(shard)) for shard in (1, 2, 3, 4)] == [[4, 5, 6, 7], [8, 9], [10, 11, 12, 13], [14]]
+    twice = once.extended(23)
+    assert (twice.shards, twice.extended_from, list(twice.rooms_of(6))) == (7, (10, 15), [19, 20, 21, 22])
+    assert all(twice.rooms_of(shard) == once.rooms_of(shard) for shard in range(once.shards))
+    assert once.settings_of(2) == PLAN.settings_of(2) and read_plan(twice.to_json(), "x") == twice
+    whole = replace(PLAN, rooms=8)
+    assert whole.extended(10) == PLAN, "whole shards leave no trace"
+
+
 @pytest.mark.parametrize(("rooms", "expected"), [(1, 1), (40, 1), (100, 3), (1000, 16), (10**6, 16)])
 def test_shards_are_small_in_small_datasets(rooms: int, expected: int) -> None:
     assert default_rooms_per_shard(rooms) == expected
@@ -53,7 +64,12 @@ def test_what_makes_no_dataset_is_refused(own: str, error: str) -> None:
     [
         (lambda d: d.update(schema="other"), "expected a plan with schema"),
         (lambda d: d.update(rooms="many"), "rooms: expected"),
-        (lambda d: d.update(rooms_per_shard=0), "rooms_per_shard: expected 1 to"),
+        (lambda d: d.update(rooms_per_shard=0), r"rooms_per_shard: expected an integer in \[1, "),
+        (lambda d: d.update(rooom_type="office"), "rooom_type: expected one of .*, got an unknown key; it is not what scene_synth"),
+        (lambda d: d.update(shards=9), "shards: expected 3, as rooms and rooms_per_shard have it, got 9"),
+        (lambda d: d.update(extended_from=[8, 4]), "extended_from: expected rising numbers of rooms"),
+        (lambda d: d.update(provenance=[]), "provenance: expected of what began the dataset, got none"),
+        (lambda d: d["provenance"][0].pop("versions"), r"provenance\[0\].versions: expected a value"),
         (lambda d: d["parameters"].pop("renderer_node"), "expected renderer_node, too"),
     ],
 )
@@ -80,6 +96,16 @@ def test_a_folder_goes_on_by_its_own_plan_only(tmp_path: Path, other, difference
         begin_dataset(PLAN, store, "d", resume=False)
     with pytest.raises(PlanError, match=difference):
         begin_dataset(other, store, "d", resume=True)
+
+
+def test_a_folder_goes_on_with_more_rooms_but_not_with_fewer(tmp_path: Path) -> None:
+    store = LocalStore(tmp_path)
+    begin_dataset(PLAN, store, "d", resume=False)
+    store.write("manifest.json", b"of ten rooms")
+    begin_dataset(PLAN.extended(12), store, "d", resume=True)
+    assert store.names("") == ["dataset.json"] and read_plan(store.read("dataset.json") or b"", "d").rooms == 12
+    with pytest.raises(PlanError, match="rooms: 10 here, 12 there"):
+        begin_dataset(PLAN, store, "d", resume=True)
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:

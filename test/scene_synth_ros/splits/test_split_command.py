@@ -62,6 +62,22 @@ def test_filters_and_what_they_leave_out(bag: RoomBag, tmp_path: Path, capsys: p
     assert f"left out by brightness: {refused} frames, {refused} of them by it alone" in capsys.readouterr().out
 
 
+def test_a_balance_is_written_beside_the_same_rooms(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plain, out = tmp_path / "plain.json", tmp_path / "splits.json"
+    assert split(bag.path, "--out", plain, "--shares", "train=0.6,test=0.4") == 0
+    capsys.readouterr()
+    assert split(bag.path, "--out", out, "--shares", "train=0.6,test=0.4", "--balance", 0.5) == 0
+    document, before = json.loads(out.read_text()), json.loads(plain.read_text())
+    names = {row.pop("room"): row for row in document["splits"]["train"]}
+    assert list(names) == [row["room"] for row in before["splits"]["train"]]
+    assert all(len(row["weights"]) == FRAMES and min(row["weights"]) >= 1.0 for row in names.values())
+    data = open_dataset(bag.path, layers=("semantic",), split="train")
+    seen = sum(bool((frame["semantic"] > 0).any()) for frame in data)
+    assert seen and max(row["frames"] for row in document["classes"]["train"].values()) <= seen
+    assert sum(row["pixels"] for row in document["classes"]["train"].values()) == pytest.approx(1.0, abs=1e-4)
+    assert "train: rarest class " in capsys.readouterr().out
+
+
 def test_near_views_of_a_room_that_differ_in_colour_stay(bag: RoomBag, tmp_path: Path) -> None:
     out = tmp_path / "splits.json"
     assert split(bag.path, "--out", out, "--shares", "all=1", "--near", "0.1:5:0:0.01") == 0

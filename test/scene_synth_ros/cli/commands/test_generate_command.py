@@ -68,10 +68,11 @@ def test_a_plan_makes_its_dataset_again_elsewhere_but_not_in_another_version(
     dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert generate("--plan", dataset / "dataset.json", "--out", dataset, "--resume") == 0, "it is the folder's own"
-    other = tmp_path / "plan.json"
-    other.write_text((dataset / "dataset.json").read_text().replace('"version": "', '"version": "9.'))
+    other, plan = tmp_path / "plan.json", json.loads((dataset / "dataset.json").read_text())
+    plan["provenance"][0]["versions"]["scene_synth_ros"] = "9.0"
+    other.write_text(json.dumps(plan))
     assert generate("--plan", other, "--out", tmp_path / "d") == 2
-    assert "the plan is of version 9." in capsys.readouterr().err and not (tmp_path / "d").exists()
+    assert "scene_synth_ros 0.1.0 here, 9.0 there" in capsys.readouterr().err and not (tmp_path / "d").exists()
 
 
 def test_a_damaged_shard_is_found_and_made_again(dataset: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -84,11 +85,14 @@ def test_a_damaged_shard_is_found_and_made_again(dataset: Path, capfd: pytest.Ca
     assert "shards/00002/00002_0.mcap: expected SHA-256" in capfd.readouterr().out and digests(dataset) == before
 
 
-def test_a_shard_that_was_cut_since_ends_the_card_in_one_line_that_says_what_to_do(
+def test_a_shard_that_was_damaged_since_ends_the_card_in_one_line_that_says_what_to_do(
     dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     cut = shutil.copytree(dataset, tmp_path / "cut")
-    os.truncate(cut / "shards" / "00002" / "00002_0.mcap", 2000)
+    file = cut / "shards" / "00002" / "00002_0.mcap"
+    size = file.stat().st_size
+    os.truncate(file, 2000)
+    os.truncate(file, size)
     assert generate("--out", cut, "--resume") == 2
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 1 and "shards/00002: expected the description of room 2, got none" in told[0] and "--resume --check" in told[0]

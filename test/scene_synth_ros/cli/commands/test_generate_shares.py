@@ -11,6 +11,7 @@ from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.commands.generate_command import Share, read_share
 from scene_synth_ros.cli.options import UsageError
+from scene_synth_ros.shards.completion import survey
 from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.plan import read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
@@ -57,7 +58,7 @@ def test_the_last_share_writes_the_manifest_that_a_single_run_writes(url: str, t
     plan, alone = read_plan(data, PLAN_NAME), LocalStore(tmp_path)
     for shard in (0, 1):
         make_shard(plan, shard, alone)
-    finish_dataset(plan, alone)
+    finish_dataset(plan, alone, survey(plan, alone))
     assert store.read(DATASET_MANIFEST_NAME) == alone.read(DATASET_MANIFEST_NAME)
     for name in ("00000/00000_0.mcap", "00001/metadata.yaml"):
         assert store.read(f"shards/{name}") == alone.read(f"shards/{name}")
@@ -71,6 +72,8 @@ def test_the_last_share_writes_the_manifest_that_a_single_run_writes(url: str, t
         (["--rooms", "3", "--finish"], "--finish: expected neither"),
         (["--finish"], "holds no dataset"),
         (["--shard", "0/2"], "holds no dataset"),
+        (["--rooms", "3", "--out", "s3://"], "s3://: expected a bucket and a folder, s3://bucket/folder, got no bucket"),
+        (["--rooms", "3", "--out", "s3:///rooms"], "s3:///rooms: expected a bucket"),
         (["--rooms", "3", "--shard", "2/2"], "--shard 2/2: expected I/N"),
         (["--rooms", "3", "--ray", "--shard", "0/2"], "not allowed with argument"),
     ],
@@ -78,7 +81,7 @@ def test_the_last_share_writes_the_manifest_that_a_single_run_writes(url: str, t
 def test_options_that_contradict_each_other_are_refused(
     words: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert generate(*words, "--out", str(tmp_path / "rooms")) == 2
+    assert generate("--out", str(tmp_path / "rooms"), *words) == 2
     assert says in capsys.readouterr().err
     assert not (tmp_path / "rooms").exists()
 

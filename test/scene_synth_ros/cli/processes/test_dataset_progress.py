@@ -6,7 +6,7 @@ from scene_synth_ros.cli.processes import dataset_progress
 from scene_synth_ros.cli.processes.dataset_progress import DatasetProgress
 from scene_synth_ros.shards.plan import DatasetPlan
 
-PLAN = DatasetPlan(rooms=8, frames=4, seed=1, rooms_per_shard=2, parameters={}, version="")
+PLAN = DatasetPlan(rooms=8, frames=4, seed=1, rooms_per_shard=2, parameters={})
 
 
 def test_a_share_counts_its_own_shards_and_frames() -> None:
