@@ -68,7 +68,7 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
 
 
 class CoarseLight(NamedTuple):
-    """The light that fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), if known, and bright ones."""
+    """What fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), if known, and bright ones."""
 
     atlas: Atlas
     luminance: NDArray[np.float32]
