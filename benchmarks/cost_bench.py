@@ -323,7 +323,7 @@ def manifest_figures(rooms: int = _MANIFEST_ROOMS) -> str:
             completion = _completion(plan, shard)
             path.write_bytes(document_bytes(completion))
             for row in completion["files"]:
-                file = path.with_name(row["name"])
+                file = path.parent / row["name"]
                 file.parent.mkdir(exist_ok=True)
                 with file.open("wb") as sparse:
                     sparse.truncate(row["bytes"])

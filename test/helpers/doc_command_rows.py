@@ -87,6 +87,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make bench": Parsed("takes many minutes, and speed is never judged in a test"),
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
+    "make soak SOAK_ROOMS=2000 SOAK_KILLS=50 SOAK_MINUTES=300": Parsed("takes hours"),
     ".venv/bin/python test/fuzz/campaign.py --cases 20000": Listed("takes minutes; test/fuzz runs campaigns"),
     # installing
     "apt install gcc g++ python3-dev chromium": Listed("needs root and the network"),
@@ -221,6 +222,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth generate --rooms 200 --seed 3 --out runs/kitchens --params ground_truth"
     " -p grammar_node.scene.room_type:=kitchen,dining_room": Parsed(_GENERATE),
     "scene_synth generate --resume --out runs/rooms": Parsed(_GENERATE),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --resume --out runs/rooms": Parsed(
+        "test/scene_synth_ros/cli/commands/test_generate_mixed.py::test_more_rooms_extend_a_dataset_whose_shards_and_splits_stay"
+    ),
     "scene_synth generate --resume --check --out runs/rooms": Parsed(f"{_GENERATE_TESTS}::test_a_damaged_shard_is_found_and_made_again"),
     "scene_synth generate --plan runs/rooms/dataset.json --out runs/again": Parsed(
         f"{_GENERATE_TESTS}::test_a_plan_makes_its_dataset_again_elsewhere_but_not_in_another_version"
@@ -229,6 +233,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "ros2 bag play": _ROS2CLI,
     "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
     "scene_synth split rooms --shares fit=2/3,check=1/3 --seed 7": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
+    "scene_synth split rooms --balance": Parsed(f"{_SPLIT}_a_balance_is_written_beside_the_same_rooms"),
+    "scene_synth split rooms --balance 0.3": Parsed(f"{_SPLIT}_a_balance_is_written_beside_the_same_rooms"),
     "scene_synth split rooms --ranges train=0:8000,val=8000:9000": Parsed(f"{_SPLIT}_filters_and_what_they_leave_out"),
     "scene_synth split rooms --sees bed,sofa --image-share 0.02 --objects 3: --brightness 0.15:0.85 --near 0.1:5": Parsed(
         f"{_SPLIT}_filters_and_what_they_leave_out"
