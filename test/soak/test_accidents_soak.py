@@ -30,7 +30,7 @@ from scene_synth_ros.workers.temporary_folder import remove_abandoned_folders
 pytestmark = pytest.mark.soak
 
 ENDS = int(os.environ.get("SOAK_ENDS", "100"))
-END_S, LATEST_S = 20.0, 12.0
+END_S, LATEST_S = 20.0, 5.0
 LATER, SOME_FRAMES = 0.7, 200_000
 """Share of the ends that come when some frames have been recorded, so many bytes; the others come while nodes begin."""
 ALONE = 0.5
@@ -38,10 +38,10 @@ ALONE = 0.5
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ROOMS, FRAMES = 200, 40
+LAYERS = {"color": "", "depth": "", "normals": "image_color", "semantic": "image_color labels label_info"}
+LAYERS["instance"] = LAYERS["semantic"]
 CAMERA = {"/synth/camera/pose"} | {
-    f"/synth/camera/{layer}/{name}"
-    for layer in ("color", "depth", "normals", "semantic", "instance")
-    for name in ("image_raw", "camera_info", *(("labels",) if layer in ("semantic", "instance") else ()))
+    f"/synth/camera/{layer}/{name}" for layer, more in LAYERS.items() for name in ("image_raw", "camera_info", *more.split())
 }
 """The topics of each frame."""
 PROFILE = f"""
@@ -91,10 +91,10 @@ def ended(suite: Suite, draw: random.Random) -> Ended:
     """End one of a suite's nodes, or what has started them, at a random moment; return when all its processes are gone."""
     who, how = draw.choice((*suite.nodes, "")), draw.choice(SIGNALS)
     try:
-        wait_until(lambda: len(suite.pids()) == len(suite.nodes), 60, "the nodes", suite.process)
+        wait_until(lambda: len(suite.pids()) == len(suite.nodes), 180, "the nodes", suite.process)
         files = [suite.bag / f"{suite.bag.name}_0.mcap{ending}" for ending in (".active", "")]
         if "recorder_node" in suite.nodes and draw.random() < LATER:
-            wait_until(lambda: any(file.is_file() and file.stat().st_size > SOME_FRAMES for file in files), 120, "frames", suite.process)
+            wait_until(lambda: any(file.is_file() and file.stat().st_size > SOME_FRAMES for file in files), 300, "frames", suite.process)
         time.sleep(draw.uniform(0.0, LATEST_S))
         began = time.monotonic()
         if who or how == signal.SIGKILL or draw.random() < ALONE:
