@@ -87,6 +87,11 @@ def folders(folder: Path) -> tuple[Path, dict[str, str]]:
     return temporary, environment() | {"TMPDIR": str(temporary), "SCENE_SYNTH_TEST": f"{os.getpid()}-{folder}"}
 
 
+def started(words: list[str], env: dict[str, str]) -> Child:
+    """Start a command in a session of its own, which hears SIGINT: what the shell of a job in the background starts ignores it."""
+    return Child(words, env=env, start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+
 def ended(suite: Suite, draw: random.Random) -> Ended:
     """End one of a suite's nodes, or what has started them, at a random moment; return when all its processes are gone."""
     who, how = draw.choice((*suite.nodes, "")), draw.choice(SIGNALS)
@@ -101,14 +106,13 @@ def ended(suite: Suite, draw: random.Random) -> Ended:
             os.kill(suite.pids()[who] if who else suite.process.pid, how)
         else:
             os.killpg(suite.process.pid, how)
-        output = "".join(suite.process.communicate(timeout=END_S))
         wait_until(
-            lambda: not suite.left(),
-            END_S - (time.monotonic() - began),
+            lambda: suite.process.poll() is not None and not suite.left(),
+            END_S,
             f"the processes to end after {how.name} of {who or 'all'}",
             suite.process,
         )
-        return Ended(who, how, output, time.monotonic() - began)
+        return Ended(who, how, "".join(suite.process.said()), time.monotonic() - began)
     finally:
         stop(suite.process)
         for pid in suite.left():
@@ -130,7 +134,7 @@ def test_whoever_is_ended_whenever_the_run_ends_with_its_name_and_a_whole_bag(tm
         bag = tmp_path / str(number) / "bag"
         temporary, env = folders(bag.parent)
         words = ["--rooms", ROOMS, "--frames", FRAMES, "-p", "grammar_node.scene.room_type:=hallway"]
-        process = Child(record_command(bag, *words), env=env, start_new_session=True)
+        process = started(record_command(bag, *words), env)
         suite = Suite(process, NODES, bag, temporary, env["SCENE_SYNTH_TEST"])
         end = ended(suite, draw)
         what = f"{number}: {end.who or 'run'} {end.how.name}\n{end.said}"
@@ -163,7 +167,7 @@ def launched(prefix: Path, folder: Path, **arguments: object) -> Suite:
     env = launch_environment(prefix, env, folder / "log")
     words = launch_command("synth.launch.py", params_file=folder / "small.yaml", bag_path=folder / "bag", **arguments)
     nodes = NODES if arguments else NODES[:2]
-    return Suite(Child(words, env=env, start_new_session=True), nodes, folder / "bag", temporary, env["SCENE_SYNTH_TEST"])
+    return Suite(started(words, env), nodes, folder / "bag", temporary, env["SCENE_SYNTH_TEST"])
 
 
 def test_whoever_is_ended_whenever_the_launch_ends_with_its_name_and_a_whole_bag(prefix: Path, tmp_path: Path) -> None:
