@@ -1,6 +1,6 @@
 """Leaves out frames of which something is missing, so that what is saved of a cut or damaged bag has whole frames only.
 
-The messages of a camera at one log time form a frame.  What it consists of is learned from all of them: the streams, and labels, that nearly
+The messages of a camera at one log time form a frame.  What it consists of is learned from all of them: the streams and labels that nearly
 every one has.  Cameras whose log times are not their stamps, as those of other recorders, teach nothing and keep all.
 """
 
