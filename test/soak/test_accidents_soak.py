@@ -66,6 +66,10 @@ class Suite(NamedTuple):
     def pids(self) -> dict[str, int]:
         return node_pids(self.marker)
 
+    def loading(self) -> bool:
+        """Return whether every node loads its own modules; before that it is Python that is ended."""
+        return all(b"numpy" in Path(f"/proc/{pid}/maps").read_bytes() for pid in self.pids().values())
+
     def left(self) -> list[int]:
         """Return the processes that live, whatever they are."""
         return [int(process.name) for process in marked_processes(self.marker)]
@@ -96,7 +100,7 @@ def ended(suite: Suite, draw: random.Random) -> Ended:
     """End one of a suite's nodes, or what has started them, at a random moment; return when all its processes are gone."""
     who, how = draw.choice((*suite.nodes, "")), draw.choice(SIGNALS)
     try:
-        wait_until(lambda: len(suite.pids()) == len(suite.nodes), 180, "the nodes", suite.process)
+        wait_until(lambda: len(suite.pids()) == len(suite.nodes) and suite.loading(), 180, "the nodes", suite.process)
         files = [suite.bag / f"{suite.bag.name}_0.mcap{ending}" for ending in (".active", "")]
         if "recorder_node" in suite.nodes and draw.random() < LATER:
             wait_until(lambda: any(file.is_file() and file.stat().st_size > SOME_FRAMES for file in files), 300, "frames", suite.process)
