@@ -40,6 +40,7 @@ from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
 from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
 from scene_description.catalog import Catalog
+from scene_description.rounding import rounded
 from scene_description.share import config_path
 
 PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
@@ -209,7 +210,7 @@ class SceneSynthesizer:
             parse_graph=sampled.parse_graph,
             validity=sampled.validity,
         )
-        return scene, cost
+        return rounded(scene), cost
 
     def layout(self, request: SceneRequest, seed: int, index: int) -> SampledRoom:
         """Sample a room as :meth:`synthesize` does, without looks, light and camera."""

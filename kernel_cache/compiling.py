@@ -24,7 +24,10 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
+from kernel_cache.processor import compile_for_all
 from kernel_cache.sources import source_stamp
+
+compile_for_all()
 
 
 def compiled(function: Callable[..., Any], **settings: Any) -> Any:

@@ -20,6 +20,7 @@ from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import NO_BOXES
+from kernel_cache import elementary as el
 from scene_description import CameraPose
 from scene_description.poses import look_at
 
@@ -69,7 +70,7 @@ def sample_camera_path(
     # sample position and direction at each frame
     along_m = step_m * np.arange(frames, dtype=np.float64)
     xy = position_at(walk, along_m)
-    z = lens_m + config.sway_m * np.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
+    z = lens_m + config.sway_m * el.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
     yaw, pitch = sample_directions(rng, views, mount, walk, along_m)
     poses = []
     for k in range(frames):

@@ -13,6 +13,7 @@ from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.view_ring import RING_COLUMNS, Ring, Views, best_columns, column_azimuth_rad
 from grammar.camera.walk import Walk, position_at
 from grammar.geometry.arrays import Floats
+from kernel_cache import elementary as el
 
 _KEY_SPACING_M = 0.3
 _YAW_SHARE = 0.75
@@ -56,7 +57,7 @@ def _scores(rng: np.random.Generator, config: CameraPathConfig, keys_m: Floats, 
     middle_m = 0.5 * min(length_m, config.path_length_m)
     best = azimuth[int(np.argmax(values[np.argmin(np.abs(keys_m - middle_m))]))]
     sweep_to = best + rng.choice([-1.0, 1.0]) * config.sweep_rad_per_m * (keys_m - middle_m)
-    return np.asarray(moves * values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None]))
+    return np.asarray(moves * values + config.sweep_weight * el.cos(azimuth[None, :] - sweep_to[:, None]))
 
 
 def _pitch_of_view(views: Views, mount: Mount, ring: Ring, column: int) -> float:

@@ -2,7 +2,10 @@
 
 from pathlib import Path
 
+from numba.core.registry import cpu_target
+
 from kernel_cache.compiling import KernelCache, SealedCacheFile, compiled
+from kernel_cache.processor import COMMON
 
 
 def cache(folder: Path, stamp: str) -> SealedCacheFile:
@@ -53,3 +56,8 @@ def test_kernels_work_where_no_folder_can_be_written(monkeypatch, capsys):
     assert [compiled(lambda x: x + 1)(1), compiled(lambda x: x + 2)(1)] == [2, 3]
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1 and lines[0].endswith("set NUMBA_CACHE_DIR to a folder that can")
+
+
+def test_one_cache_serves_all_processors_with_avx2():
+    """What numba puts into the key of an entry: the triple, the processor, its features."""
+    assert not COMMON or cpu_target.target_context.codegen().magic_tuple()[1:] == ("x86-64-v3", "")
