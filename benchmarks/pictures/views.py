@@ -14,7 +14,7 @@ from scene_description import CameraPose
 
 SIZE = (64, 48)
 LAYERS = ("depth", "normals", "instance")
-LEAST_SHARE = 0.002
+LEAST_SHARE = 0.0005
 """Of a picture's pixels, from which a thing counts as seen."""
 NEAR_M = 0.8
 
