@@ -76,9 +76,9 @@ class LightMeter:
     """Meters a room from small renderings along a path: one answer for all its frames, whatever the quality of their light.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
-    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in steps
-    of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen stay below.  Steps keep them the same on processors whose last bits
-    differ; everything else makes them depend on the scene only.
+    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in
+    steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen stay below.  Steps keep them the same on processors whose last
+    bits differ; everything else makes them depend on the scene only.
 
     ``config``: ``portable`` is taken from it; ``poses``: the path; a few of its views are metered.
     """

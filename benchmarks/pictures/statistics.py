@@ -1,8 +1,8 @@
 """Statistics by which pictures are told from photographs; all are of the display's codes, 0 to 255.
 
 Luma is 0.299 R + 0.587 G + 0.114 B (ITU-R BT.601).  Colourfulness: D. Hasler and S. Suesstrunk, "Measuring colourfulness in natural
-images", Human Vision and Electronic Imaging VIII (2003).  Contrast: root mean square of luma over 255.  Grain: of the twentieth of tiles that
-are flattest, the deviation that is left behind a plane.  Corners: E. Rosten and T. Drummond, "Machine learning for high-speed corner
+images", Human Vision and Electronic Imaging VIII (2003).  Contrast: deviation of luma over 255.  Grain: of the twentieth of tiles that are
+flattest, the deviation that a plane leaves.  Corners: E. Rosten and T. Drummond, "Machine learning for high-speed corner
 detection", ECCV 2006, threshold 20.
 """
 

@@ -23,13 +23,11 @@ _PITCH_TO_OBJECTS = 0.7
 """Weight of the elevation of objects in view against the middle of the mount's range of pitch."""
 
 _TURN_COST = 0.002
-_FIRST_VIEWS = 3.0
-"""How many views the first one counts for: it is the one that is looked at, if only one is."""
 _PITCH_OFFSET_SD_RAD = 0.03
 
 
 class Gaze(NamedTuple):
-    """Where a camera looks along a walk: keys (k,) of progress in metres, their rings, columns (k,) of the rings, what their views are worth."""
+    """Where a camera looks along a walk: keys (k,) of progress in metres, their rings, columns of these, and what views are worth."""
 
     keys_m: Floats
     rings: list[Ring]
@@ -69,17 +67,17 @@ def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, gaze
 def _scores(config: CameraPathConfig, keys_m: Floats, values: Floats, *, moves: bool) -> Floats:
     """Return (k, RING_COLUMNS) what each direction is worth at each key: its view, and its nearness to a steady sweep of the room.
 
-    The sweep is the one, of all beginnings and both senses, whose views are best, the first view counting ``_FIRST_VIEWS`` times.  A camera
+    The sweep is the one, of all beginnings and both senses, whose views are best, the first view counting ``first_weight`` times.  A camera
     that cannot move only sweeps.
     """
     azimuth, keys = column_azimuth_rad(), np.arange(len(keys_m))
     step = 2.0 * math.pi / RING_COLUMNS
-    counts = np.where(keys == 0, _FIRST_VIEWS, 1.0)
+    counts = np.where(keys == 0, config.first_weight, 1.0)
     sweeps = [begin + sense * config.sweep_rad_per_m * keys_m for sense in (-1.0, 1.0) for begin in azimuth]
     worth = [counts @ values[keys, np.rint(sweep / step).astype(np.int64) % RING_COLUMNS] for sweep in sweeps]
     sweep_to = sweeps[int(np.argmax(worth))]
     scores = moves * values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None])
-    scores[0] += (_FIRST_VIEWS - 1.0) * moves * values[0]
+    scores[0] += (config.first_weight - 1.0) * moves * values[0]
     return np.asarray(scores)
 
 

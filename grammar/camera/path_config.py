@@ -20,7 +20,7 @@ Trials = Annotated[int, Limits(ge=1, le=1000)]
 
 
 class ViewWeights(NamedTuple):
-    """How a view is judged, as :func:`grammar.camera.view_ring.view_values` has it: distances in metres, a share, and weights of its terms."""
+    """How a view is judged, as :func:`grammar.camera.view_ring.view_values` has it: distances in metres, a share, and weights."""
 
     near_m: float
     far_m: float
@@ -73,6 +73,7 @@ class CameraPathConfig:
     line_weight: Weight
     travel_weight: Weight
     sweep_weight: Weight
+    first_weight: Annotated[float, Limits(ge=1.0, le=100.0)]
     sweep_rad_per_m: Annotated[float, Limits(ge=0.0, le=10.0, unit="rad/m")]
     viewpoints: Annotated[int, Limits(ge=2, le=100)]
     viewpoint_trials: Trials

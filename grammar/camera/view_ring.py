@@ -1,8 +1,8 @@
 """What a camera would see from a point of the room in every horizontal direction, judged coarsely by casting rays at walls and boxes.
 
 A ring is a bundle of rays, ``RING_COLUMNS`` azimuths times the given elevations.  A view is as many neighbouring columns as the field of
-view spans.  Its value grows with how far it sees, how many different objects it shows, and with windows and lamps; it falls with what stands
-right before the lens, and with a plane or an object that fills it.
+view spans.  Its value grows with how far it sees, how many different objects it shows, and with windows and lamps; it falls with what
+stands right before the lens, and with a plane or an object that fills it.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def _nearest_wall(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
 
 @kernel
 def _box_entry(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
-    """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside, and the axis entered by."""
+    """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside, and its axis."""
     px, py = position[0] - box[X], position[1] - box[Y]
     u, v = px * box[COS_YAW] + py * box[SIN_YAW], py * box[COS_YAW] - px * box[SIN_YAW]
     du, dv = dx * box[COS_YAW] + dy * box[SIN_YAW], dy * box[COS_YAW] - dx * box[SIN_YAW]

@@ -75,7 +75,7 @@ class Denoiser:
         return self._images["output"].copy()
 
     def _prepare(self, shape: tuple[int, ...]) -> None:
-        """Set the networks up for images of a size, which takes as long as an image does; the guides are replaced by what is left of them."""
+        """Set the networks up for images of a size, which takes as long as an image does; the guides are cleaned in place."""
         self._release()
         self._images = {name: np.zeros(shape, np.float32) for name in ("color", "albedo", "normal", "output")}
         guides = {name: self._images[name] for name in ("albedo", "normal")}

@@ -1,8 +1,9 @@
-"""Local tone mapping: what is broad in the light is compressed, what is fine keeps its contrast, so that a room and its windows are readable.
+"""Local tone mapping: what is broad in the light is compressed, what is fine keeps its contrast: a room and its windows are readable.
 
-The base layer of the logarithm of luminance is what a guided filter leaves of it, which smooths but keeps edges (K. He, J. Sun and X. Tang,
-"Guided Image Filtering", IEEE PAMI 35, 2013); the detail is the rest (F. Durand and J. Dorsey, "Fast Bilateral Filtering for the Display of
-High-Dynamic-Range Images", SIGGRAPH 2002).  The base is drawn towards middle grey by the same function in every frame, so frames agree.
+The base layer of the logarithm of luminance is what a guided filter leaves of it, which smooths but keeps edges (K. He, J. Sun and
+X. Tang, "Guided Image Filtering", IEEE PAMI 35, 2013); the detail is the rest (F. Durand and J. Dorsey, "Fast Bilateral Filtering for the
+Display of High-Dynamic-Range Images", SIGGRAPH 2002).  The base is drawn towards middle grey by the same function in every frame, so
+frames agree.
 """
 
 from __future__ import annotations

@@ -79,9 +79,9 @@ def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "
 
 
 def from_display(codes: NDArray[np.uint8], exposure: Exposure, curve: str = "srgb") -> NDArray[np.float32]:
-    """Return the luminance (height, width, 3) in cd/m2 that is shown by codes, each as the middle of its code; not of what was mapped locally.
+    """Return the luminance (height, width, 3) in cd/m2 that codes show, each the middle of its code.
 
-    Code 0 stands for the black of the exposure, 255 for the least that is shown as white.
+    Code 0 stands for the black of the exposure, 255 for the least that is shown as white; local tone mapping and grain stay in it.
     """
     light = _light_of(curve, linear_from_srgb(np.arange(256) / 255.0), exposure.black)
     balanced = light[codes].astype(np.float64) * white_luminance(exposure.ev100)

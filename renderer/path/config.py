@@ -58,9 +58,7 @@ class RenderConfig:
     ] = 5500.0
     tone_curve: Annotated[
         Literal["camera", "filmic", "srgb"],
-        Limits(
-            description="Display curve: camera is an S with a black point; filmic keeps what is brighter than white apart; srgb clips it"
-        ),
+        Limits(description="Display curve: camera, an S with a black point; filmic keeps what is brighter than white apart; srgb clips it"),
     ] = "camera"
     local_tone_stops: Annotated[
         float,
