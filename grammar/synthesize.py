@@ -24,6 +24,7 @@ from grammar.appearance.restrict import restricted
 from grammar.camera.camera_path import CameraSpace, sample_camera_path
 from grammar.camera.camera_path import CameraTimes as CameraTimes
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
+from grammar.camera.sights import find_sights
 from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
 from grammar.derivation.plan import check_room_size, make_plan
@@ -190,9 +191,9 @@ class SceneSynthesizer:
         room, objects = apply_looks(rng["looks"], pool, request, room, objects)
         # sample the light and the camera's path, which small things do not change
         lights, spots, environment = self._light(rng, request, room, objects)
-        boxes, _ = object_solids(self.categories, furnished.objects)
+        boxes, owners = object_solids(self.categories, furnished.objects)
         objects = tuple(item for item in objects if item.id not in gone)
-        space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room))
+        space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room), find_sights(room, owners, lights))
         path = sample_camera_path(rng["camera"], self.camera, space, times)
         scene = SceneDescription(
             schema=SCHEMA,
