@@ -47,6 +47,11 @@ class CameraSpace(NamedTuple):
     boxes: Boxes
     roof: Boxes = NO_BOXES
 
+    def views(self, config: CameraPathConfig, lens_m: float) -> Views:
+        """Return what views are judged in, for a lens at a height."""
+        solids = np.ascontiguousarray(np.concatenate([self.boxes, self.roof]), np.float64)
+        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, solids, lens_m, len(self.boxes))
+
 
 def sample_camera_path(
     rng: np.random.Generator, config: CameraPathConfig, space: CameraSpace, times: CameraTimes
@@ -58,14 +63,13 @@ def sample_camera_path(
     rotation.
     """
     # draw who carries the camera, and walk
-    mount, lens_m = _sample_mount(rng, config, space.height_m)
-    solids = np.ascontiguousarray(np.concatenate([space.boxes, space.roof]), np.float64)
-    views = Views(config, np.ascontiguousarray(space.polygon_m, np.float64), space.height_m, solids, lens_m, len(space.boxes))
+    mount, lens_m = sample_mount(rng, config, space.height_m)
+    views = space.views(config, lens_m)
     frames = times.frames
     step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / times.rate_hz))
     length_m = step_m * (frames - 1)
     ground = choose_ground(views.polygon, views.boxes, lens_m, config.sway_m, config.body_radius_m, config.clearance_m, config.resolution_m)
-    walk = _best_walk(rng, views, ground, length_m)
+    walk = best_walk(rng, views, ground, length_m)
     # sample position and direction at each frame
     along_m = step_m * np.arange(frames, dtype=np.float64)
     xy = position_at(walk, along_m)
@@ -79,7 +83,7 @@ def sample_camera_path(
     return tuple(poses)
 
 
-def _sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
+def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
     """Draw a mount and the height of its lens, which stays below the ceiling."""
     mounts = list(config.mounts.values())
     weights = np.array([mount.probability for mount in mounts])
@@ -88,7 +92,7 @@ def _sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: 
     return mount, min(lens_m, height_m - config.clearance_m - config.sway_m)
 
 
-def _best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> Walk:
+def best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> Walk:
     """Return the walk with the best views out of a few; the longer the walk, the fewer are tried."""
     config = views.config
     cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials]
