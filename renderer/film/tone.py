@@ -12,7 +12,7 @@ IEEE PAMI 26, 2004).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -172,7 +172,11 @@ _SHOULDER = _fit_shoulder()
 _CAMERA_GAIN, _CAMERA_HALF = _fit_camera()
 _HALF_CODES = (np.arange(255) + 0.5) / 255.0
 _HALF_LIGHT = linear_from_srgb(_HALF_CODES)
-_INVERSES = {"camera": _unphotograph, "filmic": _unfilm, "srgb": lambda shown, black: shown}
+_INVERSES: dict[str, Callable[[NDArray[np.float64], float], NDArray[np.float64]]] = {
+    "camera": _unphotograph,
+    "filmic": _unfilm,
+    "srgb": lambda shown, black: shown,
+}
 """Name -> what light is shown as linear values in [0, 1], given the black."""
 
 
