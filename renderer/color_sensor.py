@@ -23,6 +23,7 @@ from renderer.camera.sensor import expose, magnify_channels, vignetting
 from renderer.files.image_io import through_jpeg
 from renderer.film.tone import Exposure, balance, encode, thresholds, to_display, white_luminance
 from renderer.film.white_balance import adaptation
+from scene_description.products import inverse
 
 _LEAST_OF_WHITE = 1.0 / 16.0
 """Of its brightest channel, the least of the others by which a mosaic is balanced: the blue of a candle is next to nothing."""
@@ -57,6 +58,6 @@ def read_color(
 
 def _interpolated(read: NDArray[np.float32], sensor: SensorConfig, exposure: Exposure) -> NDArray[np.float32]:
     """Return what is left of linear colour behind a mosaic; channels are interpolated as multiples of what white has."""
-    white = np.linalg.solve(adaptation(exposure.white_xy), np.ones(3))
+    white = inverse(adaptation(exposure.white_xy)).sum(axis=1)
     white = np.maximum(white, _LEAST_OF_WHITE * white.max()).astype(np.float32)
     return np.asarray(demosaic(mosaic(read / white, sensor.bayer), sensor.bayer, sensor.demosaic) * white)

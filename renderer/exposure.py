@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel_cache import elementary as el
 from renderer.camera.config import CameraConfig, LensModel, SensorConfig
 from renderer.camera.lenses import LENSES
 from renderer.core.color import LUMINANCE
@@ -20,6 +21,7 @@ from renderer.renderer import Renderer
 from renderer.scene.flat_scene import FlatScene
 from scene_description import CameraPose
 from scene_description.color_temperature import D65_XY
+from scene_description.products import matmul
 
 METER_CONSTANT = 12.5
 """K of ISO 2720 for reflected light, cd/m2 at EV 0 and ISO 100 times 100."""
@@ -106,8 +108,8 @@ class LightMeter:
                 self._seen.append((frame.radiance[seen], frame.layers["albedo"][seen].astype(np.float32)))
                 del self._left[0]
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
-        luminance = light.astype(np.float64) @ LUMINANCE
-        logs = np.mean([np.log2(np.maximum(view.astype(np.float64) @ LUMINANCE, _DARKEST)).mean() for view, _ in self._seen])
+        luminance = matmul(light.astype(np.float64), LUMINANCE)
+        logs = np.mean([el.log2(np.maximum(matmul(view.astype(np.float64), LUMINANCE), _DARKEST)).mean() for view, _ in self._seen])
         bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
         ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)

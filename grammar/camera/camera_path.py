@@ -21,6 +21,7 @@ from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import NO_BOXES
+from kernel_cache import elementary as el
 from scene_description import CameraPose
 from scene_description.poses import look_at
 
@@ -51,6 +52,19 @@ class CameraSpace(NamedTuple):
     roof: Boxes = NO_BOXES
     sights: Sights = NO_SIGHTS
 
+    @property
+    def solids(self) -> Boxes:
+        """Solids and boxes of the roof, which nothing passes through."""
+        return np.ascontiguousarray(np.concatenate([self.boxes, self.roof]), np.float64)
+
+    def views(self, config: CameraPathConfig, lens_m: float) -> Views:
+        """Return what views are judged in, for a lens at a height."""
+        seen = np.ascontiguousarray(np.concatenate([self.boxes, self.sights.openings, self.roof]), np.float64)
+        things = len(self.boxes) + len(self.sights.openings)
+        bright = np.zeros(things, np.bool_)
+        bright[: len(self.sights.bright)] = self.sights.bright
+        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)
+
 
 def sample_camera_path(
     rng: np.random.Generator, config: CameraPathConfig, space: CameraSpace, times: CameraTimes
@@ -62,22 +76,18 @@ def sample_camera_path(
     rotation.
     """
     # draw who carries the camera, and walk
-    mount, lens_m = _sample_mount(rng, config, space.height_m)
-    solids = np.ascontiguousarray(np.concatenate([space.boxes, space.roof]), np.float64)
-    seen = np.ascontiguousarray(np.concatenate([space.boxes, space.sights.openings, space.roof]), np.float64)
-    things = len(space.boxes) + len(space.sights.openings)
-    bright = np.zeros(things, np.bool_)
-    bright[: len(space.sights.bright)] = space.sights.bright
-    views = Views(config, np.ascontiguousarray(space.polygon_m, np.float64), space.height_m, seen, lens_m, things, bright)
+    mount, lens_m = sample_mount(rng, config, space.height_m)
+    views = space.views(config, lens_m)
     frames = times.frames
     step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / times.rate_hz))
     length_m = step_m * (frames - 1)
-    ground = choose_ground(views.polygon, solids, lens_m, config.sway_m, config.body_radius_m, config.clearance_m, config.resolution_m)
-    walk, gaze = _best_walk(rng, views, ground, length_m)
+    keep_m = (config.body_radius_m, config.clearance_m)
+    ground = choose_ground(views.polygon, space.solids, lens_m, config.sway_m, *keep_m, config.resolution_m)
+    walk, gaze = best_walk(rng, views, ground, length_m)
     # sample position and direction at each frame
     along_m = step_m * np.arange(frames, dtype=np.float64)
     xy = position_at(walk, along_m)
-    z = lens_m + config.sway_m * np.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
+    z = lens_m + config.sway_m * el.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
     yaw, pitch = sample_directions(rng, views, mount, gaze, along_m)
     poses = []
     for k in range(frames):
@@ -87,7 +97,7 @@ def sample_camera_path(
     return tuple(poses)
 
 
-def _sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
+def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
     """Draw a mount and the height of its lens, which stays below the ceiling."""
     mounts = list(config.mounts.values())
     weights = np.array([mount.probability for mount in mounts])
@@ -96,7 +106,7 @@ def _sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: 
     return mount, min(lens_m, height_m - config.clearance_m - config.sway_m)
 
 
-def _best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> tuple[Walk, Gaze]:
+def best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> tuple[Walk, Gaze]:
     """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried."""
     config = views.config
     cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials]

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel_cache import elementary as el
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
 from renderer.film.local_tone import compress_base
@@ -129,7 +130,7 @@ def _balance(radiance: NDArray[np.float32], matrix: NDArray[np.float32], balance
 def filmic(linear: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the filmic curve: x up to the knee k, then k + c ln(1 + (x - k) / c), so that it is smooth and 1 at ``FILMIC_WHITE``."""
     over = np.maximum(np.asarray(linear, np.float64) - FILMIC_KNEE, 0.0)
-    return np.asarray(np.minimum(linear, FILMIC_KNEE) + _SHOULDER * np.log1p(over / _SHOULDER))
+    return np.asarray(np.minimum(linear, FILMIC_KNEE) + _SHOULDER * el.log1p(over / _SHOULDER))
 
 
 def _fit_shoulder() -> float:
@@ -160,7 +161,7 @@ def _fit_camera() -> tuple[float, float]:
 def _unfilm(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
     del black
     over = np.maximum(shown - FILMIC_KNEE, 0.0)
-    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * np.expm1(over / _SHOULDER)
+    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER)
 
 
 def _unphotograph(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
@@ -208,8 +209,8 @@ def thresholds(response: str, gamma: float, points: Sequence[float]) -> NDArray[
         return _where_reached(np.asarray(points, np.float64))
     light = {
         "srgb": _HALF_LIGHT,
-        "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, ((_HALF_CODES + 0.099) / 1.099) ** (1.0 / 0.45)),
-        "gamma": _HALF_CODES**gamma,
+        "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, el.power((_HALF_CODES + 0.099) / 1.099, 1.0 / 0.45)),
+        "gamma": el.power(_HALF_CODES, gamma),
     }
     return light[response].astype(np.float32)
 

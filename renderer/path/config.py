@@ -74,5 +74,9 @@ class RenderConfig:
     cache_light_samples: Annotated[int, Limits(ge=2, le=1024, description="About how many points on lights such a point looks at")] = 128
     threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
     portable: Annotated[
-        bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")
+        bool,
+        Limits(
+            description="Trace rays without AVX-512, so that images are the same on processors with and without it",
+            fixed="the ray tracing device is made once",
+        ),
     ] = False

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel_cache import elementary as el
 from renderer.textures.noise import Field, cells, coordinates, covered, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
@@ -30,7 +31,7 @@ def _laid(
     rounding = smooth_step(3.2 * joint, 1.0 * joint, edge)
     lean_u, lean_v = (per_cell(rng, index, count) - np.float32(0.5) for _ in range(2))
     u, v = coordinates(request.shape)
-    lean = 0.06 * (np.sin(2 * math.pi * u) * lean_u + np.sin(2 * math.pi * v) * lean_v)
+    lean = 0.06 * (el.sin(2 * math.pi * u) * lean_u + el.sin(2 * math.pi * v) * lean_v)
     shade = (1.0 + spread * tone + 0.02 * cloud * free) * (1.0 - 0.25 * rounding * free)
     height = -rounding * rounding * 0.8 - 0.2 * grout + 0.03 * cloud * free + lean * free
     rough = 0.55 * grout + 0.02 * cloud * free
@@ -97,7 +98,7 @@ def brick(rng: np.random.Generator, request: Request) -> Pattern:
     grit = noise(rng, request.shape, 30.0, 200.0, 0.2)
     shade = 1.0 + free * 0.34 * (tone - 0.5) + 0.07 * grit + 0.04 * rough_edge
     height = -smooth_step(0.16, 0.05, edge) + free * (0.12 * rough_edge + 0.10 * grit) + mortar * 0.06 * grit
-    return Pattern((mortar, (0.55 * burnt**3 * free)), shade, 0.05 * mortar, height)
+    return Pattern((mortar, (0.55 * burnt * burnt * burnt * free)), shade, 0.05 * mortar, height)
 
 
 def concrete(rng: np.random.Generator, request: Request) -> Pattern:
@@ -149,10 +150,10 @@ def marble(rng: np.random.Generator, request: Request) -> Pattern:
     first = noise(rng, shape, 1.0, 10.0, 1.6) + 0.35 * fold
     second = noise(rng, shape, 2.0, 30.0, 1.4) + 0.25 * fold
     strength = smooth_step(-1.1, 1.0, noise(rng, shape, 1.0, 5.0, 1.0))
-    veins = np.exp(-np.abs(first) * 11.0) * strength + 0.35 * np.exp(-np.abs(first) * 3.0) * strength
+    veins = el.exp(-np.abs(first) * 11.0) * strength + 0.35 * el.exp(-np.abs(first) * 3.0) * strength
     threads = np.zeros_like(first)
     for level, weight in ((0.0, 0.6), (1.1, 0.45), (-1.0, 0.35)):  # lines of equal height never cross, as cracks that heal side by side
-        threads += weight * np.exp(-np.abs(second - level) * 22.0)
+        threads += weight * el.exp(-np.abs(second - level) * 22.0)
     threads *= 0.35 + 0.65 * strength
     cloud = 0.32 * smooth_step(-0.5, 2.2, fold)
     vein = np.clip(veins + threads, 0.0, 1.0)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel_cache import elementary as el
 from renderer.core.kernel import entry
 
 Field = NDArray[np.floating[Any]]
@@ -66,7 +67,7 @@ def _gain(shape: Shape, low: float, high: float, slope: float, stretch: tuple[fl
     fy = np.fft.fftfreq(height, 1.0 / height).astype(np.float32)[:, None] * np.float32(stretch[1])
     square = fx * fx + fy * fy
     square[0, 0] = 1e6
-    gain = np.exp(-square / np.float32(high * high)) * square ** np.float32(-0.5 * slope)
+    gain = el.exp(-square / np.float32(high * high)) * el.power(square, np.float32(-0.5 * slope))
     gain[square < low * low] = 0.0
     gain[0, 0] = 0.0
     power = float((gain.astype(np.float64) ** 2).sum())

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel_cache import elementary as el
 from renderer.core.kernel import entry
 from renderer.textures.noise import Field, Shape, coordinates, covered, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
@@ -49,7 +50,7 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
     center = float(rng.uniform(0.35, 0.65))
     off = np.abs(((v - center + 0.5) % 1.0) - 0.5)
     flow = noise(rng, shape, 0.5, 5.0, 1.6, (3.0, 1.0))
-    dip = 0.16 + 0.09 * np.cos(2.0 * math.pi * (u + float(rng.random()))) + 0.02 * flow
+    dip = 0.16 + 0.09 * el.cos(2.0 * math.pi * (u + float(rng.random()))) + 0.02 * flow
     phase = rings * np.sqrt(off * off + dip * dip) * 1.7
     dark = np.zeros(shape, np.float32)
     for _ in range(knots):
@@ -57,14 +58,14 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
         dv = (v - float(rng.random()) + 0.5) % 1.0 - 0.5
         size = float(rng.uniform(0.012, 0.03))
         distance = np.sqrt(du * du + dv * dv * 1.4)
-        phase = phase + 2.4 * np.exp(-distance / (2.2 * size)) * (1.0 + 0.15 * flow)
+        phase = phase + 2.4 * el.exp(-distance / (2.2 * size)) * (1.0 + 0.15 * flow)
         dark = np.maximum(dark, smooth_step(1.25 * size, 0.7 * size, distance))
     wander = noise(rng, shape, 2.0, 40.0, 1.0, (14.0, 1.0))
     phase = phase + 0.10 * wander
     ring = np.floor(phase).astype(np.int32)
     part = phase - np.floor(phase)
     strength = per_cell(rng, ring % 256, 256)
-    late = (part**2.2) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
+    late = (el.power(part, 2.2)) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
     fibre = noise(rng, shape, 20.0, 160.0, 0.2, (16.0, 1.0))
     pores = smooth_step(1.35, 2.3, fibre) * (0.35 + 0.5 * late)
     broad = noise(rng, shape, 0.5, 3.0, 1.0, (2.0, 1.0))

@@ -51,11 +51,12 @@ def test_a_body_turned_inside_out_is_lit_like_any_other():
 
 def test_hits_between_nodes_within_something_are_lit_and_counted():
     """A post with a square hole that is less wide than nodes are apart stands on the floor: all nodes of that cell lie within its walls."""
-    walls = [((-0.3, -0.3), (0.3, -0.02)), ((-0.3, 0.02), (0.3, 0.3)), ((-0.3, -0.02), (-0.02, 0.02)), ((0.02, -0.02), (0.3, 0.02))]
+    # Nodes of the floor, 4 m wide, lie 0.09875 m apart from its middle on.
+    walls = [((-0.3, -0.3), (0.3, 0.03)), ((-0.3, 0.07), (0.3, 0.3)), ((-0.3, 0.03), (0.03, 0.07)), ((0.07, 0.03), (0.3, 0.07))]
     posts = [box((*low, 0), (*high, 0.03), object_id=3 + i, name=f"{3 + i}/post") for i, (low, high) in enumerate(walls)]
     lamp = quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2)
     flat = scene(box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0), lamp, *posts)
-    view = pose((0.001, 0, 0.2), (0, 0, 0))
+    view = pose((0.051, 0.05, 0.2), (0.05, 0.05, 0))
     with Renderer(flat, CameraConfig(width=32, height=24, horizontal_fov_rad=0.15), CACHED, 5) as renderer:
         image = renderer.render(view, 0, ("radiance",)).radiance
         assert renderer.cached().strays == image[..., 0].size
