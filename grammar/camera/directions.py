@@ -75,7 +75,7 @@ def _scores(config: CameraPathConfig, keys_m: Floats, values: Floats, *, moves: 
     step = 2.0 * math.pi / RING_COLUMNS
     counts = np.where(keys == 0, config.first_weight, 1.0)
     sweeps = [begin + sense * config.sweep_rad_per_m * keys_m for sense in (-1.0, 1.0) for begin in azimuth]
-    worth = [counts @ values[keys, np.rint(sweep / step).astype(np.int64) % RING_COLUMNS] for sweep in sweeps]
+    worth = [float((counts * values[keys, np.rint(sweep / step).astype(np.int64) % RING_COLUMNS]).sum()) for sweep in sweeps]
     sweep_to = sweeps[int(np.argmax(worth))]
     scores = moves * values + config.sweep_weight * el.cos(azimuth[None, :] - sweep_to[:, None])
     scores[0] += (config.first_weight - 1.0) * moves * values[0]

@@ -395,6 +395,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.pictures --write": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),
+    ".venv/bin/python -m benchmarks.pictures --views 24 --write": Parsed(
+        "takes minutes; test/benchmarks/test_pictures.py has its measures"
+    ),
     ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
