@@ -233,6 +233,7 @@ class RoomLoop:
             frame=index,
             exposure_ev100=exposure.ev100,
             white_xy=exposure.white_xy,
+            black=exposure.black,
             render=self._room.settings.render,
             scan=self._scan_config,
             sent=life.sent,

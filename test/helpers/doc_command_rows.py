@@ -217,6 +217,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "scene_synth replay BAG --rate 2 --topics /synth/camera/color/image_raw --remap /synth/camera/color/image_raw:=/camera/image"
     ),
     # rooms
+    "scene_synth generate": Named(),
     "scene_synth generate --rooms 1000 --frames 8 --seed 1 --params ground_truth --out runs/rooms": Parsed(_GENERATE),
     "scene_synth generate --rooms 5000 --seed 1 --overlay balanced --shard-size 1GB --out runs/pictures": Parsed(_GENERATE),
     "scene_synth generate --rooms 200 --seed 3 --out runs/kitchens --params ground_truth"
