@@ -1,9 +1,9 @@
 """Encoders of two wheels, and the odometry that is made of them with a covariance that covers its error.
 
-Odometry integrates what the encoders say along arcs, corrected to second order for what changes on them, with nominal radii and track.  Its covariance is propagated to first order for the
-state (x, y, heading, errors of both radii and of the track), so that what errs the same way all the time is told as such (the augmented
-state of J. Borenstein and L. Feng's systematic errors, "Measurement and correction of systematic odometry errors in mobile robots", IEEE
-Trans. Robotics and Automation 12(6), 1996).
+Odometry integrates what the encoders say along arcs, corrected to second order for what changes on them, with nominal radii and track.
+Its covariance is propagated to first order for the state (x, y, heading, errors of both radii and of the track), so that what errs the same
+way all the time is told as such (the systematic errors of J. Borenstein and L. Feng, "Measurement and correction of systematic odometry
+errors in mobile robots", IEEE Trans. Robotics and Automation 12(6), 1996).
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def integrate_odometry(ways, track, slip, radius_error, track_error, pose, covar
                     spread[i, j] += variance * noise[i] * noise[j]
         for i in range(3):
             for j in range(3):
-                covariance[k, i, j] = spread[i, j]
+                covariance[k, i, j] = 0.5 * (spread[i, j] + spread[j, i])
 
 
 def _rounding_variance(config: WheelsConfig) -> float:
