@@ -36,6 +36,7 @@ from renderer.scene.environment_map import read_rgbe
 from scene_description import FileReading, read_scene, scene_to_json
 from scene_description.annotations import annotations_from_json
 from scene_description.share import config_path
+from scene_description.tum_trajectory import trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, read_manifest
 from scene_synth_ros.bags.bag_metadata import BagMetadata, FileInfo, TopicInfo, metadata_file, read_metadata
 from scene_synth_ros.bags.dataset_files import (
@@ -52,7 +53,6 @@ from scene_synth_ros.bags.qos_metadata import OfferedQos, qos_text, read_qos
 from scene_synth_ros.bags.run_info import read_parameters
 from scene_synth_ros.cli.commands.sample_command import parse_constraints
 from scene_synth_ros.cli.parameters.run_profile import apply_overrides, load_profile
-from scene_synth_ros.convert.tum_trajectory import trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.dataset.folders import open_folder
 from scene_synth_ros.dataset.places import find_bags, read_split
 from scene_synth_ros.dataset.rooms import RoomInfo

@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core.registry import cpu_target
 
 from kernel_cache.compiling import KernelCache, SealedCacheFile, compiled
+from kernel_cache.processor import COMMON
 
 
 def cache(folder: Path, stamp: str) -> SealedCacheFile:
@@ -157,3 +159,8 @@ def test_first_kernels_of_processes_at_once_of_which_some_are_killed_are_right_a
     env = {**os.environ, "PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     done = subprocess.run([sys.executable, "-c", AT_ONCE, "1", "2"], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_one_cache_serves_all_processors_with_avx2():
+    """What numba puts into the key of an entry: the triple, the processor, its features."""
+    assert not COMMON or cpu_target.target_context.codegen().magic_tuple()[1:] == ("x86-64-v3", "")
