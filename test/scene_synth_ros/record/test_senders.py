@@ -14,7 +14,7 @@ from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.frame_intake import MAX_STRAY_NS
 from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.senders import PATIENCE, Origin, Senders
+from scene_synth_ros.record.senders import PATIENCE, SPEAKERS_PATIENCE, Origin, Senders
 from scene_synth_ros.suite.connections import Endpoint
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus
@@ -80,6 +80,11 @@ def test_a_stranger_beside_the_suite_makes_a_topic_foreign(senders: Senders, gra
     assert senders.judge("/synth/camera/color") is Origin.SUITE
     graph.nodes["/synth/camera/color"].clear()
     assert senders.judge("/synth/camera/color") is Origin.SUITE, "as before, while nobody publishes it"
+
+
+def test_a_stranger_that_speaks_on_status_too_is_one_in_the_end(senders: Senders, graph: Graph) -> None:
+    graph.nodes["/synth/status"].append("/synth/robot")
+    assert [senders.judge(STRANGER) for _ in range(SPEAKERS_PATIENCE + 1)][-2:] == [Origin.UNKNOWN, Origin.OTHERS]
 
 
 def test_a_renderer_whose_status_is_still_on_its_way_is_waited_for(senders: Senders, graph: Graph) -> None:
