@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
 from renderer.film.white_balance import Chromaticity, adaptation
@@ -119,7 +119,7 @@ def _fit_shoulder() -> float:
 
 def _unfilm(shown: NDArray[np.float64]) -> NDArray[np.float64]:
     over = np.maximum(shown - FILMIC_KNEE, 0.0)
-    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER)
+    return np.asarray(np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER))
 
 
 _SHOULDER = _fit_shoulder()
@@ -153,7 +153,7 @@ def thresholds(response: str, gamma: float, points: Sequence[float]) -> NDArray[
         "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, el.power((_HALF_CODES + 0.099) / 1.099, 1.0 / 0.45)),
         "gamma": el.power(_HALF_CODES, gamma),
     }
-    return light[response].astype(np.float32)
+    return np.asarray(light[response], np.float32)
 
 
 def encode(light: NDArray[np.float32], first: NDArray[np.float32]) -> NDArray[np.uint8]:

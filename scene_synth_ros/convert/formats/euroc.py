@@ -104,7 +104,8 @@ class FormatWriter(Writer):
         """Return where a camera is against the first one, (4, 4)."""
         where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
         first = {pose.stamp_ns: pose for pose in body}
-        found = [matmul(camera_from_world(first[pose.stamp_ns]), world_from_camera(pose)) for pose in state.poses if pose.stamp_ns in first]
+        paired = [pose for pose in state.poses if pose.stamp_ns in first]
+        found: list[NDArray[np.float64]] = [matmul(camera_from_world(first[pose.stamp_ns]), world_from_camera(pose)) for pose in paired]
         if not found:
             raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
         if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > _STILL:
