@@ -30,12 +30,18 @@ _LEAST_OF_WHITE = 1.0 / 16.0
 
 
 def read_color(
-    radiance: NDArray[np.float32], camera: PosedCamera, sensor: SensorConfig, exposure: Exposure, tone_curve: str, frame_key: np.uint32
+    radiance: NDArray[np.float32],
+    camera: PosedCamera,
+    sensor: SensorConfig,
+    exposure: Exposure,
+    tone_curve: str,
+    frame_key: np.uint32,
+    base_stops: float = 0.0,
 ) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), uint8, that a sensor makes of linear colour, cd/m2.
 
-    ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``: of the
-    response ``display``.
+    ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``
+    and ``base_stops``, as of :func:`renderer.film.tone.to_display`: of the response ``display``.
     """
     arriving = magnify_channels(radiance, sensor.red_shift_px, sensor.blue_shift_px)
     share = vignetting(camera, sensor.vignetting, sensor.corner_loss)
@@ -44,7 +50,7 @@ def read_color(
     if sensor.bayer != "none":
         read = _interpolated(read, sensor, exposure)
     if sensor.response == "display":
-        picture = to_display(read, exposure, tone_curve)
+        picture = to_display(read, exposure, tone_curve, base_stops)
     else:
         picture = encode(balance(read, exposure), thresholds(sensor.response, sensor.response_gamma, sensor.response_points))
     return through_jpeg(picture, sensor.jpeg_quality) if sensor.jpeg_quality else picture

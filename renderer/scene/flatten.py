@@ -36,6 +36,7 @@ from scene_description import Environment, Light, Luminaire, Material, ModelRefe
 from scene_description.labels import LABEL_ID, part_ids
 from scene_description.light_labels import light_ids
 from scene_description.products import matmul
+from scene_description.scene_json import SURFACES
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
@@ -173,6 +174,7 @@ def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:
 
 
 def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
+    """Return the room's surfaces; there are skirting boards only where the description has a material for them."""
     surfaces = {part.name: part.material for part in scene.room.surfaces}
     try:
         shell = build_shell(scene.room)
@@ -180,6 +182,8 @@ def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
         raise FlattenError(f"room: {error}") from error
     rows = []
     for name, mesh in shell.items():
+        if name not in surfaces and name not in SURFACES:
+            continue
         if name not in surfaces:
             raise FlattenError(f"room: expected a material for surface '{name}', got only {_listed(surfaces)}")
         row = _material(materials, surfaces[name], "room")

@@ -150,6 +150,12 @@ def _fill_ramp(low: np.float32, high: np.float32, value: NDArray[np.float32], ra
         ramp[k] = t * t * (np.float32(3.0) - np.float32(2.0) * t)
 
 
+def covered(distance: Field, half_width: float, texel: float) -> Field:
+    """Return which share of a texel lies within ``half_width`` of a line, given the distance of its middle, all in one unit."""
+    share: Field = np.clip((half_width - distance) / texel + 0.5, 0.0, min(1.0, 2.0 * half_width / texel)).astype(np.float32)
+    return share
+
+
 def per_cell(rng: np.random.Generator, index: NDArray[np.integer], count: int) -> Field:
     """Return one even random number in [0, 1) per cell, spread over its texels."""
     table = rng.random(count, np.float32)

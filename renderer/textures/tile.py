@@ -77,7 +77,7 @@ class TileCache(Generic[Item]):
 
 
 CACHED_BYTES = 48 * 2**20
-"""How much memory the tiles that are kept for the next rooms may take; one has at most 2.8 MB, a room some twenty."""
+"""How much memory the tiles that are kept for the next rooms may take; one has at most 5.6 MB, a room some twenty."""
 
 
 class TextureTile(NamedTuple):
