@@ -167,7 +167,7 @@ def _unfilm(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
 
 def _unphotograph(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
     power = _CAMERA_HALF * shown / (_CAMERA_GAIN - shown)
-    return black + (1.0 - black) * el.power(power, 1.0 / CAMERA_STEEPNESS)
+    return np.asarray(black + (1.0 - black) * el.power(power, 1.0 / CAMERA_STEEPNESS))
 
 
 _SHOULDER = _fit_shoulder()
