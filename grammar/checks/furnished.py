@@ -17,6 +17,7 @@ from grammar.geometry.zones import opening_frame, side_rectangle
 from grammar.spec.categories import BACK_GAP_M, Categories, Role
 from grammar.spec.grammar_file import room_needs
 from grammar.spec.room_rules import RoomNeeds
+from kernel_cache import elementary as el
 from scene_description import Opening, Room, SceneObject
 
 STRAIGHT_RAD = math.radians(15.0)
@@ -199,7 +200,7 @@ def swept_points(room: Room) -> Iterator[Floats]:
     """Yield (n, 2) points of the floor that each door into the room sweeps until it stands at a right angle."""
     radius, angle = np.meshgrid(np.linspace(0.1, 0.97, 12), np.linspace(0.05, 0.5 * math.pi - 0.05, 12))
     for opening, x, y, yaw, side in leaf_frames(room):
-        into, left = opening.width_m * radius * np.sin(angle), side * opening.width_m * radius * np.cos(angle)
+        into, left = opening.width_m * radius * el.sin(angle), side * opening.width_m * radius * el.cos(angle)
         c, s = math.cos(yaw), math.sin(yaw)
         yield np.column_stack([(x + into * c - left * s).ravel(), (y + into * s + left * c).ravel()])
 

@@ -26,6 +26,7 @@ from grammar.geometry.boxes import (
 from grammar.geometry.solids import whole_box
 from grammar.geometry.zones import opening_frame
 from grammar.layout.frames import aslant
+from kernel_cache import elementary as el
 from scene_description import SceneObject
 
 VIEW_RAD, VIEW_M = math.radians(60.0), 8.0
@@ -86,7 +87,7 @@ def chair_at_no_table(found: Furnished) -> list[int]:
     bad = []
     for item in found.standing("pulled_up"):
         away = reach * (0.5 * item.size_m[0] + FACING_M)
-        if not in_boxes(world_points(item, away * np.cos(angle), away * np.sin(angle)), tables).any():
+        if not in_boxes(world_points(item, away * el.cos(angle), away * el.sin(angle)), tables).any():
             bad.append(item.id)
     return bad
 

@@ -25,6 +25,7 @@ from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.walls import LENGTH
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, UnitRowRule
+from kernel_cache import elementary as el
 from scene_description import Room
 
 _TRIES, _HOPELESS = 60, 24
@@ -208,7 +209,7 @@ def _begin(symbol: str, unit_row: UnitRow, rng: np.random.Generator) -> _Candida
                 break
     if not candidates:
         raise RejectedError(f"walls that {symbol} fits at")
-    odds = np.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
+    odds = el.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
     return _improved(unit_row, candidates[int(rng.choice(len(candidates), p=odds / odds.sum()))], rng)
 
 

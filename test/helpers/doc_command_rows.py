@@ -168,6 +168,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --overlay rplidar_a1 -p renderer_node.streams.points:=true --rooms 2 --frames 20 --record my_bag": Parsed(
         "test/scene_synth_ros/test_scan_bag.py"
     ),
+    "scene_synth run --overlay turtlebot --rooms 1 --frames 300 --record my_bag": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth run --overlay handheld --overlay d435i --rooms 1 --frames 300 --record my_bag": Parsed(
+        "test/scene_synth_ros/test_body_bag.py"
+    ),
+    "scene_synth generate --rooms 2 --frames 300 --overlay euroc_stereo --out bags": Parsed("test/scene_synth_ros/test_body_bag.py"),
     "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
         "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
     ),
@@ -395,6 +400,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.pictures --write": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),
+    ".venv/bin/python -m benchmarks.pictures --views 24 --write": Parsed(
+        "takes minutes; test/benchmarks/test_pictures.py has its measures"
+    ),
     ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from scene_description import CameraPose
+from scene_description.tum_trajectory import stamp_text, trajectory_to_tum
 from scene_synth_ros.convert.camera import camera_pose, lens_of, refuse_lens, shutter_notes
 from scene_synth_ros.convert.files import depth_steps, write_picture, write_png
-from scene_synth_ros.convert.tum_trajectory import stamp_text, trajectory_to_tum
 from scene_synth_ros.convert.writer import Sequence, Writer
 from scene_synth_ros.dataset import Frame
 

@@ -9,9 +9,8 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 
-from scene_description import CameraPose
 from scene_description.strict import FieldError, shorten
-from scene_description.types import MAX_POSES
+from scene_description.types import MAX_POSES, CameraPose
 
 _SECOND_NS = 1_000_000_000
 _MOST_M = 1000.0
