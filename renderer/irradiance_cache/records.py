@@ -37,6 +37,7 @@ ALPHA = _PRIMARY.field()
 UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
 UNDER_ALPHA = _PRIMARY.field()
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
+EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 
 
 class Lamps(NamedTuple):

@@ -164,7 +164,7 @@ def _shade_lane(
     if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, lamplit, 0
-    _send_ray(glass, x, y, k, lanes, primary)
+    _send_ray(incident, glass, x, y, k, lanes, primary)
     return sunny, lamplit, 1
 
 
@@ -335,10 +335,13 @@ def _guess_mirrored(incident: Incident, around: np.float32, primary: NDArray[np.
 
 
 @inlined
-def _send_ray(glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
+def _send_ray(incident: Incident, glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
     """Let lane k, of pixel (x, y), send a mirrored ray, and one straight through if it is of glass."""
     primary[rec.KIND, k] = _TWO if glass else _ONE
     primary[rec.PANE, k] = lanes[ln.THIN + k]
+    primary[rec.EVEN, k] = _INVERSE_PI * incident.r
+    primary[rec.EVEN + 1, k] = _INVERSE_PI * incident.g
+    primary[rec.EVEN + 2, k] = _INVERSE_PI * incident.b
     for channel in range(3):
         tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
         primary[rec.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint

@@ -68,7 +68,7 @@ class FrameSorter:
 
     Args:
         expected: topics that every stamp must have to be complete; None lets groups leave only when they are flushed or too much waits.
-        max_stamps: how many stamps may wait for what is expected; without an expectation, ``UNEXPECTED_FACTOR`` times as many.
+        max_stamps: how many stamps that lead may wait for what is expected; without an expectation, ``UNEXPECTED_FACTOR`` times as many.
         max_bytes: how many bytes may wait, all stamps together.
 
     Attributes:
@@ -137,7 +137,7 @@ class FrameSorter:
             group.missing.discard(self._stand_in(topic))
         released = list(self._release_complete())
         most = self._max_stamps * (UNEXPECTED_FACTOR if self._expected is None else 1)
-        while len(self._groups) > most or self.waiting_bytes > self._max_bytes:
+        while (len(self._groups) > most and self._leading() > most) or self.waiting_bytes > self._max_bytes:
             self.forced += 1
             released += self._release_one()
             released += self._release_complete()
@@ -260,6 +260,9 @@ class FrameSorter:
     def _waiting_up_to(self, end_ns: float) -> list[int]:
         """Return the stamps up to ``end_ns`` that wait and have a place in the order."""
         return sorted(stamp for stamp, group in self._groups.items() if stamp <= end_ns and group.needless is None)
+
+    def _leading(self) -> int:
+        return sum(group.leads for group in self._groups.values())
 
     def _last_leading(self) -> float:
         """Return the last waiting stamp up to which the clock may go; infinitely early if there is none."""
