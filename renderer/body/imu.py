@@ -46,7 +46,7 @@ class ImuReadings(NamedTuple):
 def read_imu(motion: Motion, config: ImuConfig, start_ns: int, end_ns: int, scene_key: int) -> ImuReadings:
     """Return the samples of a room whose motion lasts from ``start_ns`` to ``end_ns``; ``scene_key`` seeds the errors."""
     stamps = np.array(stamps_up_to(config.rate_hz, start_ns, end_ns), np.int64)
-    times = (stamps - start_ns) * 1e-9
+    times = np.asarray((stamps - start_ns) * 1e-9, np.float64)
     at = device_kinematics(motion, config, times)
     rate, force = at.rate_rad_s, specific_force(at)
     if config.samples == "mean":
