@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.view_ring import RING_COLUMNS, Ring, Views, best_columns, column_azimuth_rad
 from grammar.camera.walk import Walk, position_at
 from grammar.geometry.arrays import Floats, Ints
-from kernel_cache import elementary as el
 
 _KEY_SPACING_M = 0.3
 _YAW_SHARE = 0.75

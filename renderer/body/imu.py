@@ -46,7 +46,7 @@ class ImuReadings(NamedTuple):
 def read_imu(motion: Motion, config: ImuConfig, start_ns: int, end_ns: int, scene_key: int) -> ImuReadings:
     """Return the samples of a room whose motion lasts from ``start_ns`` to ``end_ns``; ``scene_key`` seeds the errors."""
     stamps = np.array(stamps_up_to(config.rate_hz, start_ns, end_ns), np.int64)
-    times = (stamps - start_ns) * 1e-9
+    times = np.asarray((stamps - start_ns) * 1e-9, np.float64)
     at = device_kinematics(motion, config, times)
     rate, force = at.rate_rad_s, specific_force(at)
     if config.samples == "mean":
@@ -107,6 +107,16 @@ class ImuErrors:
         c = self._config
         return self._read(true, 1, c.accel_noise_m_s2, c.accel_walk_m_s3, c.accel_bias_m_s2, c.accel_range_m_s2, c.accel_step_m_s2)
 
+    def biases(self) -> tuple[Floats, Floats]:
+        """Return the biases of gyroscope and accelerometer at every sample, (n, 3) each."""
+        c = self._config
+        return self._bias(0, c.gyro_walk_rad_s2, c.gyro_bias_rad_s), self._bias(1, c.accel_walk_m_s3, c.accel_bias_m_s2)
+
+    def _bias(self, sensor: int, walk: float, bias: float) -> Floats:
+        steps = self._normals(sensor, 3, (self._samples, 3))
+        walked = walk / math.sqrt(self._config.rate_hz) * (np.cumsum(steps, axis=0) - steps[:1])
+        return np.asarray(bias * self._normals(sensor, 2, (1, 3)) + walked)
+
     def _normals(self, sensor: int, purpose: int, shape: tuple[int, ...]) -> Floats:
         """Return standard normal numbers; of a longer room the first are the same."""
         return np.random.default_rng(np.random.SeedSequence([self._key, IMU_KEY, sensor, purpose])).standard_normal(shape)
@@ -116,9 +126,7 @@ class ImuErrors:
         mixing = self._config.misalignment_rad * self._normals(sensor, 0, (3, 3))
         mixing[np.diag_indices(3)] = 1.0 + self._config.scale_error * self._normals(sensor, 1, (3,))
         read = sum(true[:, j : j + 1] * mixing[None, :, j] for j in range(3))
-        read = read + bias * self._normals(sensor, 2, (1, 3))
-        steps = self._normals(sensor, 3, (self._samples, 3))
-        read = read + walk / rate_hz**0.5 * (np.cumsum(steps, axis=0) - steps[:1])
-        read = read + noise * rate_hz**0.5 * self._normals(sensor, 4, (self._samples, 3))
+        read = read + self._bias(sensor, walk, bias)
+        read = read + noise * math.sqrt(rate_hz) * self._normals(sensor, 4, (self._samples, 3))
         read = np.clip(read, -most, most)
         return np.asarray(step * np.rint(read / step) if step else read)

@@ -67,7 +67,7 @@ def read_wheels(motion: Motion, config: WheelsConfig, start_ns: int, end_ns: int
     pose[0] = *motion.drive.start_m, gone[0, 1]
     ways = config.radius_m * angles
     spread = config.slip_m, config.radius_error, config.track_error
-    integrate_odometry(ways, config.track_m, *spread, pose, covariance, np.zeros((3, _STATES, _STATES)))
+    integrate_odometry(ways, config.track_m, *spread, pose, covariance, np.zeros((3, _STATES, _STATES)))  # type: ignore[no-untyped-call]
     rounding = _rounding_variance(config)
     covariance[:, 0, 0] += 0.5 * rounding + _LEAST
     covariance[:, 1, 1] += 0.5 * rounding + _LEAST

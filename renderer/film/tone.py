@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
 from renderer.film.local_tone import compress_base
@@ -162,12 +162,12 @@ def _fit_camera() -> tuple[float, float]:
 def _unfilm(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
     del black
     over = np.maximum(shown - FILMIC_KNEE, 0.0)
-    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER)
+    return np.asarray(np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER))
 
 
 def _unphotograph(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
     power = _CAMERA_HALF * shown / (_CAMERA_GAIN - shown)
-    return black + (1.0 - black) * el.power(power, 1.0 / CAMERA_STEEPNESS)
+    return np.asarray(black + (1.0 - black) * el.power(power, 1.0 / CAMERA_STEEPNESS))
 
 
 _SHOULDER = _fit_shoulder()
@@ -213,7 +213,7 @@ def thresholds(response: str, gamma: float, points: Sequence[float]) -> NDArray[
         "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, el.power((_HALF_CODES + 0.099) / 1.099, 1.0 / 0.45)),
         "gamma": el.power(_HALF_CODES, gamma),
     }
-    return light[response].astype(np.float32)
+    return np.asarray(light[response], np.float32)
 
 
 def encode(light: NDArray[np.float32], first: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -50,13 +50,13 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
 
 
 @inlined
-def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float32]:
+def lobe_point(x: int, y: int, by_blocks: bool) -> tuple[np.float32, np.float32]:
     """Return the point of the unit square by which a pixel samples its lobe: all that are mixed for a pixel have different ones.
 
-    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces,
-    36 on others, the first 18 of these at every second pixel.
+    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces
+    that share by blocks, 36 on others, the first 18 of these at every second pixel.
     """
-    if alpha > ROUGH:
+    if by_blocks:
         i = (x >> 1) % 5 + 5 * ((y >> 1) % 5)
     else:
         i = (x % 6 >> 1) + 3 * (y % 6) + 18 * ((x + y) & 1)
@@ -67,7 +67,7 @@ def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float3
 @inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Fill AHEAD, the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
-    u, v = lobe_point(x, y, primary[rec.ALPHA, k])
+    u, v = lobe_point(x, y, bool((primary[rec.ALPHA, k] > ROUGH) & (primary[rec.DENSE, k] == _ZERO)))
     wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[rec.ALPHA, k], u, v)
     twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)

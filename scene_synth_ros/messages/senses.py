@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig
 from renderer.lidar.config import ScanConfig
@@ -45,6 +44,13 @@ class Senses(NamedTuple):
 NO_SENSES = Senses()
 
 
-def senses_of(groups: Mapping[str, Any]) -> Senses:
+class Settings(Protocol):
+    """Parameters by prefix."""
+
+    def __getitem__(self, prefix: str, /) -> Any:
+        """Return the dataclass of a prefix."""
+
+
+def senses_of(groups: Settings) -> Senses:
     """Return what a renderer senses by its parameters, prefix -> dataclass."""
     return Senses(*(groups[name] for name in Senses._fields))

@@ -71,7 +71,7 @@ class RendererNode(SuiteNode):
     def open(self) -> None:
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
-        senses = senses_of({prefix: self._settings[prefix] for prefix in RENDERER_GROUPS})
+        senses = senses_of(self._settings)
         self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], senses, self.token)
         self._inbox = Inbox(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count, self.token)
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])

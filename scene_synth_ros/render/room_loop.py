@@ -15,7 +15,7 @@ from renderer.film.tone import Exposure
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.messages.room_body import RoomBody
-from scene_synth_ros.messages.senses import Senses, senses_of
+from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
@@ -105,7 +105,7 @@ class RoomLoop:
         self._life, self._inbox, self._output, self._requests = life, life.inbox, life.output, life.requests
         self._shown, self._pace = shown, life.pace
         self._path = mounted_path(self._camera, self._scene.camera_path)
-        self._senses = senses = senses_of({name: life.settings[name] for name in Senses._fields})
+        self._senses = senses = senses_of(life.settings)
         self._scans = RoomScans(senses.scan, self._scene.camera_path, lambda: room.scanner(senses.scan))
         self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses)
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()

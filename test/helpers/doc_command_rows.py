@@ -409,6 +409,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
     ".venv/bin/python -m benchmarks.cache_bench all --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
     ".venv/bin/python -m benchmarks.cache_bench picture --references REFERENCES": Parsed("takes minutes"),
+    ".venv/bin/python -m benchmarks.unseen_bench --write": Parsed("takes hours"),
     ".venv/bin/python -m benchmarks.rate_curves_bench --clock --write": Parsed("speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.walk_bench flicker --references REFERENCES --write": Parsed("takes an hour at first"),
     ".venv/bin/pip install '.[bench-perception]'": Listed("needs the network; that the extra exists is tested"),
