@@ -176,7 +176,7 @@ def _curve(controls: Floats, spacing_s: float, times: Floats) -> tuple[Floats, F
                 weight = weight * u + coefficient
             value = value + weight[:, None] * controls[segment + j]
         if order:
-            value = np.where(rests[:, None], 0.0, value / spacing_s**order)
+            value = np.where(rests[:, None], 0.0, value / math.pow(spacing_s, order))
         found.append(value)
         basis = basis[:, 1:] * np.arange(1, basis.shape[1])
     return found[0], found[1], found[2]
@@ -264,8 +264,9 @@ def _ramp(motion: Motion, times: Floats) -> _Three:
     """Return how strong the tremor is: 0, then a rise with three continuous derivatives, then 1."""
     x = np.clip((times - motion.tremor_from_s) / motion.tremor_ramp_s, 0.0, 1.0)[:, None]
     rise = x * x * x * x * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
-    slope = 140.0 * (x * (1.0 - x)) ** 3 / motion.tremor_ramp_s
-    bend = 420.0 * (x * (1.0 - x)) ** 2 * (1.0 - 2.0 * x) / motion.tremor_ramp_s**2
+    inside = x * (1.0 - x)
+    slope = 140.0 * inside * inside * inside / motion.tremor_ramp_s
+    bend = 420.0 * inside * inside * (1.0 - 2.0 * x) / motion.tremor_ramp_s**2
     return rise, slope, bend
 
 

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
-    "kernel_cache": {"kernel_cache", "numba"},
+    "kernel_cache": {"kernel_cache", "numba", "numpy"},
     "scene_description": {"scene_description", "numpy", "yaml"},
     "grammar": {"grammar", "kernel_cache", "scene_description", "numpy", "scipy", "numba", "shapely"},
     "renderer": {"renderer", "kernel_cache", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},

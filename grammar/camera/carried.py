@@ -86,12 +86,12 @@ def _way(rng: np.random.Generator, plan: MotionPlan, carrier: Carrier, times: Fl
     config, path, space = plan.config, plan.path, plan.space
     mount, lens_m = sample_mount(rng, path, space.height_m)
     views = space.views(path, lens_m)
-    ground = choose_ground(views.polygon, views.boxes, lens_m, path.sway_m, path.body_radius_m, path.clearance_m, path.resolution_m)
+    ground = choose_ground(views.polygon, space.solids, lens_m, path.sway_m, path.body_radius_m, path.clearance_m, path.resolution_m)
     gone = config.speed_m_s * eased_time(times, config.rest_s + _REACH_S, _EASE_S)
     length_m = max(float(gone[-1]), _STATION_M)
-    walk = best_walk(rng, views, ground, length_m)
+    walk, gaze = best_walk(rng, views, ground, length_m)
     stations = np.arange(0.0, length_m + _STATION_M, _STATION_M)
-    yaw, pitch = sample_directions(rng, views, mount, walk, stations)
+    yaw, pitch = sample_directions(rng, views, mount, gaze, stations)
     gone = gone if carrier.walks else np.zeros_like(gone)
     place = np.column_stack([position_at(walk, gone), np.full(len(times), lens_m)])
     turned = config.turn_rad_s * eased_time(times, config.rest_s + _REACH_S, _EASE_S) if carrier.spins else 0.0
@@ -132,7 +132,7 @@ def _sways(rng: np.random.Generator, times: Floats) -> Floats:
     """Return (2, c, 3) sums of sines, as many an octave everywhere, each number with standard deviation 1."""
     low, high = _SWAY_HZ
     total = np.zeros((2, len(times), 3))
-    edges = np.geomspace(low, high, _SWAY_LINES + 1)
+    edges = [low * math.pow(high / low, k / _SWAY_LINES) for k in range(_SWAY_LINES + 1)]
     share = math.sqrt(2.0 / _SWAY_LINES)
     for k in range(_SWAY_LINES):
         hertz, phase = rng.uniform(edges[k], edges[k + 1], (2, 1, 3)), rng.uniform(0.0, 2.0 * math.pi, (2, 1, 3))

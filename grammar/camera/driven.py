@@ -98,7 +98,7 @@ def _ground(plan: MotionPlan, lens_m: float) -> Ground:
     radius = max(config.body_radius_m, math.hypot(*config.camera_m[:2]))
     views = plan.space.views(plan.path, lens_m)
     whole = ((1.0, 1.0),)
-    ground = choose_ground(views.polygon, views.boxes, lens_m, 0.0, radius, radius, plan.path.resolution_m, whole)
+    ground = choose_ground(views.polygon, plan.space.solids, lens_m, 0.0, radius, radius, plan.path.resolution_m, whole)
     if ground.wall_keep_m < radius:
         expected = f"motion.body_radius_m: expected a base that stands free somewhere in the room, got a radius of {radius:g} m"
         raise GrammarError(f"{expected}; make it smaller or choose another room")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
+from grammar.camera.sights import find_sights
 from grammar.counterfactual.change import ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.gate import camera_checked, categories_of
 from grammar.counterfactual.values import number, whole
@@ -140,10 +141,10 @@ def take_another_path(work: Work) -> Outcome:
     path = scene.camera_path
     span = path[-1].stamp_ns - path[0].stamp_ns
     rate_hz = (len(path) - 1) * _SECOND_NS / span if span else 10.0
-    boxes, _ = object_solids(categories_of(rules, scene), scene.objects)
+    boxes, owners = object_solids(categories_of(rules, scene), scene.objects)
     rng, room = random_numbers(scene, work.change, seed), scene.room
     space, times = (
-        CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room)),
+        CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room), find_sights(room, owners, scene.lights)),
         CameraTimes(frames=len(path), start_ns=0, rate_hz=rate_hz),
     )
     sampled = sample_camera_path(rng, rules.camera, space, times)

@@ -114,7 +114,7 @@ class ImuErrors:
 
     def _bias(self, sensor: int, walk: float, bias: float) -> Floats:
         steps = self._normals(sensor, 3, (self._samples, 3))
-        walked = walk / self._config.rate_hz**0.5 * (np.cumsum(steps, axis=0) - steps[:1])
+        walked = walk / math.sqrt(self._config.rate_hz) * (np.cumsum(steps, axis=0) - steps[:1])
         return np.asarray(bias * self._normals(sensor, 2, (1, 3)) + walked)
 
     def _normals(self, sensor: int, purpose: int, shape: tuple[int, ...]) -> Floats:
@@ -127,6 +127,6 @@ class ImuErrors:
         mixing[np.diag_indices(3)] = 1.0 + self._config.scale_error * self._normals(sensor, 1, (3,))
         read = sum(true[:, j : j + 1] * mixing[None, :, j] for j in range(3))
         read = read + self._bias(sensor, walk, bias)
-        read = read + noise * rate_hz**0.5 * self._normals(sensor, 4, (self._samples, 3))
+        read = read + noise * math.sqrt(rate_hz) * self._normals(sensor, 4, (self._samples, 3))
         read = np.clip(read, -most, most)
         return np.asarray(step * np.rint(read / step) if step else read)

@@ -28,6 +28,7 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, FieldError, SceneDescription, SceneSynthError, scene_from_json
+from scene_description.strict import whole_number
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
@@ -103,8 +104,8 @@ class _FramesAgain:
         self._parsed: SceneDescription | None = None
         self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
         self.bodies = BodiesAgain(self._scene)
-        quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
-        self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
+        quality = whole_number(reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, ""))
+        self.jpeg_quality = quality if quality is not None and 1 <= quality <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
         streams = find_streams(reader.types, SCENE, SETTINGS, POSE)

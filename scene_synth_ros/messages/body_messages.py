@@ -6,6 +6,7 @@ means that there is no such quantity (sensor_msgs/Imu).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -80,7 +81,7 @@ def odometry_to_msg(readings: WheelReadings, index: int, odom: str, base: str) -
     message = Odometry(header=header(int(readings.stamps_ns[index]), odom), child_frame_id=base)
     x, y, heading = readings.pose[index].tolist()
     message.pose.pose.position = Point(x=x, y=y, z=0.0)
-    message.pose.pose.orientation = Quaternion(z=float(np.sin(0.5 * heading)), w=float(np.cos(0.5 * heading)))
+    message.pose.pose.orientation = Quaternion(z=math.sin(0.5 * heading), w=math.cos(0.5 * heading))
     message.twist.twist.linear.x, message.twist.twist.angular.z = readings.twist[index].tolist()
     pose, twist = EXACT * np.eye(6), EXACT * np.eye(6)
     pose[np.ix_([0, 1, 5], [0, 1, 5])] = readings.pose_covariance[index]

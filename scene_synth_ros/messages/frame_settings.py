@@ -28,7 +28,7 @@ Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameSettings:
-    """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure and white used, and the configurations.
+    """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure, white and black used, and the configurations.
 
     ``sent``: topics that have stamps of their own, below the namespace -> stamp of the last message that went out before this frame.
     ``frames``: those that are fixed to a body, and known to the renderer.
@@ -45,6 +45,7 @@ class FrameSettings:
     sensor: SensorConfig = IDEAL
     depth_sensor: DepthSensorConfig = IDEAL_DEPTH
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
+    black: Annotated[float, Limits(ge=0.0, le=0.5)] = 0.0
     scan: ScanConfig = NO_SCAN
     body: BodyConfig = NO_BODY
     imu: ImuConfig = NO_IMU
@@ -55,8 +56,8 @@ class FrameSettings:
 
     @property
     def exposure(self) -> Exposure:
-        """Return exposure value and white together."""
-        return Exposure(self.exposure_ev100, self.white_xy)
+        """Return exposure value, white and black together."""
+        return Exposure(self.exposure_ev100, self.white_xy, self.black)
 
     @property
     def senses(self) -> Senses:

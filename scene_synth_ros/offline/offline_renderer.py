@@ -111,6 +111,7 @@ class OfflineRenderer:
             frame=number,
             exposure_ev100=work.exposure.ev100,
             white_xy=work.exposure.white_xy,
+            black=work.exposure.black,
             sent=self._sent,
             frames=work.body.frames,
             **{group: self._groups[group] for group in ("camera", "render", "sensor", "depth_sensor", "streams")},

@@ -65,6 +65,7 @@ class Recording:
         self.intake = FrameIntake(warn)
         self._topics: set[str] = set()
         self._early: list[tuple[str, bytes, int]] = []
+        self._early_full = False
         self._deriver = Deriver(options.frame_prefix if options else "")
         self._last_ns = -1
         self._suite_is_present = False
@@ -268,7 +269,9 @@ class Recording:
     def _hold_early(self, topic: str, data: bytes) -> None:
         """Keep a message that has no stamp until there is a first frame whose time it can have."""
         if len(self._early) == MAX_EARLY:
-            self._warn(f"no frame has come yet; of the messages without stamps only the newest {MAX_EARLY} are kept")
+            if not self._early_full:
+                self._warn(f"no frame has come yet; of the messages without stamps only the newest {MAX_EARLY} are kept")
+            self._early_full = True
             self._early.pop(0)
         self._early.append((topic, data, time.time_ns()))
 

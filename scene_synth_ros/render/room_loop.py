@@ -236,6 +236,7 @@ class RoomLoop:
             frame=index,
             exposure_ev100=exposure.ev100,
             white_xy=exposure.white_xy,
+            black=exposure.black,
             render=self._room.settings.render,
             sent=life.sent,
             frames=self._body.frames,

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import CameraPose
+from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
 from scene_synth_ros.convert.files import write_png
 from scene_synth_ros.convert.formats.euroc_imu import DIGITS, RoomImu, room_imu, states_of, write_imu
@@ -108,7 +109,8 @@ class FormatWriter(Writer):
         """Return where a camera is against the first one, (4, 4)."""
         where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
         first = {pose.stamp_ns: pose for pose in body}
-        found = [camera_from_world(first[pose.stamp_ns]) @ world_from_camera(pose) for pose in state.poses if pose.stamp_ns in first]
+        paired = [pose for pose in state.poses if pose.stamp_ns in first]
+        found: list[NDArray[np.float64]] = [matmul(camera_from_world(first[pose.stamp_ns]), world_from_camera(pose)) for pose in paired]
         if not found:
             raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
         if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > _STILL:
@@ -141,7 +143,7 @@ def _states_text(states: list[tuple[int, list[float]]]) -> str:
 
 def to_grey(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the luma (height, width) of a picture (height, width, 3), both uint8."""
-    return np.asarray(np.rint(color @ _LUMA)).astype(np.uint8)
+    return np.asarray(np.rint(matmul(color, _LUMA))).astype(np.uint8)
 
 
 def rate_hz(poses: list[CameraPose]) -> float:
