@@ -103,7 +103,7 @@ class FrameIntake:
     def add_topic(self, topic: str, type_name: str, latched: bool, origin: Origin) -> None:
         """Get to know a topic."""
         self._types[topic], self._origins[topic] = type_name, origin
-        self._sorter.follow(topic, self._follows(topic))
+        self._place(topic)
         if latched:
             self._latched.add(topic)
 
@@ -112,7 +112,7 @@ class FrameIntake:
         released: list[OrderedMessage] = []
         if origin is not self._origins[topic]:
             self._origins[topic] = origin
-            self._sorter.follow(topic, self._follows(topic))
+            self._place(topic)
             for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
         return released
@@ -141,7 +141,7 @@ class FrameIntake:
         self._expected, self._alike = set(topics), alike
         released = self._sorter.configure(self._expected or None, alike)
         for topic in self._types:
-            self._sorter.follow(topic, self._follows(topic))
+            self._place(topic)
         return released
 
     def wait_for(self, stamp: int, sent: Mapping[str, int]) -> None:
@@ -211,6 +211,11 @@ class FrameIntake:
             self._newest_ns = stamp
             if topic not in self._latched:
                 self._begun.setdefault(topic, stamp)
+
+    def _place(self, topic: str) -> None:
+        """Tell the sorter of a topic's place."""
+        own = self._origins[topic] is Origin.SUITE
+        self._sorter.follow(topic, self._follows(topic), patient=own and self._comes_between(topic))
 
     def _follows(self, topic: str) -> bool:
         """Return whether messages of a topic only follow frames: those of others, and those between frames, where there are any."""
