@@ -1,7 +1,7 @@
 """Cached colour in rooms that nobody has seen: how far it is from the path tracer's, by room and by material, and what is wrong in it.
 
-python -m benchmarks.unseen_bench [--seed N] [--rooms N] [--types TYPE ...] [--presets NAME ...] [--samples N] [--references DIR]
-    [--pictures DIR] [--json FILE] [--write]
+python -m benchmarks.unseen_bench [--seed N] [--rooms N] [--types TYPE ...] [--presets NAME ...] [--size W H] [--samples N]
+    [--references DIR] [--pictures DIR] [--json FILE] [--write]
 
 The seed is drawn from the clock unless it is given.  A reference is the mean of two pictures of half the samples each, denoised each for
 itself; how they differ tells the reference's own error.  Light is mean luminance over the reference's.  *Zero* pixels are black where the
@@ -71,17 +71,26 @@ class Figures(NamedTuple):
 
 
 def find_figures(
-    seed: int, rooms: int, types: Sequence[str], presets: Sequence[str], references: References, pictures: Path | None
+    seed: int,
+    rooms: int,
+    types: Sequence[str],
+    presets: Sequence[str],
+    size: tuple[int, int],
+    references: References,
+    pictures: Path | None,
 ) -> Iterator[Figures]:
-    """Yield the figures of ``rooms`` rooms of each type by each preset; ``pictures``: a folder for cached, path traced, FLIP."""
+    """Yield the figures of ``rooms`` rooms of each type by each preset, in views of (width, height) pixels.
+
+    ``pictures``: a folder for cached, path traced, FLIP.
+    """
     warm_up(integrator="cached")
     synthesizer = SceneSynthesizer.from_config()
     for index in range(rooms):
         for room_type in types:
             room = sample_room(synthesizer, room_type, index, TIMES, seed)
-            truth = find_truth(room, references)
+            truth = find_truth(room, size, references)
             for preset in presets:
-                with Renderer(room.flat, camera_of(SMALL), preset_config(preset), room.key) as renderer:
+                with Renderer(room.flat, camera_of(size), preset_config(preset), room.key) as renderer:
                     layers = ("color", "roughness", "metallic", "material", "depth")
                     frame = renderer.render(room.path[VIEW], VIEW, layers, exposure=room.exposure)
                 assert frame.radiance is not None
@@ -92,9 +101,9 @@ def find_figures(
                     _draw(pictures / f"{room.name.replace(' ', '_')}_{preset}.png", shown, truth.color)
 
 
-def find_truth(room: SampledRoom, references: References) -> Truth:
+def find_truth(room: SampledRoom, size: tuple[int, int], references: References) -> Truth:
     """Return the reference of a room's view, of twice the samples of ``references``."""
-    halves = [references.view(half, VIEW, SMALL) for half in (room, room._replace(key=room.key ^ 1))]
+    halves = [references.view(half, VIEW, size) for half in (room, room._replace(key=room.key ^ 1))]
     radiance = np.asarray(0.5 * (halves[0].radiance + halves[1].radiance), np.float32)
     own = float(flip_values(halves[0].color, halves[1].color).mean())
     return Truth(radiance, np.asarray(to_display(radiance, room.exposure, preset_config("photo").tone_curve)), own)
@@ -190,6 +199,7 @@ def main() -> None:
     parser.add_argument("--rooms", type=int, default=2, help="of each type (default: %(default)s)")
     parser.add_argument("--types", nargs="+", choices=room_types(), default=list(room_types()), help="room types (default: all)")
     parser.add_argument("--presets", nargs="+", choices=("realtime", "stream"), default=["stream"], help="(default: stream)")
+    parser.add_argument("--size", nargs=2, type=int, default=SMALL, metavar=("WIDTH", "HEIGHT"), help="pixels (default: %(default)s)")
     parser.add_argument("--samples", type=int, default=1024, help="of the references, both halves together (default: %(default)s)")
     parser.add_argument("--references", type=Path, metavar="DIR", help="halves of references are kept here, rendered if missing")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="write cached, path traced and FLIP of every room there")
@@ -198,8 +208,9 @@ def main() -> None:
     arguments = parser.parse_args()
     seed = int(time.time()) if arguments.seed is None else arguments.seed
     references, found = References(arguments.references, arguments.samples // 2), []
+    width, height = arguments.size
     print(f"seed {seed}", flush=True)
-    for room in find_figures(seed, arguments.rooms, arguments.types, arguments.presets, references, arguments.pictures):
+    for room in find_figures(seed, arguments.rooms, arguments.types, arguments.presets, (width, height), references, arguments.pictures):
         found.append(room)
         print(describe(room), flush=True)
     rows = tabulate(found, arguments.samples)
@@ -207,7 +218,6 @@ def main() -> None:
     if arguments.json:
         arguments.json.write_text(json.dumps({"seed": seed, "rooms": [room._asdict() for room in found]}, indent=1))
     if arguments.write:
-        width, height = SMALL
         caption = f"Seed {seed}, {width}x{height}, references of {arguments.samples} samples:\n\n"
         write_section(DOCS / "cache.md", "unseen", caption + markdown_table(rows))
 

@@ -3,8 +3,9 @@
 Frames of one room are alike, so rooms are the sample.  A metric over all rooms becomes a mean of one number for each room, its pseudo-value
 of the jackknife (Tukey 1958; Efron and Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11), and the interval is that of this
 mean by Student's t.  Means of positive numbers err more to one side than to the other, so theirs is taken on the logarithm; where rooms
-differ widely it is as wide as the widest of three, with that of the bootstrap-t (chapter 12), which follows the skewness of the sample, and
-Cox's for lognormal numbers (Zhou and Gao, Statistics in Medicine 1997).  docs/metrics.md shows how often the truth lies within.
+differ widely it is as wide as the widest of three, with that of the bootstrap-t (chapter 12), which follows the skewness of the sample,
+and, where the logarithms are not skewed to the left, Cox's for lognormal numbers (Zhou and Gao, Statistics in Medicine 1997).
+docs/metrics.md shows how often the truth lies within.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ FEWEST_DRAWN = 5
 """Rooms from which on the bootstrap-t counts; sets drawn of fewer are too often all of one room."""
 WIDE = 0.4
 """Share of the value that rooms spread by (their standard deviation) from which on they differ widely."""
+LEFT_SKEWED, LEFT_SKEWED_OF_FEW = 0.6, 1.5
+"""Numbers are no lognormal ones where the skewness of their logarithms is below minus the first less the second over their number."""
 ROUNDING = 1e-9
 """A spread below this share of the value is that of rounding."""
 _ROWS = 256
@@ -132,15 +135,23 @@ def _positive_ends(value: float, apart: Floats, level: float, seed: int, draws: 
     lows, highs = [value * np.exp(-student * error / value)], [value * np.exp(student * error / value)]
     if error * np.sqrt(count) > WIDE * value:
         logs = np.log(value + apart)
-        variance = float(logs.var(ddof=1))
-        middle, reach = logs.mean() + 0.5 * variance, student * np.sqrt(variance / count + 0.5 * variance**2 / (count - 1))
-        lows.append(np.exp(middle - reach))
-        highs.append(np.exp(middle + reach))
+        if count < FEWEST_DRAWN or skewness(logs) > -LEFT_SKEWED - LEFT_SKEWED_OF_FEW / count:
+            variance = float(logs.var(ddof=1))
+            middle, reach = logs.mean() + 0.5 * variance, student * np.sqrt(variance / count + 0.5 * variance**2 / (count - 1))
+            lows.append(np.exp(middle - reach))
+            highs.append(np.exp(middle + reach))
         if count >= FEWEST_DRAWN:
             least, most = np.quantile(_pivots(apart, seed, draws), [0.5 - 0.5 * level, 0.5 + 0.5 * level])
             lows.append(value - most * error)
             highs.append(value - least * error)
     return min(lows), max(highs)
+
+
+def skewness(sample: Floats) -> float:
+    """Return the third moment about the mean over the third power of the standard deviation; 0 of equal numbers."""
+    apart = sample - sample.mean()
+    variance = float((apart**2).mean())
+    return float((apart**3).mean()) / variance**1.5 if variance > 0.0 else 0.0
 
 
 def _pivots(apart: Floats, seed: int, draws: int) -> Floats:

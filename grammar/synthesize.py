@@ -21,9 +21,12 @@ from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
 from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting
 from grammar.appearance.looks import apply_looks
 from grammar.appearance.restrict import restricted
-from grammar.camera.camera_path import CameraSpace, sample_camera_path
+from grammar.camera.camera_path import CameraSpace
 from grammar.camera.camera_path import CameraTimes as CameraTimes
+from grammar.camera.motion_config import WALK, MotionConfig
+from grammar.camera.motions import sample_motion
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
+from grammar.camera.sights import find_sights
 from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
 from grammar.derivation.plan import check_room_size, make_plan
@@ -40,6 +43,7 @@ from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
 from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
 from scene_description.catalog import Catalog
+from scene_description.rounding import rounded
 from scene_description.share import config_path
 
 PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
@@ -88,6 +92,8 @@ class SceneSynthesizer:
     """The user's own models."""
     small_things: SmallThings = NO_SMALL_THINGS
     """What stands and lies on furniture."""
+    motion: MotionConfig = WALK
+    """What carries the camera, and how it moves."""
 
     @classmethod
     def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
@@ -189,10 +195,10 @@ class SceneSynthesizer:
         room, objects = apply_looks(rng["looks"], pool, request, room, objects)
         # sample the light and the camera's path, which small things do not change
         lights, spots, environment = self._light(rng, request, room, objects)
-        boxes, _ = object_solids(self.categories, furnished.objects)
+        boxes, owners = object_solids(self.categories, furnished.objects)
         objects = tuple(item for item in objects if item.id not in gone)
-        space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room))
-        path = sample_camera_path(rng["camera"], self.camera, space, times)
+        space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room), find_sights(room, owners, lights))
+        path, motion = sample_motion(rng["camera"], self.motion, self.camera, space, times)
         scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",
@@ -208,8 +214,9 @@ class SceneSynthesizer:
             camera_path=path,
             parse_graph=sampled.parse_graph,
             validity=sampled.validity,
+            motion=motion,
         )
-        return scene, cost
+        return rounded(scene), cost
 
     def layout(self, request: SceneRequest, seed: int, index: int) -> SampledRoom:
         """Sample a room as :meth:`synthesize` does, without looks, light and camera."""

@@ -12,19 +12,26 @@ What is private to numba and used here stands in ``test/kernel_cache/test_numba_
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import pickle
 import sys
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
+from kernel_cache.processor import compile_for_all
 from kernel_cache.sources import source_stamp
+
+_SEAL_BYTES = 32
+
+compile_for_all()
 
 
 def compiled(function: Callable[..., Any], **settings: Any) -> Any:
@@ -33,15 +40,14 @@ def compiled(function: Callable[..., Any], **settings: Any) -> Any:
     try:
         dispatcher._cache = KernelCache(function)
     except RuntimeError:  # numba has found no folder that it can write
-        _say_uncached()
+        _say_uncached("neither the package's folder nor the user's cache folder can be written")
     return dispatcher
 
 
 @cache
-def _say_uncached() -> None:
+def _say_uncached(why: str) -> None:
     """Tell it once a process."""
-    told = "kernels are compiled anew in every process: neither the package's folder nor the user's cache folder can be written"
-    sys.stderr.write(f"{told}; set NUMBA_CACHE_DIR to a folder that can\n")
+    sys.stderr.write(f"kernels are compiled anew in every process: {why}; set NUMBA_CACHE_DIR to a folder that can be written\n")
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]
@@ -52,38 +58,60 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         stamp = source_stamp(inspect.getfile(function))
         self._cache_file = SealedCacheFile(self._cache_path, self._impl.filename_base, stamp)
 
-
-class _Sealed(NamedTuple):
-    """What a data file holds: the stamp of its sources, and the pickle of its key and its content."""
-
-    stamp: str
-    content: bytes
+    def save_overload(self, sig: object, data: object) -> None:
+        """Keep what was compiled; where that cannot be, on a full disk for one, it works all the same in this process."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _say_uncached(f"they cannot be kept, {error.strerror}")
 
 
 class SealedCacheFile(IndexDataCacheFile):  # type: ignore[misc]
-    """Numba's index and data files, where data of other sources or of another key count as absent.
+    """Numba's index and data files, each sealed by a digest of what is in it and of the sources.
 
-    What older sources have left is never unpickled either, so classes that it names may be gone.
+    A file that is not whole, or cannot be read, or is of other sources or another version of numba, counts as absent, and so does data of
+    another key.  None of these is unpickled, so classes that it names may be gone.
     """
 
     def save(self, key: object, data: object) -> None:
         """Write an entry."""
-        super().save(key, _Sealed(self._source_stamp, self._dump((key, data))))
+        super().save(key, (key, data))
 
     def load(self, key: object) -> Any:
         """Return the data of an entry, None if there is none."""
-        found = super().load(key)
-        if not isinstance(found, _Sealed) or found.stamp != self._source_stamp:
-            return None
-        of, data = pickle.loads(found.content)
+        of, data = super().load(key) or (None, None)
         return data if of == key else None
 
     def _save_index(self, overloads: dict[object, str]) -> None:
-        super()._save_index(self._dump(overloads))
+        self._write(self._index_path, overloads)
 
     def _load_index(self) -> dict[object, str]:
-        found = super()._load_index()
-        return pickle.loads(found) if found else {}
+        return self._read(self._index_path) or {}
+
+    def _save_data(self, name: str, data: object) -> None:
+        self._write(self._data_path(name), data)
+
+    def _load_data(self, name: str) -> Any:
+        return self._read(self._data_path(name))
+
+    def _write(self, path: str, content: object) -> None:
+        pickled = self._dump(content)
+        with self._open_for_write(path) as file:
+            file.write(self._seal(pickled) + pickled)
+
+    def _read(self, path: str) -> Any:
+        """Return the content of a file, None if there is none that counts."""
+        try:
+            found = Path(path).read_bytes()
+        except OSError:
+            return None
+        seal, pickled = found[:_SEAL_BYTES], found[_SEAL_BYTES:]
+        return pickle.loads(pickled) if seal == self._seal(pickled) else None
+
+    def _seal(self, pickled: bytes) -> bytes:
+        digest = hashlib.blake2b(f"{self._version} {self._source_stamp}".encode(), digest_size=_SEAL_BYTES)
+        digest.update(pickled)
+        return digest.digest()
 
 
 class _NoEnvironment:

@@ -23,18 +23,25 @@ from renderer.camera.sensor import expose, magnify_channels, vignetting
 from renderer.files.image_io import through_jpeg
 from renderer.film.tone import Exposure, balance, encode, thresholds, to_display, white_luminance
 from renderer.film.white_balance import adaptation
+from scene_description.products import inverse
 
 _LEAST_OF_WHITE = 1.0 / 16.0
 """Of its brightest channel, the least of the others by which a mosaic is balanced: the blue of a candle is next to nothing."""
 
 
 def read_color(
-    radiance: NDArray[np.float32], camera: PosedCamera, sensor: SensorConfig, exposure: Exposure, tone_curve: str, frame_key: np.uint32
+    radiance: NDArray[np.float32],
+    camera: PosedCamera,
+    sensor: SensorConfig,
+    exposure: Exposure,
+    tone_curve: str,
+    frame_key: np.uint32,
+    base_stops: float = 0.0,
 ) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), uint8, that a sensor makes of linear colour, cd/m2.
 
-    ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``: of the
-    response ``display``.
+    ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``
+    and ``base_stops``, as of :func:`renderer.film.tone.to_display`: of the response ``display``.
     """
     arriving = magnify_channels(radiance, sensor.red_shift_px, sensor.blue_shift_px)
     share = vignetting(camera, sensor.vignetting, sensor.corner_loss)
@@ -43,7 +50,7 @@ def read_color(
     if sensor.bayer != "none":
         read = _interpolated(read, sensor, exposure)
     if sensor.response == "display":
-        picture = to_display(read, exposure, tone_curve)
+        picture = to_display(read, exposure, tone_curve, base_stops)
     else:
         picture = encode(balance(read, exposure), thresholds(sensor.response, sensor.response_gamma, sensor.response_points))
     return through_jpeg(picture, sensor.jpeg_quality) if sensor.jpeg_quality else picture
@@ -51,6 +58,6 @@ def read_color(
 
 def _interpolated(read: NDArray[np.float32], sensor: SensorConfig, exposure: Exposure) -> NDArray[np.float32]:
     """Return what is left of linear colour behind a mosaic; channels are interpolated as multiples of what white has."""
-    white = np.linalg.solve(adaptation(exposure.white_xy), np.ones(3))
+    white = inverse(adaptation(exposure.white_xy)).sum(axis=1)
     white = np.maximum(white, _LEAST_OF_WHITE * white.max()).astype(np.float32)
     return np.asarray(demosaic(mosaic(read / white, sensor.bayer), sensor.bayer, sensor.demosaic) * white)

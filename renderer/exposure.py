@@ -9,17 +9,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.camera.config import CameraConfig, LensModel, SensorConfig
 from renderer.camera.lenses import LENSES
 from renderer.core.color import LUMINANCE
 from renderer.core.errors import RenderError
-from renderer.film.tone import Exposure, white_luminance
+from renderer.film.tone import MOST_BLACK, Exposure, white_luminance
 from renderer.film.white_balance import AUTO_DEGREE, Chromaticity, metered_white, partly_adapted, white_of_kelvin
 from renderer.path.config import RenderConfig
 from renderer.renderer import Renderer
 from renderer.scene.flat_scene import FlatScene
 from scene_description import CameraPose
 from scene_description.color_temperature import D65_XY
+from scene_description.products import matmul
 
 METER_CONSTANT = 12.5
 """K of ISO 2720 for reflected light, cd/m2 at EV 0 and ISO 100 times 100."""
@@ -31,6 +33,8 @@ _DEPTH = 32
 """Segments of the meter's paths: what a room's light loses there is below any step, whatever the pictures lose."""
 _DARKEST = 1e-3
 _BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
+_DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
+"""What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
 
 
 def fixed_white(config: RenderConfig) -> Chromaticity | None:
@@ -66,15 +70,17 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
     if metered is None:
         return Exposure(config.exposure_ev100, white or D65_XY)
     ev100 = metered.ev100 - config.exposure_compensation_ev if config.auto_exposure else config.exposure_ev100
-    return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE))
+    black = min(metered.black * 2.0 ** (metered.ev100 - ev100), MOST_BLACK)
+    return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE), black)
 
 
 class LightMeter:
     """Meters a room from small renderings along a path: one answer for all its frames, whatever the quality of their light.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
-    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`.  Steps keep both
-    the same on processors whose last bits differ; everything else makes them depend on the scene only.
+    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in
+    steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen stay below.  Steps keep them the same on processors whose last
+    bits differ; everything else makes them depend on the scene only.
 
     ``config``: ``portable`` is taken from it; ``poses``: the path; a few of its views are metered.
     """
@@ -102,11 +108,13 @@ class LightMeter:
                 self._seen.append((frame.radiance[seen], frame.layers["albedo"][seen].astype(np.float32)))
                 del self._left[0]
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
-        luminance = light.astype(np.float64) @ LUMINANCE
-        logs = np.mean([np.log2(np.maximum(view.astype(np.float64) @ LUMINANCE, _DARKEST)).mean() for view, _ in self._seen])
+        luminance = matmul(light.astype(np.float64), LUMINANCE)
+        logs = np.mean([el.log2(np.maximum(matmul(view.astype(np.float64), LUMINANCE), _DARKEST)).mean() for view, _ in self._seen])
         bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
         ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
-        return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(light, base))
+        dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
+        ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
+        return Exposure(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100))
 
 
 def _small_camera(camera: CameraConfig) -> CameraConfig:

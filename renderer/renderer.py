@@ -30,6 +30,7 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
+from renderer.film.grain import add_grain
 from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, PICTURES, SAMPLED_LAYERS, SENSED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display
 from renderer.film.white_balance import white_of_kelvin
@@ -264,12 +265,18 @@ class Renderer:
         self, request: _Request, radiance: NDArray[np.float32], noisy: NDArray[np.float32], images: dict[str, NDArray[np.generic]]
     ) -> None:
         """Add the pictures that are asked for, with the radiance that they show; ``noisy``: the same before denoising."""
-        images["radiance"], curve = radiance, self._config.tone_curve
-        for name, light in (("color", radiance), ("color_noisy", noisy)):
-            if name in request.layers:
-                images[name] = to_display(light, request.exposure, curve)
-        if "color_sensed" in request.layers:
-            images["color_sensed"] = read_color(radiance, request.view, self._sensor, request.exposure, curve, request.key)
+        asked, exposure, curve, base_stops = request.layers, request.exposure, self._config.tone_curve, self._config.local_tone_stops
+        images["radiance"] = radiance
+        if "color_noisy" in asked:
+            images["color_noisy"] = to_display(noisy, exposure, curve, base_stops)
+        sensed = "color_sensed" in asked
+        if "color" in asked or (sensed and self._sensor == IDEAL):
+            shown = to_display(radiance, exposure, curve, base_stops)
+            images["color"] = add_grain(shown, self._config.grain, request.key) if self._config.grain else shown
+        if sensed and self._sensor == IDEAL:
+            images["color_sensed"] = images["color"]
+        elif sensed:
+            images["color_sensed"] = read_color(radiance, request.view, self._sensor, exposure, curve, request.key, base_stops)
 
     def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
         """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16, make_packet
 from renderer.core.kernel import entry
@@ -69,7 +70,7 @@ def seen_around(tree: SceneHandle, flat: FlatScene, position_m: Point3) -> tuple
     number = np.arange(_RAYS)
     height, turn = 1.0 - (2.0 * number + 1.0) / _RAYS, number * np.pi * (3.0 - np.sqrt(5.0))
     level = np.sqrt(1.0 - height * height)
-    directions = np.column_stack([level * np.cos(turn), level * np.sin(turn), height]).astype(np.float32)
+    directions = np.column_stack([level * el.cos(turn), level * el.sin(turn), height]).astype(np.float32)
     triangles, facing = np.full(_RAYS, -1, np.int64), np.zeros(_RAYS, np.float32)
     _look_around(tree, make_packet(), np.array(position_m, np.float32), directions, triangles, facing)
     return np.where(triangles >= 0, flat.face_part[triangles], -1), (triangles >= 0) & (facing > 0.0)

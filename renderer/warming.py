@@ -48,7 +48,7 @@ def warm_up(
         mesh, np.zeros(1, np.int32), parts, ("0/pane",), tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]), sky
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)
+    camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1, grain=1.0)
     with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
         seen_around(renderer.tree, flat, pose.position_m)
         renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.products import matmul
 from scene_description.strict import FieldError
 from scene_description.types import Opening, Point2, Room, Slope
 
@@ -26,7 +27,7 @@ def ceiling_planes(room: Room) -> NDArray[np.float64]:
 
 def ceiling_height_m(room: Room, x: float, y: float) -> float:
     """Return the height of the ceiling over a point of the floor."""
-    slopes: list[float] = (ceiling_planes(room) @ (x, y, 1.0)).tolist()
+    slopes: list[float] = matmul(ceiling_planes(room), (x, y, 1.0)).tolist()
     return min([room.height_m, *slopes])
 
 
@@ -68,7 +69,7 @@ def stretches_below_m(room: Room, height_m: float) -> list[tuple[float, float]]:
     found = []
     for (ax, ay), (bx, by) in zip(room.polygon_m, (*room.polygon_m[1:], room.polygon_m[0]), strict=True):
         low, high = 0.0, 1.0
-        for start, end in (planes @ np.array([(ax, bx), (ay, by), (1.0, 1.0)]) - height_m).tolist():
+        for start, end in (matmul(planes, np.array([(ax, bx), (ay, by), (1.0, 1.0)])) - height_m).tolist():
             if start < 0.0 and end < 0.0:
                 high = 0.0
             elif start < 0.0:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.products import inverse, matmul
+
 Rgb = tuple[float, float, float]
 
 D65_XY = (0.3127, 0.3290)
@@ -37,12 +39,12 @@ def black_body_chromaticity(temperature_k: float) -> tuple[float, float]:
 def xyz_from_rgb() -> NDArray[np.float64]:
     """Return the 3x3 matrix from linear RGB of ITU-R BT.709 to CIE XYZ with Y = 1 for white; its second row weighs luminance."""
     primaries = np.array([xyz_of_xy(*xy) for xy in _PRIMARIES_XY]).T
-    return np.asarray(primaries * np.linalg.solve(primaries, xyz_of_xy(*D65_XY)))
+    return np.asarray(primaries * matmul(inverse(primaries), xyz_of_xy(*D65_XY)))
 
 
 def color_of_temperature(temperature_k: float) -> Rgb:
     """Return the linear RGB colour of a black body: components outside the gamut are 0, the largest is 1."""
-    rgb = np.maximum(np.linalg.solve(xyz_from_rgb(), xyz_of_xy(*black_body_chromaticity(temperature_k))), 0.0)
+    rgb = np.maximum(matmul(inverse(xyz_from_rgb()), xyz_of_xy(*black_body_chromaticity(temperature_k))), 0.0)
     red, green, blue = (float(c) for c in rgb / rgb.max())
     return red, green, blue
 
@@ -50,7 +52,7 @@ def color_of_temperature(temperature_k: float) -> Rgb:
 def luminance_rgb(temperature_k: float, luminance_cd_m2: float) -> Rgb:
     """Return the linear RGB luminance in cd/m2 of light with this colour temperature and (photometric) luminance."""
     color = np.array(color_of_temperature(temperature_k))
-    red, green, blue = (float(c) for c in color * luminance_cd_m2 / (xyz_from_rgb()[1] @ color))
+    red, green, blue = (float(c) for c in color * luminance_cd_m2 / matmul(xyz_from_rgb()[1], color))
     return red, green, blue
 
 

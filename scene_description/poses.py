@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.products import norm
+
 Vec3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -46,7 +48,7 @@ def quaternion_from_rotation(rotation: NDArray[np.float64]) -> Quaternion:
         q[j] = r[j, i] + r[i, j]
         q[k] = r[k, i] + r[i, k]
         q[3] = r[k, j] - r[j, k]
-    q /= np.linalg.norm(q)
+    q /= norm(q)
     if q[3] < 0.0:
         q = -q
     return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
@@ -86,8 +88,8 @@ def look_at(position_m: Vec3, target_m: Vec3) -> Quaternion:
     """
     forward = np.subtract(target_m, position_m).astype(np.float64)
     right = np.cross(forward, (0.0, 0.0, 1.0))
-    if np.linalg.norm(right) < 1e-9:
+    if norm(right) < 1e-9:
         raise ValueError(f"look_at: no horizon from {position_m} to {target_m}; got a vertical or zero direction")
-    forward /= np.linalg.norm(forward)
-    right /= np.linalg.norm(right)
+    forward /= norm(forward)
+    right /= norm(right)
     return quaternion_from_rotation(np.column_stack([right, np.cross(forward, right), forward]))

@@ -15,6 +15,7 @@ from typing import Final, NoReturn
 
 from scene_description.ceilings import ceiling_over_opening_m, check_slopes
 from scene_description.errors import SceneSynthError, read_at_most
+from scene_description.kinematics import check_motion
 from scene_description.polygons import signed_area_m2
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_description.types import MAX_OBJECTS, Material, ModelReference, Opening, Part, SceneDescription
@@ -22,7 +23,8 @@ from scene_description.types import MAX_OBJECTS, Material, ModelReference, Openi
 SCHEMA: Final = "scene_synth/1"
 MAX_TEXT_LENGTH = 32_000_000
 MIN_EDGE_M = 0.001
-SURFACES = ("floor", "wall", "ceiling", "skirting")
+SURFACES = ("floor", "wall", "ceiling")
+"""What every room has a material for; ``skirting`` is there where it has one."""
 
 
 def scene_to_json(scene: SceneDescription) -> str:
@@ -102,6 +104,8 @@ def check_scene(scene: SceneDescription) -> None:
             raise FieldError(f"camera_path[{i}].orientation", "a unit quaternion", f"length {norm:.6g}")
         if i and pose.stamp_ns <= scene.camera_path[i - 1].stamp_ns:
             raise FieldError(f"camera_path[{i}].stamp_ns", "stamps that increase", f"{pose.stamp_ns}")
+    if scene.motion is not None:
+        check_motion(scene.motion)
     for i, node in enumerate(scene.parse_graph.nodes):
         if node.parent is not None and node.parent >= i:
             raise FieldError(f"parse_graph.nodes[{i}].parent", f"an index below {i}", f"{node.parent}")

@@ -56,6 +56,7 @@ class Limits:
 
 
 NO_LIMITS = Limits()
+_DIGITS = re.compile("[0-9]{1,18}")
 
 _Read = Callable[[Any, Limits, object, str], Any]
 _READERS: dict[int, tuple[Any, tuple[_Read, Any, Limits]]] = {}
@@ -70,6 +71,15 @@ def shorten(value: object) -> str:
             text = repr(value)
     text = text or f"{type(value).__name__}{f' of {len(value)}' if isinstance(value, Sized) else ''}"
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def whole_number(text: str) -> int | None:
+    """Return the number below 10^18 that decimal digits stand for, None of any other text; ``int`` refuses 5,000 digits, and ``²``.
+
+    >>> whole_number("17"), whole_number("-1"), whole_number("9" * 5000)
+    (17, None, None)
+    """
+    return int(text) if _DIGITS.fullmatch(text) else None
 
 
 def split_annotation(annotation: Any) -> tuple[Any, Limits]:

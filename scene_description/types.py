@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from scene_description.motion import Motion
 from scene_description.strict import Limits
 
 MAX_OBJECTS = 1000
@@ -203,7 +204,7 @@ class Room:
     wall_thickness_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
     openings: Annotated[tuple[Opening, ...], Limits(max_length=64)]
     surfaces: Annotated[tuple[Part, ...], Limits(min_length=1, max_length=8)]
-    """Materials of the parts ``floor``, ``wall``, ``ceiling`` and ``skirting``."""
+    """Materials of the parts ``floor``, ``wall``, ``ceiling``, and of ``skirting`` where there are such boards."""
     slopes: Annotated[tuple[Slope, ...], Limits(min_length=1, max_length=8)] | None = None
 
 
@@ -394,3 +395,5 @@ class SceneDescription:
     Empty for a room that is compared with changed ones: like these it is rendered so that what is seen of an object does not depend, to the
     last bit, on objects that are not seen.
     """
+    motion: Motion | None = None
+    """Where the body that carries the camera is at all times; None where only the poses of the frames are known."""

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
-    "kernel_cache": {"kernel_cache", "numba"},
+    "kernel_cache": {"kernel_cache", "numba", "numpy"},
     "scene_description": {"scene_description", "numpy", "yaml"},
     "grammar": {"grammar", "kernel_cache", "scene_description", "numpy", "scipy", "numba", "shapely"},
     "renderer": {"renderer", "kernel_cache", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
@@ -49,6 +49,7 @@ FOLDERS = {
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
         "lidar": {"core", "scene"},
+        "body": {"core"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},

@@ -114,9 +114,7 @@ def sample_appearance_from(
             raise GrammarError(
                 f"appearance: expected a look for category '{category}', got none; known are {', '.join(sorted(appearance.categories))}"
             )
-    surfaces = tuple(
-        Part(name=name, material=pool.choose(rule.by_room.get(room_type, rule.families))) for name, rule in appearance.surfaces.items()
-    )
+    surfaces = _surfaces(pool, appearance, room_type)
     looks: dict[tuple[str, int], ModelAndParts] = {}
     by_id = {item.id: item for item in objects}
     openings: list[Opening] = []
@@ -132,6 +130,16 @@ def sample_appearance_from(
         model, parts = _look(rng, appearance, pool, looks, item.category, item.id, owner)
         new_objects.append(replace(item, model=model, parts=parts))
     return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(new_objects)
+
+
+def _surfaces(pool: MaterialPool, appearance: Appearance, room_type: str) -> tuple[Part, ...]:
+    """Return the room's surfaces with their materials, but for those that walls of the chosen material do not have."""
+    chosen: dict[str, str] = {}
+    for name, rule in appearance.surfaces.items():
+        walls = {material.family for material in pool.materials if material.id == chosen.get("wall")}
+        if walls.isdisjoint(rule.not_on):
+            chosen[name] = pool.choose(rule.by_room.get(room_type, rule.families))
+    return tuple(Part(name=name, material=material) for name, material in chosen.items())
 
 
 def _look(

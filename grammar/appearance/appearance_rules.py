@@ -50,10 +50,14 @@ class PartRule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SurfaceRule:
-    """What a surface of the room is made of: families of materials with odds; ``by_room`` replaces them for a room type."""
+    """What a surface of the room is made of: families of materials with odds; ``by_room`` replaces them for a room type.
+
+    ``not_on``: there is no such surface where the walls are of one of these families.
+    """
 
     families: Families
     by_room: Mapping[str, Families] = field(default_factory=dict)
+    not_on: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -198,7 +198,7 @@ def _sample_environment(
 
 def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
     """Draw a number whose logarithm is uniform."""
-    return float(np.exp(rng.uniform(math.log(bounds[0]), math.log(bounds[1]))))
+    return math.exp(rng.uniform(math.log(bounds[0]), math.log(bounds[1])))
 
 
 def _check_order(path: str, ranges: Mapping[str, tuple[float, float]]) -> None:
@@ -234,7 +234,7 @@ def sample_downlights(
     """
     if config is None or rng.random() >= config.probability:
         return ()
-    spacing, flux_lm = float(rng.uniform(*config.spacing_m)), float(np.exp(rng.uniform(*np.log(config.flux_lm))))
+    spacing, flux_lm = float(rng.uniform(*config.spacing_m)), _log_uniform(rng, config.flux_lm)
     temperature_k, beam = float(rng.uniform(*config.color_temperature_k)), math.radians(float(rng.uniform(*config.beam_deg)))
     on = bool(rng.random() < (config.on_in_dark if dark else config.on_by_day))
     # keep the points of a grid that are off the walls and off hanging lamps

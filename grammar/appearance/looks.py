@@ -20,6 +20,7 @@ from grammar.appearance.materials import Hue, Range, linear_rgb
 from grammar.spec.request import RequestError, SceneRequest
 from scene_description import FieldError, Limits, Material, Part, Room, SceneObject, Texture, from_mapping
 from scene_description.color import linear_from_srgb
+from scene_description.strict import whole_number
 from scene_description.types import Color
 from scene_description.yaml_text import load_yaml
 
@@ -219,11 +220,12 @@ def _color_of_hex(text: str) -> Color:
 def _check_id(targeted: TargetedLook, room: Room, items: Sequence[SceneObject]) -> None:
     """Check that the room has the object that a look targets by its id, and that it has the part."""
     parts = {opening.id: opening.parts for opening in room.openings} | {item.id: item.parts for item in items}
-    if int(targeted.owner) not in parts:
+    number = whole_number(targeted.owner)
+    if number is None or number not in parts:
         raise RequestError(
-            f"looks: {targeted.text!r}: expected the id of an object of this room (1 to {max(parts, default=0)}), got {targeted.owner}"
+            f"looks: {targeted.text!r}: expected the id of an object of this room (1 to {max(parts, default=0)}), got {targeted.owner:.40}"
         )
-    names = [part.name for part in parts[int(targeted.owner)]]
+    names = [part.name for part in parts[number]]
     if targeted.part != ANY and targeted.part not in names:
         raise RequestError(
             f"looks: {targeted.text!r}: expected a part of object {targeted.owner} ({', '.join(names)}), got '{targeted.part}'"

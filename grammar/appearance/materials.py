@@ -11,7 +11,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from scene_description import Limits, Material, Texture
+from scene_description.products import matmul
 from scene_description.types import Color
 
 Share = Annotated[float, Limits(ge=0.0, le=1.0)]
@@ -94,7 +96,7 @@ def linear_rgb(lightness: float, chroma: float, hue_deg: float) -> Color:
     angle = math.radians(hue_deg)
     for shrink in np.linspace(1.0, 0.0, 21):
         a, b = shrink * chroma * math.cos(angle), shrink * chroma * math.sin(angle)
-        rgb = _RGB_FROM_LMS @ (_LMS_FROM_OKLAB @ np.array([lightness, a, b])) ** 3
+        rgb = matmul(_RGB_FROM_LMS, el.power(matmul(_LMS_FROM_OKLAB, np.array([lightness, a, b])), 3))
         if rgb.min() >= 0.0 and rgb.max() <= 1.0:
             break
     red, green, blue = (float(value) for value in np.round(np.clip(rgb, 0.0, 1.0), 6))
@@ -136,7 +138,7 @@ def _texture(rng: np.random.Generator, kind: TextureRange, base: tuple[float, fl
     low, high = kind.scale_m
     return Texture(
         generator=kind.generator,
-        scale_m=round(low * (high / low) ** float(rng.random()), 5),
+        scale_m=round(low * math.pow(high / low, float(rng.random())), 5),
         seed=int(rng.integers(_MAX_TEXTURE_SEED)),
         colors=tuple(_further(rng, color, base, palette) for color in kind.colors),
         contrast=round(float(rng.uniform(*kind.contrast)), 4),

@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grammar.camera.directions import sample_directions
+import kernel_cache.elementary as el
+from grammar.camera.directions import Gaze, choose_gaze, sample_directions
 from grammar.camera.path_config import CameraPathConfig, Mount
+from grammar.camera.sights import Sights
 from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes
@@ -24,6 +26,7 @@ from scene_description import CameraPose
 from scene_description.poses import look_at
 
 _TRIAL_STATIONS = 8
+NO_SIGHTS = Sights()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,12 +43,27 @@ class CameraSpace(NamedTuple):
     """Where the camera goes: (n, 2) outline of the floor, counter-clockwise, world, metres; the ceiling's height; (b, 8) solids.
 
     roof: (r, 8) boxes that fill what a sloped ceiling cuts off, which the camera keeps clear of but does not look for.
+    sights: what it looks for beside the solids, and which of all that is bright.
     """
 
     polygon_m: ArrayLike
     height_m: float
     boxes: Boxes
     roof: Boxes = NO_BOXES
+    sights: Sights = NO_SIGHTS
+
+    @property
+    def solids(self) -> Boxes:
+        """Solids and boxes of the roof, which nothing passes through."""
+        return np.ascontiguousarray(np.concatenate([self.boxes, self.roof]), np.float64)
+
+    def views(self, config: CameraPathConfig, lens_m: float) -> Views:
+        """Return what views are judged in, for a lens at a height."""
+        seen = np.ascontiguousarray(np.concatenate([self.boxes, self.sights.openings, self.roof]), np.float64)
+        things = len(self.boxes) + len(self.sights.openings)
+        bright = np.zeros(things, np.bool_)
+        bright[: len(self.sights.bright)] = self.sights.bright
+        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)
 
 
 def sample_camera_path(
@@ -58,19 +76,19 @@ def sample_camera_path(
     rotation.
     """
     # draw who carries the camera, and walk
-    mount, lens_m = _sample_mount(rng, config, space.height_m)
-    solids = np.ascontiguousarray(np.concatenate([space.boxes, space.roof]), np.float64)
-    views = Views(config, np.ascontiguousarray(space.polygon_m, np.float64), space.height_m, solids, lens_m, len(space.boxes))
+    mount, lens_m = sample_mount(rng, config, space.height_m)
+    views = space.views(config, lens_m)
     frames = times.frames
     step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / times.rate_hz))
     length_m = step_m * (frames - 1)
-    ground = choose_ground(views.polygon, views.boxes, lens_m, config.sway_m, config.body_radius_m, config.clearance_m, config.resolution_m)
-    walk = _best_walk(rng, views, ground, length_m)
+    keep_m = (config.body_radius_m, config.clearance_m)
+    ground = choose_ground(views.polygon, space.solids, lens_m, config.sway_m, *keep_m, config.resolution_m)
+    walk, gaze = best_walk(rng, views, ground, length_m)
     # sample position and direction at each frame
     along_m = step_m * np.arange(frames, dtype=np.float64)
     xy = position_at(walk, along_m)
-    z = lens_m + config.sway_m * np.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
-    yaw, pitch = sample_directions(rng, views, mount, walk, along_m)
+    z = lens_m + config.sway_m * el.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
+    yaw, pitch = sample_directions(rng, views, mount, gaze, along_m)
     poses = []
     for k in range(frames):
         position = (float(xy[k, 0]), float(xy[k, 1]), float(z[k]))
@@ -79,7 +97,7 @@ def sample_camera_path(
     return tuple(poses)
 
 
-def _sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
+def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
     """Draw a mount and the height of its lens, which stays below the ceiling."""
     mounts = list(config.mounts.values())
     weights = np.array([mount.probability for mount in mounts])
@@ -88,22 +106,24 @@ def _sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: 
     return mount, min(lens_m, height_m - config.clearance_m - config.sway_m)
 
 
-def _best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> Walk:
-    """Return the walk with the best views out of a few; the longer the walk, the fewer are tried."""
+def best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> tuple[Walk, Gaze]:
+    """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried."""
     config = views.config
     cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials]
     quality = [views.best(ground.cells_m[cell]) for cell in cells]
     routes = find_routes(ground, cells[np.argsort(np.negative(quality), kind="stable")][: config.viewpoints])
     trials = max(int(config.path_trials * min(1.0, 2.0 * config.path_length_m / max(length_m, 1e-9))), 1)
     walks = [sample_walk(rng, ground, routes, length_m, config.smoothing_m) for _ in range(trials)]
-    return max(walks, key=lambda walk: _walk_value(views, walk, length_m))
+    gazes = [choose_gaze(views, walk, length_m) for walk in walks]
+    values = [config.travel_weight * _travel(walk, length_m) + gaze.worth for walk, gaze in zip(walks, gazes, strict=True)]
+    best = int(np.argmax(values))
+    return walks[best], gazes[best]
 
 
-def _walk_value(views: Views, walk: Walk, length_m: float) -> float:
-    """Return the mean value of the best views along a walk, and a reward for getting away from its start."""
-    stations = position_at(walk, np.linspace(0.0, length_m, _TRIAL_STATIONS))
-    travel = float(np.linalg.norm(stations - stations[0], axis=1).max()) / max(length_m, 1e-9)
-    return views.config.travel_weight * travel + float(np.mean([views.best(station) for station in stations]))
+def _travel(walk: Walk, length_m: float) -> float:
+    """Return the share of its length by which a walk gets away from its start."""
+    away = position_at(walk, np.linspace(0.0, length_m, _TRIAL_STATIONS)) - walk.points_m[0]
+    return float(np.linalg.norm(away, axis=1).max()) / max(length_m, 1e-9)
 
 
 def _orientation(yaw_rad: float, pitch_rad: float) -> tuple[float, float, float, float]:

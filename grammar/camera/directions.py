@@ -6,13 +6,15 @@ Angles between keys follow monotone cubics (PCHIP), written out here because imp
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.view_ring import RING_COLUMNS, Ring, Views, best_columns, column_azimuth_rad
 from grammar.camera.walk import Walk, position_at
-from grammar.geometry.arrays import Floats
+from grammar.geometry.arrays import Floats, Ints
 
 _KEY_SPACING_M = 0.3
 _YAW_SHARE = 0.75
@@ -25,20 +27,36 @@ _TURN_COST = 0.002
 _PITCH_OFFSET_SD_RAD = 0.03
 
 
-def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, walk: Walk, along_m: Floats) -> tuple[Floats, Floats]:
-    """Return yaw (unwrapped) and pitch in radians, (n,) each, at progress ``along_m`` (n,) of a walk."""
-    config = views.config
+class Gaze(NamedTuple):
+    """Where a camera looks along a walk: keys (k,) of progress in metres, their rings, columns of these, and what views are worth."""
+
+    keys_m: Floats
+    rings: list[Ring]
+    columns: Ints
+    worth: float
+
+
+def choose_gaze(views: Views, walk: Walk, length_m: float) -> Gaze:
+    """Return the directions with the best views that a camera of limited turns can have; worth is their mean and the least of them."""
     # judge the views from key stations along the walk
-    keys_m = np.linspace(0.0, float(along_m[-1]), max(math.ceil(float(along_m[-1]) / _KEY_SPACING_M), 1) + 1)
+    config = views.config
+    keys_m = np.linspace(0.0, length_m, max(math.ceil(length_m / _KEY_SPACING_M), 1) + 1)
     rings = [views.ring(station) for station in position_at(walk, keys_m)]
     values = np.array([views.values(ring) for ring in rings])
     # choose the columns with the best total value, minus the cost of turns
-    scores = _scores(rng, config, keys_m, values, float(along_m[-1]), moves=len(walk.points_m) > 1)
+    scores = _scores(config, keys_m, values, moves=len(walk.points_m) > 1)
     key_turn_rad = _YAW_SHARE * config.max_turn_rad * (keys_m[1] - keys_m[0]) / config.max_step_m
     columns = best_columns(scores, max(int(key_turn_rad / (2.0 * math.pi / RING_COLUMNS)), 1), _TURN_COST)
-    key_yaw = np.unwrap(column_azimuth_rad()[columns])
+    chosen = values[np.arange(len(keys_m)), columns]
+    return Gaze(keys_m, rings, columns, float(chosen.mean() + chosen.min()))
+
+
+def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, gaze: Gaze, along_m: Floats) -> tuple[Floats, Floats]:
+    """Return yaw (unwrapped) and pitch in radians, (n,) each, at progress ``along_m`` (n,) of a walk."""
+    config, keys_m = views.config, gaze.keys_m
+    key_yaw = np.unwrap(column_azimuth_rad()[gaze.columns])
     offset = rng.normal(0.0, _PITCH_OFFSET_SD_RAD)
-    key_pitch = [_pitch_of_view(views, mount, ring, column) + offset for ring, column in zip(rings, columns, strict=True)]
+    key_pitch = [_pitch_of_view(views, mount, ring, column) + offset for ring, column in zip(gaze.rings, gaze.columns, strict=True)]
     # interpolate between the keys and limit the turn from frame to frame
     step_m = along_m[1] - along_m[0] if len(along_m) > 1 else 0.0
     turn = config.max_turn_rad * step_m / config.max_step_m
@@ -47,16 +65,21 @@ def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, walk
     return yaw, _limit_rate(pitch, (1.0 - _YAW_SHARE) * turn)
 
 
-def _scores(rng: np.random.Generator, config: CameraPathConfig, keys_m: Floats, values: Floats, length_m: float, *, moves: bool) -> Floats:
+def _scores(config: CameraPathConfig, keys_m: Floats, values: Floats, *, moves: bool) -> Floats:
     """Return (k, RING_COLUMNS) what each direction is worth at each key: its view, and its nearness to a steady sweep of the room.
 
-    The sweep passes through the best view of the walk's middle.  A camera that cannot move only sweeps.
+    The sweep is the one, of all beginnings and both senses, whose views are best, the first view counting ``first_weight`` times.  A camera
+    that cannot move only sweeps.
     """
-    azimuth = column_azimuth_rad()
-    middle_m = 0.5 * min(length_m, config.path_length_m)
-    best = azimuth[int(np.argmax(values[np.argmin(np.abs(keys_m - middle_m))]))]
-    sweep_to = best + rng.choice([-1.0, 1.0]) * config.sweep_rad_per_m * (keys_m - middle_m)
-    return np.asarray(moves * values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None]))
+    azimuth, keys = column_azimuth_rad(), np.arange(len(keys_m))
+    step = 2.0 * math.pi / RING_COLUMNS
+    counts = np.where(keys == 0, config.first_weight, 1.0)
+    sweeps = [begin + sense * config.sweep_rad_per_m * keys_m for sense in (-1.0, 1.0) for begin in azimuth]
+    worth = [float((counts * values[keys, np.rint(sweep / step).astype(np.int64) % RING_COLUMNS]).sum()) for sweep in sweeps]
+    sweep_to = sweeps[int(np.argmax(worth))]
+    scores = moves * values + config.sweep_weight * el.cos(azimuth[None, :] - sweep_to[:, None])
+    scores[0] += (config.first_weight - 1.0) * moves * values[0]
+    return np.asarray(scores)
 
 
 def _pitch_of_view(views: Views, mount: Mount, ring: Ring, column: int) -> float:

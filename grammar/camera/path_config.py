@@ -20,13 +20,19 @@ Trials = Annotated[int, Limits(ge=1, le=1000)]
 
 
 class ViewWeights(NamedTuple):
-    """How a view is judged: distances in metres that count as too near and as far, and the weights of its three terms."""
+    """How a view is judged, as :func:`grammar.camera.view_ring.view_values` has it: distances in metres, a share, and weights."""
 
     near_m: float
     far_m: float
+    least_depth_m: float
+    most_share: float
     depth: float
     objects: float
     near: float
+    filled: float
+    missing: float
+    light: float
+    line: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +65,15 @@ class CameraPathConfig:
     depth_weight: Weight
     things_weight: Weight
     near_weight: Weight
+    most_share: Annotated[float, Limits(ge=0.0, le=1.0)]
+    least_depth_m: Metres
+    filled_weight: Weight
+    missing_weight: Weight
+    light_weight: Weight
+    line_weight: Weight
     travel_weight: Weight
     sweep_weight: Weight
+    first_weight: Annotated[float, Limits(ge=1.0, le=100.0)]
     sweep_rad_per_m: Annotated[float, Limits(ge=0.0, le=10.0, unit="rad/m")]
     viewpoints: Annotated[int, Limits(ge=2, le=100)]
     viewpoint_trials: Trials
@@ -69,7 +82,19 @@ class CameraPathConfig:
     @property
     def view_weights(self) -> ViewWeights:
         """How views are judged."""
-        return ViewWeights(near_m=self.near_m, far_m=self.far_m, depth=self.depth_weight, objects=self.things_weight, near=self.near_weight)
+        return ViewWeights(
+            near_m=self.near_m,
+            far_m=self.far_m,
+            least_depth_m=self.least_depth_m,
+            most_share=self.most_share,
+            depth=self.depth_weight,
+            objects=self.things_weight,
+            near=self.near_weight,
+            filled=self.filled_weight,
+            missing=self.missing_weight,
+            light=self.light_weight,
+            line=self.line_weight,
+        )
 
 
 def read_camera_path_config(path: Path) -> CameraPathConfig:

@@ -1,7 +1,8 @@
 """What a camera would see from a point of the room in every horizontal direction, judged coarsely by casting rays at walls and boxes.
 
 A ring is a bundle of rays, ``RING_COLUMNS`` azimuths times the given elevations.  A view is as many neighbouring columns as the field of
-view spans.  Its value grows with how far it sees and how many different objects it shows, and falls with what stands right before the lens.
+view spans.  Its value grows with how far it sees, how many different objects it shows, and with windows and lamps; it falls with what
+stands right before the lens, and with a plane or an object that fills it.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammar.camera.path_config import CameraPathConfig, ViewWeights
 from grammar.geometry.arrays import Boxes, Floats, Ints
@@ -18,13 +20,32 @@ from grammar.geometry.kernels import entry, kernel
 
 RING_COLUMNS = 72
 
+_ENOUGH_OBJECTS = 3
+_NARROW_M, _WIDE_M = 2.0, 3.0
+"""Free widths at which a room counts as narrow, and as not narrow at all."""
+_REFUSED = 5.0
+"""What a view loses whose median depth is too small."""
+
 
 def column_azimuth_rad() -> Floats:
     """Return (RING_COLUMNS,) the azimuth of each column's centre, radians counter-clockwise from +x."""
     return np.arange(RING_COLUMNS, dtype=np.float64) * (2.0 * math.pi / RING_COLUMNS)
 
 
-def cast_ring(polygon: Floats, height_m: float, boxes: Boxes, position_m: Floats, elevations_rad: Floats) -> tuple[Floats, Ints]:
+class Ring(NamedTuple):
+    """What the rays from a point meet.
+
+    distance_m: (RING_COLUMNS, e) float64, along the ray.
+    hit: (RING_COLUMNS, e) int64, row of the box that was hit, -1 for walls, floor and ceiling.
+    plane: (RING_COLUMNS, e) int64, which of the planes was hit: walls, floor and ceiling, three of each box.
+    """
+
+    distance_m: Floats
+    hit: Ints
+    plane: Ints
+
+
+def cast_ring(polygon: Floats, height_m: float, boxes: Boxes, position_m: Floats, elevations_rad: Floats) -> Ring:
     """Cast the rays of a ring from a point inside a room.
 
     Args:
@@ -33,68 +54,93 @@ def cast_ring(polygon: Floats, height_m: float, boxes: Boxes, position_m: Floats
         boxes: (b, 8) float64 solids, rows as grammar.geometry.boxes defines them.
         position_m: (3,) float64 world.
         elevations_rad: (e,) float64, up is positive.
-
-    Returns:
-        distance_m: (RING_COLUMNS, e) float64, along the ray.
-        hit: (RING_COLUMNS, e) int64, row of the box that was hit, -1 for walls, floor and ceiling.
     """
-    distance_m = np.empty((RING_COLUMNS, len(elevations_rad)))
-    hit = np.full((RING_COLUMNS, len(elevations_rad)), -1, np.int64)
-    _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit)
-    return distance_m, hit
+    shape = (RING_COLUMNS, len(elevations_rad))
+    ring = Ring(np.empty(shape), np.full(shape, -1, np.int64), np.empty(shape, np.int64))
+    _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, *ring)
+    return ring
 
 
 @entry
-def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit):  # type: ignore[no-untyped-def]
-    """Write distances and hits: of each ray the nearest of wall, floor or ceiling, and boxes."""
+def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit, plane):  # type: ignore[no-untyped-def]
+    """Write distances, hits and planes: of each ray the nearest of wall, floor or ceiling, and boxes."""
+    walls = len(polygon)
     for column in range(RING_COLUMNS):
         azimuth = column * (2.0 * math.pi / RING_COLUMNS)
         dx, dy = math.cos(azimuth), math.sin(azimuth)
-        wall = _wall_distance(polygon, position_m[0], position_m[1], dx, dy)
+        wall, edge = _nearest_wall(polygon, position_m[0], position_m[1], dx, dy)
         for row in range(len(elevations_rad)):
             slope = math.tan(elevations_rad[row])
-            nearest = wall
-            if slope < 0.0:
-                nearest = min(nearest, -position_m[2] / slope)
-            elif slope > 0.0:
-                nearest = min(nearest, (height_m - position_m[2]) / slope)
+            nearest, met = wall, edge
+            if slope != 0.0:
+                level = (-position_m[2] if slope < 0.0 else height_m - position_m[2]) / slope
+                if level < nearest:
+                    nearest, met = level, walls + (0 if slope < 0.0 else 1)
             for b in range(len(boxes)):
-                t = _box_distance(boxes[b], position_m, dx, dy, slope)
+                t, axis = _box_entry(boxes[b], position_m, dx, dy, slope)
                 if t < nearest:
-                    nearest = t
+                    nearest, met = t, walls + 2 + 3 * b + axis
                     hit[column, row] = b
+            plane[column, row] = met
             distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
 
 
-def view_values(distance_m: Floats, hit: Ints, box_count: int, columns_wide: int, weights: ViewWeights) -> Floats:
+def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
-    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * share of rays shorter than near, with k the number of different
-    boxes in view.
+    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * share of rays shorter than near
+            - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
+            + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
+    with k the number of different boxes in view, and less by 5 where the median of d is below least_depth.
+
+    Args:
+        ring: what the rays meet.
+        bright: (b,) which boxes are windows or lamps.
+        level_row: row of the rays that are level.
+        columns_wide: columns that a view spans.
+        weights: of the terms.
     """
-    values = np.empty(len(distance_m))
-    _value_views(distance_m, hit, np.full(box_count, -1, np.int64), columns_wide, weights, values)
-    return values
+    values = np.empty(RING_COLUMNS)
+    boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
+    _value_views(*ring, bright, columns_wide, weights, np.empty(boxes, np.int64), np.empty(planes, np.int64), values)
+    level = ring.distance_m[:, level_row]
+    across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
+    narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
+    return np.asarray(values + weights.line * narrow * level / level.max())
 
 
 @entry
-def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # type: ignore[no-untyped-def]
-    """Write the value of each view; ``seen_from`` (b,) remembers for each box the last view that counted it."""
+def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
+    """Write the value of each view but for its free line; ``box_rays``, ``plane_rays``: counters."""
     columns, rows = distance_m.shape
     for centre in range(columns):
-        depth, near, objects = 0.0, 0, 0
+        depth, near, close = 0.0, 0, 0
+        box_rays[:] = 0
+        plane_rays[:] = 0
         for offset in range(columns_wide):
             column = (centre + offset - columns_wide // 2) % columns
             for row in range(rows):
                 d = distance_m[column, row]
                 depth += min(d, weights.far_m) / weights.far_m
                 near += d < weights.near_m
-                b = hit[column, row]
-                if b >= 0 and seen_from[b] != centre:
-                    seen_from[b] = centre
-                    objects += 1
+                close += d < weights.least_depth_m
+                plane_rays[plane[column, row]] += 1
+                if hit[column, row] >= 0:
+                    box_rays[hit[column, row]] += 1
         rays = columns_wide * rows
-        values[centre] = weights.depth * depth / rays + weights.objects * (1.0 - 0.8**objects) - weights.near * near / rays
+        objects, largest, light = 0, 0, 0.0
+        for b in range(len(box_rays)):
+            objects += box_rays[b] > 0
+            largest = max(largest, box_rays[b])
+            if box_rays[b] > 0 and bright[b]:
+                light = weights.light
+        widest = 0
+        for p in range(len(plane_rays)):
+            widest = max(widest, plane_rays[p])
+        filled = max(widest / rays - weights.most_share, 0.0) + max(largest / rays - weights.most_share, 0.0)
+        value = weights.depth * depth / rays + weights.objects * (1.0 - 0.8**objects) - weights.near * near / rays
+        value += light - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects, 0)
+        values[centre] = value - (_REFUSED if 2 * close > rays else 0.0)
 
 
 def best_columns(values: Floats, most_columns: int, turn_cost: float) -> Ints:
@@ -131,9 +177,9 @@ def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-un
 
 
 @kernel
-def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
-    """Return the distance along a horizontal ray of unit direction to the outline, inf for a miss."""
-    nearest = np.inf
+def _nearest_wall(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
+    """Return the distance along a horizontal ray of unit direction to the outline, inf for a miss, and which of its edges that is."""
+    nearest, edge = np.inf, 0
     n = len(polygon)
     for i in range(n):
         ex, ey = polygon[(i + 1) % n, 0] - polygon[i, 0], polygon[(i + 1) % n, 1] - polygon[i, 1]
@@ -141,40 +187,37 @@ def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
         if abs(cross) > 1e-12:
             ax, ay = polygon[i, 0] - x, polygon[i, 1] - y
             t, s = (ax * ey - ay * ex) / cross, (ax * dy - ay * dx) / cross
-            if t > 0.0 and 0.0 <= s <= 1.0:
-                nearest = min(nearest, t)
-    return nearest
+            if 0.0 < t < nearest and 0.0 <= s <= 1.0:
+                nearest, edge = t, i
+    return nearest, edge
 
 
 @kernel
-def _box_distance(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
-    """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside."""
+def _box_entry(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
+    """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside, and its axis."""
     px, py = position[0] - box[X], position[1] - box[Y]
     u, v = px * box[COS_YAW] + py * box[SIN_YAW], py * box[COS_YAW] - px * box[SIN_YAW]
     du, dv = dx * box[COS_YAW] + dy * box[SIN_YAW], dy * box[COS_YAW] - dx * box[SIN_YAW]
     w = position[2] - 0.5 * (box[Z_LOW] + box[Z_HIGH])
-    low, high = 0.0, np.inf
+    low, high, entered, axis = 0.0, np.inf, 0, 0
     for start, step, half in ((u, du, box[HALF_DEPTH]), (v, dv, box[HALF_WIDTH]), (w, dz, 0.5 * (box[Z_HIGH] - box[Z_LOW]))):
         if abs(step) < 1e-12:
             if abs(start) > half:
-                return np.inf
+                return np.inf, 0
         else:
             a, b = (-half - start) / step, (half - start) / step
-            low, high = max(low, min(a, b)), min(high, max(a, b))
-    return low if 0.0 < low <= high else np.inf
-
-
-class Ring(NamedTuple):
-    """What the rays from a point meet, as :func:`grammar.camera.view_ring.cast_ring` returns it."""
-
-    distance_m: Floats
-    hit: Ints
+            if min(a, b) > low:
+                low, entered = min(a, b), axis
+            high = min(high, max(a, b))
+        axis += 1
+    return (low if 0.0 < low <= high else np.inf), entered
 
 
 class Views(NamedTuple):
     """What views are judged in: the settings, what rays meet ((n, 2) outline, ceiling height, (b, 8) solids), the height of the lens.
 
-    The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.
+    The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: (things,)
+    which of them are windows or lamps.
     """
 
     config: CameraPathConfig
@@ -183,6 +226,7 @@ class Views(NamedTuple):
     boxes: Boxes
     lens_m: float
     things: int
+    bright: NDArray[np.bool_]
 
     @property
     def columns_wide(self) -> int:
@@ -192,12 +236,13 @@ class Views(NamedTuple):
     def ring(self, station_m: Floats) -> Ring:
         """Cast a ring of rays from a point (2,) of the floor."""
         position = np.array([station_m[0], station_m[1], self.lens_m])
-        distance_m, hit = cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad))
-        return Ring(distance_m, np.where(hit < self.things, hit, -1))
+        ring = cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad))
+        return ring._replace(hit=np.where(ring.hit < self.things, ring.hit, -1))
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
-        return np.asarray(view_values(ring.distance_m, ring.hit, len(self.boxes), self.columns_wide, self.config.view_weights))
+        level_row = int(np.argmin(np.abs(self.config.elevations_rad)))
+        return view_values(ring, self.bright, level_row, self.columns_wide, self.config.view_weights)
 
     def best(self, station_m: Floats) -> float:
         """Return the value of the best view from a point."""

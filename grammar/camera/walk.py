@@ -8,6 +8,7 @@ points is allowed if both keep half their distance from each other in reserve.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from grammar.geometry.boxes import Z_HIGH, Z_LOW, point_distance
 from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
 from grammar.geometry.kernels import entry
 
-_RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
+RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
 """Shares of body radius and lens clearance that are tried in turn; without a body the lens may hover over furniture."""
 _LEAST_AREA_M2 = 0.2
 _RESERVE_CELLS = 0.75
@@ -62,18 +63,26 @@ class Walk(NamedTuple):
 
 
 def choose_ground(
-    polygon: Floats, boxes: Boxes, lens_m: float, spath_m: float, body_radius_m: float, clearance_m: float, resolution_m: float
+    polygon: Floats,
+    boxes: Boxes,
+    lens_m: float,
+    spath_m: float,
+    body_radius_m: float,
+    clearance_m: float,
+    resolution_m: float,
+    relaxation: Sequence[tuple[float, float]] = RELAXATION,
 ) -> Ground:
     """Return the largest connected ground for a lens at height ``lens_m``, which sways by ``spath_m`` up and down.
 
-    The distances to keep shrink step by step until some ground is left; at worst it is the one cell with the greatest clearance.
+    The distances to keep shrink step by step, by the shares of ``relaxation``, until some ground is left; at worst it is the one cell with
+    the greatest clearance.
     """
     feet = boxes[boxes[:, Z_LOW] < lens_m + spath_m]
     band = _around_lens(boxes, lens_m, spath_m + clearance_m)
     reserve_m = _RESERVE_CELLS * resolution_m
     lens_raster = rasterize(polygon, band, resolution_m, math.inf)
     feet_raster = rasterize(polygon, feet, resolution_m, math.inf)
-    for body_share, lens_share in _RELAXATION:
+    for body_share, lens_share in relaxation:
         body_keep, lens_keep = body_share * body_radius_m, lens_share * clearance_m
         allowed = standable(lens_raster, lens_keep + reserve_m)
         solids, keep = band, np.full(len(band), lens_keep)
@@ -104,7 +113,7 @@ def sample_walk(rng: np.random.Generator, ground: Ground, routes: Routes, length
     cells, path_m = [int(routes.viewpoints[here])], 0.0
     while path_m < length_m and len(routes.viewpoints) > 1:
         there = (here + 1 + int(rng.integers(len(routes.viewpoints) - 1))) % len(routes.viewpoints)
-        leg = _leg(routes, here, there)
+        leg = leg_between(routes, here, there)
         path_m += float(np.linalg.norm(np.diff(ground.cells_m[leg], axis=0), axis=1).sum())
         cells += leg[1:]
         here = there
@@ -164,7 +173,7 @@ def _ground(
     return Ground(centres, (graph + graph.T).tocsr(), polygon, boxes, keep_m, wall_keep_m, reserve_m)
 
 
-def _leg(routes: Routes, here: int, there: int) -> list[int]:
+def leg_between(routes: Routes, here: int, there: int) -> list[int]:
     """Return the cells from one viewpoint to another, both included."""
     leg = [int(routes.viewpoints[there])]
     while leg[-1] != routes.viewpoints[here]:
@@ -180,6 +189,17 @@ def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-
     for b in range(len(boxes)):
         slack = min(slack, point_distance(boxes[b], x_m, y_m) - keep_m[b])
     return slack
+
+
+@entry
+def is_free_line(polygon, boxes, keep_m, wall_keep_m, ax, ay, bx, by, step_m):  # type: ignore[no-untyped-def]
+    """Return whether every point of a line between two keeps the required distances; it is looked at in steps."""
+    count = math.ceil(math.hypot(bx - ax, by - ay) / step_m) + 1
+    for i in range(count + 1):
+        share = i / count
+        if slack_at(polygon, boxes, keep_m, wall_keep_m, ax + share * (bx - ax), ay + share * (by - ay)) < 0.5 * step_m:
+            return False
+    return True
 
 
 @entry

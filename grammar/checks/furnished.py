@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y, footprint_penetration
 from grammar.geometry.solids import object_solids, whole_box
@@ -199,7 +200,7 @@ def swept_points(room: Room) -> Iterator[Floats]:
     """Yield (n, 2) points of the floor that each door into the room sweeps until it stands at a right angle."""
     radius, angle = np.meshgrid(np.linspace(0.1, 0.97, 12), np.linspace(0.05, 0.5 * math.pi - 0.05, 12))
     for opening, x, y, yaw, side in leaf_frames(room):
-        into, left = opening.width_m * radius * np.sin(angle), side * opening.width_m * radius * np.cos(angle)
+        into, left = opening.width_m * radius * el.sin(angle), side * opening.width_m * radius * el.cos(angle)
         c, s = math.cos(yaw), math.sin(yaw)
         yield np.column_stack([(x + into * c - left * s).ravel(), (y + into * s + left * c).ravel()])
 

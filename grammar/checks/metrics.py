@@ -7,6 +7,7 @@ functional sides, opening clearance, support), ProcTHOR (reachable cells of 0.25
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -101,7 +102,7 @@ def _pair_iou(objects: Sequence[SceneObject]) -> tuple[float, float]:
     """Return the mean IoU of the axis-aligned boxes of all pairs, and the share of pairs whose boxes share space."""
     low, high = [], []
     for item in objects:
-        c, s = abs(np.cos(item.yaw_rad)), abs(np.sin(item.yaw_rad))
+        c, s = abs(math.cos(item.yaw_rad)), abs(math.sin(item.yaw_rad))
         half = np.array([item.size_m[0] * c + item.size_m[1] * s, item.size_m[0] * s + item.size_m[1] * c, 0.0]) / 2
         position = np.array(item.position_m)
         low.append(position - half)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.checks.furnished import Furnished, face_covered, in_boxes, outside, taken_share, wall_distance, world_points
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import (
@@ -86,7 +87,7 @@ def chair_at_no_table(found: Furnished) -> list[int]:
     bad = []
     for item in found.standing("pulled_up"):
         away = reach * (0.5 * item.size_m[0] + FACING_M)
-        if not in_boxes(world_points(item, away * np.cos(angle), away * np.sin(angle)), tables).any():
+        if not in_boxes(world_points(item, away * el.cos(angle), away * el.sin(angle)), tables).any():
             bad.append(item.id)
     return bad
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
+from grammar.camera.sights import find_sights
 from grammar.counterfactual.change import ChangeError, Outcome, Work, random_numbers
 from grammar.counterfactual.gate import camera_checked, categories_of
 from grammar.counterfactual.values import number, whole
@@ -31,7 +32,7 @@ def lens_positions(work: Work) -> NDArray[np.float64]:
 def _moved(work: Work, positions: NDArray[np.float64]) -> Outcome:
     """Return the scene with the camera at other places (n, 3), if these are free."""
     poses = tuple(replace(pose, position_m=(x, y, z)) for pose, (x, y, z) in zip(work.scene.camera_path, positions.tolist(), strict=True))
-    return Outcome(camera_checked(work.rules(), work.scene, replace(work.scene, camera_path=poses), work.change))
+    return Outcome(camera_checked(work.rules(), work.scene, replace(work.scene, camera_path=poses, motion=None), work.change))
 
 
 def set_height(work: Work) -> Outcome:
@@ -59,7 +60,10 @@ def _turned(work: Work, turn: Quaternion) -> Outcome:
     if turn[3] == 1.0:
         return Outcome(work.scene)
     poses = tuple(replace(pose, orientation=_unit(multiply_quaternions(pose.orientation, turn))) for pose in work.scene.camera_path)
-    return Outcome(replace(work.scene, camera_path=poses))
+    motion = work.scene.motion
+    if motion is not None:
+        motion = replace(motion, camera_turn=_unit(multiply_quaternions(motion.camera_turn, turn)))
+    return Outcome(replace(work.scene, camera_path=poses, motion=motion))
 
 
 def _unit(quaternion: Quaternion) -> Quaternion:
@@ -108,7 +112,7 @@ def drive_faster(work: Work) -> Outcome:
         orientation = _between(path[before].orientation, path[before + 1].orientation, share)
         poses.append(CameraPose(stamp_ns=times[k], position_m=(x, y, z), orientation=orientation))
     note = f"{count} frames of the same rate in place of {len(path)}"
-    return Outcome(replace(work.scene, camera_path=tuple(poses)), note=note)
+    return Outcome(replace(work.scene, camera_path=tuple(poses), motion=None), note=note)
 
 
 def _stamp(path: tuple[CameraPose, ...], k: int) -> int:
@@ -137,12 +141,12 @@ def take_another_path(work: Work) -> Outcome:
     path = scene.camera_path
     span = path[-1].stamp_ns - path[0].stamp_ns
     rate_hz = (len(path) - 1) * _SECOND_NS / span if span else 10.0
-    boxes, _ = object_solids(categories_of(rules, scene), scene.objects)
+    boxes, owners = object_solids(categories_of(rules, scene), scene.objects)
     rng, room = random_numbers(scene, work.change, seed), scene.room
     space, times = (
-        CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room)),
+        CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room), find_sights(room, owners, scene.lights)),
         CameraTimes(frames=len(path), start_ns=0, rate_hz=rate_hz),
     )
     sampled = sample_camera_path(rng, rules.camera, space, times)
     poses = tuple(replace(new, stamp_ns=old.stamp_ns) for new, old in zip(sampled, path, strict=True))
-    return Outcome(replace(scene, camera_path=poses))
+    return Outcome(replace(scene, camera_path=poses, motion=None))

@@ -13,6 +13,7 @@ from grammar.counterfactual.change import Attribute, Change, ChangeError, Factor
 from grammar.counterfactual.targets import OBJECTS, check_keys, chosen_objects
 from grammar.synthesize import SceneSynthesizer
 from scene_description import Counterfactual, FieldError, SceneDescription
+from scene_description.rounding import rounded
 from scene_description.scene_json import check_scene
 
 _LAMPS = (*OBJECTS, "luminaire")
@@ -182,6 +183,8 @@ def apply_change(scene: SceneDescription, change: Change, rules: SceneSynthesize
         note=outcome.note[:_LONGEST_TEXT],
     )
     changed = replace(outcome.scene, counterfactuals=(*(scene.counterfactuals or ()), record))
+    if scene == rounded(scene):  # else what is not changed would be
+        changed = rounded(changed)
     try:
         check_scene(changed)
     except FieldError as error:

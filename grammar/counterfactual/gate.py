@@ -21,6 +21,7 @@ from grammar.spec.rules import Grammar, Thresholds
 from grammar.synthesize import SceneSynthesizer
 from scene_description import NYU40, SceneDescription, SceneObject, ValidityCheck, ValidityReport
 from scene_description.ceilings import ceiling_planes
+from scene_description.products import matmul
 
 CAMERA_MARGIN_M = 0.05
 """Distance that the lens keeps from everything solid."""
@@ -100,7 +101,7 @@ def camera_check(rules: SceneSynthesizer, scene: SceneDescription) -> ValidityCh
     floor = shapely.Polygon(scene.room.polygon_m).buffer(-CAMERA_MARGIN_M)
     out = ~shapely.contains_xy(floor, at[:, 0], at[:, 1])
     planes = np.vstack([(0.0, 0.0, scene.room.height_m), ceiling_planes(scene.room)])
-    ceiling = (at[:, :2] @ planes[:, :2].T + planes[:, 2]).min(axis=1)
+    ceiling = (matmul(at[:, :2], planes[:, :2].T) + planes[:, 2]).min(axis=1)
     out |= (at[:, 2] < CAMERA_MARGIN_M) | (at[:, 2] > ceiling - CAMERA_MARGIN_M)
     faults = int((inside.any(axis=1) | out).sum())
     objects = tuple(sorted({int(key) for key in owner[inside.any(axis=0)]}))

@@ -7,6 +7,7 @@ leaves the room invalid, single pieces are slid about until it is not.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -20,11 +21,14 @@ from grammar.geometry.arrays import Floats
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
 from grammar.synthesize import SceneSynthesizer
 from scene_description import Opening, Room, SceneDescription, SceneObject, ValidityCheck
+from scene_description.products import matmul
 
 NEAR_WALL_M = 0.25
 """Greatest gap to a wall at which an object counts as standing there."""
 
 _PARALLEL = 0.9
+_ONE_WAY = 1e-9
+"""Squared sine, about, below which the normals of walls count as one direction."""
 
 TRIALS, PATIENCE = 400, 100
 """Slides that are tried altogether, and without any success."""
@@ -83,7 +87,7 @@ def _slide(rng: np.random.Generator, scene: SceneDescription, faults: Sequence[V
     wall = wall_rows(scene.room.polygon_m)
     for w in near_walls(item, wall)[: 1 if item.support.kind == "wall" or rng.random() < 0.5 else 2]:
         normal = wall[w, [NORMAL_X, NORMAL_Y]]
-        step = step - normal * float(normal @ step)
+        step = step - normal * float(matmul(normal, step))
     together = {item.id}
     if rng.random() < 0.5:
         together |= {other.id for other in movable if other.group == item.id}
@@ -98,14 +102,14 @@ def near_walls(item: SceneObject, wall: Floats) -> list[int]:
     x, y = item.position_m[:2]
     along = (x - wall[:, START_X]) * wall[:, ALONG_X] + (y - wall[:, START_Y]) * wall[:, ALONG_Y]
     across = (x - wall[:, START_X]) * wall[:, NORMAL_X] + (y - wall[:, START_Y]) * wall[:, NORMAL_Y]
-    c, s = np.cos(item.yaw_rad), np.sin(item.yaw_rad)
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
     depth = 0.5 * item.size_m[0] * np.abs(wall[:, NORMAL_X] * c + wall[:, NORMAL_Y] * s)
     width = 0.5 * item.size_m[1] * np.abs(wall[:, NORMAL_Y] * c - wall[:, NORMAL_X] * s)
     gap = across - depth - width
     beside = (along > 0.0) & (along < wall[:, LENGTH]) & (gap > -_IN_WALL_M) & (gap < NEAR_WALL_M)
     chosen: list[int] = [] if item.support.wall is None else [item.support.wall]
     for w in np.argsort(gap, kind="stable").tolist():
-        turned = [abs(float(wall[w, [NORMAL_X, NORMAL_Y]] @ wall[k, [NORMAL_X, NORMAL_Y]])) < _PARALLEL for k in chosen]
+        turned = [abs(float(matmul(wall[w, [NORMAL_X, NORMAL_Y]], wall[k, [NORMAL_X, NORMAL_Y]]))) < _PARALLEL for k in chosen]
         if beside[w] and len(chosen) < 2 and all(turned):
             chosen.append(w)
     return chosen
@@ -192,5 +196,9 @@ def _with_walls(step: Floats, near: list[int], old: Floats, new: Floats) -> Floa
         return step
     normal = old[near][:, [NORMAL_X, NORMAL_Y]]
     wanted = ((new[near][:, [START_X, START_Y]] - old[near][:, [START_X, START_Y]]) * normal).sum(1)
-    correction, *_ = np.linalg.lstsq(normal, wanted - normal @ step, rcond=None)
-    return np.asarray(step + correction)
+    pull = matmul(wanted - matmul(normal, step), normal)
+    (xx, xy), (_, yy) = matmul(normal.T, normal).tolist()
+    area, spread = xx * yy - xy * xy, xx + yy
+    if area < _ONE_WAY * spread * spread:
+        return np.asarray(step + matmul(((xx, xy), (xy, yy)), pull) / (spread * spread))
+    return np.asarray(step + matmul(((yy, -xy), (-xy, xx)), pull) / area)

@@ -7,6 +7,7 @@ they meet them, or by :mod:`grammar.derivation.structure`.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -162,7 +163,9 @@ def _probability_without(grammar: Grammar, nodes: Mapping[str, Node], excluded: 
             else:
                 for branch in node.branches:
                     inner = visit(branch.symbol)
-                    product *= inner if branch.multiplicity is None else sum(p * inner**k for k, p in enumerate(branch.multiplicity))
+                    product *= (
+                        inner if branch.multiplicity is None else sum(p * math.pow(inner, k) for k, p in enumerate(branch.multiplicity))
+                    )
             found[symbol] = product
         return found[symbol]
 
@@ -182,7 +185,7 @@ def _without(node: Node, free: Mapping[str, float]) -> Node:
     branches = []
     for branch in node.branches:
         if branch.multiplicity is not None:
-            probabilities = _normalized([p * free[branch.symbol] ** k for k, p in enumerate(branch.multiplicity)])
+            probabilities = _normalized([p * math.pow(free[branch.symbol], k) for k, p in enumerate(branch.multiplicity)])
             if free[branch.symbol] <= 0.0:
                 continue
             branch = replace(branch, multiplicity=probabilities)

@@ -24,6 +24,7 @@ from grammar.spec.room_rules import OPENINGS, OpeningRule
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, Opening, Room
 from scene_description.ceilings import stretches_below_m
+from scene_description.products import dot
 from scene_description.types import OpeningKind, Point2
 
 COUNT = "_count"
@@ -223,7 +224,8 @@ def _draw_place(rule: OpeningRule, walls: FreeWalls, width: float, top: float, r
     if rule.floor_depth_m > 0.0:
         excluded |= {wall for wall, depth in enumerate(_floor_depths(walls.polygon_m)) if depth < rule.floor_depth_m}
     usable = [
-        0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length**rule.length_power for i, length in enumerate(lengths)
+        0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else math.pow(length, rule.length_power)
+        for i, length in enumerate(lengths)
     ]
     if sum(usable) <= 0.0 or top > walls.height_m - rule.casing_m:
         return None
@@ -291,7 +293,7 @@ def _floor_depths(polygon_m: Sequence[Point2]) -> list[float]:
     points = np.array(polygon_m)
     along = np.roll(points, -1, axis=0) - points
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
-    depths: list[float] = np.max(np.einsum("wpk,wk->wp", points[None] - points[:, None], inward), axis=1).tolist()
+    depths: list[float] = np.max(dot(points[None] - points[:, None], inward[:, None]), axis=1).tolist()
     return depths
 
 

@@ -31,6 +31,7 @@ from grammar.spec.values import TruncatedNormal
 from scene_description import Room, Slope
 from scene_description.ceilings import OUTSIDE_M, distance_into_room_m
 from scene_description.polygons import signed_area_m2
+from scene_description.products import matmul
 
 _TRIES = 6
 _SIDES = {"flat": (0.0, 0.0), "one_slope": (1.0, 0.0), "two_slopes": (1.0, 1.0)}
@@ -145,7 +146,7 @@ def _draw_wall(room: Room, walls: Sequence[int], rng: np.random.Generator) -> tu
 def _opposite(room: Room, walls: Sequence[int], wall: int) -> list[int]:
     """Return the longest of the walls that face a wall, if there is one."""
     rows, lengths = wall_rows(room.polygon_m), wall_lengths(room.polygon_m)
-    facing = [w for w in walls if float(rows[w, [NORMAL_X, NORMAL_Y]] @ rows[wall, [NORMAL_X, NORMAL_Y]]) <= _OPPOSITE]
+    facing = [w for w in walls if float(matmul(rows[w, [NORMAL_X, NORMAL_Y]], rows[wall, [NORMAL_X, NORMAL_Y]])) <= _OPPOSITE]
     return sorted(facing, key=lambda w: lengths[w])[-1:]
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.derivation.drafts import Draft
 from grammar.derivation.free_rows import Standing, free_slots, juts_clear
 from grammar.derivation.hung_rows import hang_rows, hangs_in_row
@@ -208,7 +209,7 @@ def _begin(symbol: str, unit_row: UnitRow, rng: np.random.Generator) -> _Candida
                 break
     if not candidates:
         raise RejectedError(f"walls that {symbol} fits at")
-    odds = np.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
+    odds = el.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
     return _improved(unit_row, candidates[int(rng.choice(len(candidates), p=odds / odds.sum()))], rng)
 
 

@@ -16,6 +16,7 @@ from grammar.geometry.kernels import entry
 from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, wall_rows
 from scene_description import Room
 from scene_description.ceilings import ceiling_planes
+from scene_description.products import matmul
 
 GRADIENT_X, GRADIENT_Y, HEIGHT, COSINE = range(4)
 """Columns of :func:`slope_rows`."""
@@ -68,7 +69,7 @@ def _strips(room: Room, below_m: float, above_m: float) -> Boxes:
     for slope in room.slopes or ():
         row, rise = wall[slope.wall], math.tan(slope.pitch_rad)
         offset = points - row[[START_X, START_Y]]
-        along, across = offset @ row[[ALONG_X, ALONG_Y]], offset @ row[[NORMAL_X, NORMAL_Y]]
+        along, across = matmul(offset, row[[ALONG_X, ALONG_Y]]), matmul(offset, row[[NORMAL_X, NORMAL_Y]])
         near = max((above_m - slope.eaves_height_m) / rise, 0.0)
         far = min((below_m - slope.eaves_height_m) / rise, float(across.max()))
         if far > near:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+import kernel_cache.elementary as el
 from grammar.geometry.arrays import Floats
 from grammar.geometry.kernels import entry, making_arrays
 from scene_description.types import Point2
@@ -38,7 +39,7 @@ def wall_rows(polygon_m: ArrayLike) -> Floats:
     normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
     before = np.roll(tangent, 1, 0)
     reflex = before[:, 0] * tangent[:, 1] - before[:, 1] * tangent[:, 0] < -_STRAIGHT
-    return np.column_stack([start, tangent, length, normal, np.arctan2(normal[:, 1], normal[:, 0]), reflex])
+    return np.column_stack([start, tangent, length, normal, el.arctan2(normal[:, 1], normal[:, 0]), reflex])
 
 
 @entry

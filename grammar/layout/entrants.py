@@ -25,6 +25,7 @@ from grammar.layout.problem import MoveSettings, Problem, State, copy_state, emp
 from grammar.layout.rigid_moves import apply_move, nothing_moved
 from grammar.spec.energy_terms import HARD_TERMS, TERMS
 from grammar.spec.rules import Schedule
+from scene_description.products import matmul
 
 _FURTHER = 200
 """Poses that are drawn for an object of which none lay in the room before it counts as one that cannot come in."""
@@ -129,4 +130,4 @@ def _swept(rng: np.random.Generator, chain: Chain, entrant: Entrant, movable: In
         return entrant
     info = run_chain(rng, chain, entrant.state, ChainRun(max(sweeps, 1) * len(movable), beta, beta, 0.0, False), movable)
     counts += info.counts
-    return Entrant(entrant.state, float(info.energy @ chain.problem.weight), float(info.energy[_HARD].max()))
+    return Entrant(entrant.state, float(matmul(info.energy, chain.problem.weight)), float(info.energy[_HARD].max()))

@@ -6,6 +6,7 @@ one goes on (:mod:`grammar.layout.entrants`); then all objects move together, an
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from grammar.layout.mcmc import Chain, ChainRun, Trace, empty_counts, empty_trac
 from grammar.layout.problem import Problem, State, copy_state
 from grammar.spec.energy_terms import TERM
 from grammar.spec.rules import Convergence, Schedule
+from scene_description.products import matmul
 
 _LARGE_M2 = 0.25
 """What is larger and belongs to a corner comes in before what would stand there else."""
@@ -72,18 +74,18 @@ def run_together(
         # Run up to the next test of convergence.
         done = len(trace.energy)
         part = min(test.lag, sweeps - done) if test.window else sweeps
-        betas = [beta_first * (beta / beta_first) ** (swept / sweeps) for swept in (done, done + part)]
+        betas = [beta_first * math.pow(beta / beta_first, swept / sweeps) for swept in (done, done + part)]
         run = ChainRun(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
         info = run_chain(rng, chain, state, run, movable, part)
         # Keep its layout if it is better, or as good where the last one counts.
         energy = info.energy
-        total = np.inf if info.kept is None else float(layout_energy(chain, info.kept) @ chain.problem.weight)
+        total = np.inf if info.kept is None else float(matmul(layout_energy(chain, info.kept), chain.problem.weight))
         if info.kept is not None and (schedule.keep == "last" or total < least):
             best, least = info.kept, total
         # Go on where the energies still change.
         trace = Trace(np.concatenate([trace.energy, info.trace.energy]), np.concatenate([trace.counts, counts + info.trace.counts]))
         counts = counts + info.counts
-        converged = best is not None and beta_first == beta and has_converged(trace.energy @ chain.problem.weight, test)
+        converged = best is not None and beta_first == beta and has_converged(matmul(trace.energy, chain.problem.weight), test)
     if best is not None:
         energy = layout_energy(chain, best)
     return ChainResult(best, energy, state, counts, trace, converged)

@@ -6,12 +6,14 @@ from functools import lru_cache
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.camera.cameras import PosedCamera, bearing_table, place_on_image
 from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES
 from renderer.camera.row_times import Seen, see_by_rows
 from renderer.core.arrays import Array
 from scene_description.poses import rotation_from_quaternion
+from scene_description.products import matmul
 from scene_description.types import CameraPose
 
 _STEP = 1e-3
@@ -44,7 +46,7 @@ class Projection:
         """Return world points (n, 3) as the camera has them when it takes the rows that they fall on."""
         if self._view.row_step > 0.0:
             return see_by_rows(self._view, self._pose, points_m, self.place)
-        return Seen((points_m - self._position) @ self._home, np.broadcast_to(self._position, points_m.shape))
+        return Seen(matmul(points_m - self._position, self._home), np.broadcast_to(self._position, points_m.shape))
 
     def place(self, optical_m: Array) -> Array:
         """Return the places (n, 2) of points of the optical frame in image coordinates; NaN where the lens maps them nowhere.
@@ -55,7 +57,7 @@ class Projection:
         if np.isinf(edge):
             return _within_reach(place_on_image(self._camera, optical_m))
         aside, z = np.hypot(optical_m[:, 0], optical_m[:, 1]), optical_m[:, 2]
-        slant = np.where(z > 0.0, aside / np.where(z > 0.0, z, 1.0), np.nan) if self.is_planar else np.arctan2(aside, z)
+        slant = np.where(z > 0.0, aside / np.where(z > 0.0, z, 1.0), np.nan) if self.is_planar else el.arctan2(aside, z)
         outer = self._place_at(optical_m, np.minimum(slant, edge))
         inner = self._place_at(optical_m, np.minimum(slant, edge) - _STEP * edge)
         return _within_reach(outer + (outer - inner) * (np.maximum(slant - edge, 0.0) / (_STEP * edge))[:, None])
@@ -64,7 +66,7 @@ class Projection:
         """Return the places of points that are turned to the axis until they have another slant."""
         aside = np.hypot(optical_m[:, 0], optical_m[:, 1])
         across = optical_m[:, :2] / np.maximum(aside, 1e-12)[:, None]
-        length, ahead = (slant, np.ones_like(slant)) if self.is_planar else (np.sin(slant), np.cos(slant))
+        length, ahead = (slant, np.ones_like(slant)) if self.is_planar else (el.sin(slant), el.cos(slant))
         return place_on_image(self._camera, np.column_stack([across * length[:, None], ahead]))
 
 
@@ -83,4 +85,4 @@ def field_edge(camera: CameraConfig) -> float:
         return float(np.inf)
     x, y, z = bearing_table(camera).reshape(-1, 3).astype(np.float64).T
     aside = np.hypot(x, y)
-    return float(np.nanmax(aside / z if lens.planar else np.arctan2(aside, z)))
+    return float(np.nanmax(aside / z if lens.planar else el.arctan2(aside, z)))

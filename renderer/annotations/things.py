@@ -14,6 +14,7 @@ from scene_description import Opening, SceneDescription, SceneObject
 from scene_description.annotations import OrientedBox, Relation
 from scene_description.label_standards import LabelStandard
 from scene_description.poses import Quaternion, conjugate_quaternion, multiply_quaternions, quaternion_from_yaw, rotation_from_quaternion
+from scene_description.products import matmul
 from scene_description.types import CameraPose
 
 _MICROMETRES = 6
@@ -49,14 +50,14 @@ def things_of(scene: SceneDescription, meshes: ObjectMeshes, classes: LabelStand
 
 def corners_m(box: OrientedBox) -> Array:
     """Return the corners (8, 3) of a box, float64, in the frame that it is told in."""
-    corners: Array = _SIGNS * (0.5 * np.asarray(box.size_m)) @ rotation_from_quaternion(box.orientation).T + box.center_m
+    corners: Array = matmul(_SIGNS * (0.5 * np.asarray(box.size_m)), rotation_from_quaternion(box.orientation).T) + box.center_m
     return corners
 
 
 def seen_from(box: OrientedBox, pose: CameraPose) -> OrientedBox:
     """Return a box of the world in the optical frame at a pose."""
     rotation = rotation_from_quaternion(pose.orientation)
-    center = (np.asarray(box.center_m) - pose.position_m) @ rotation
+    center = matmul(np.asarray(box.center_m) - pose.position_m, rotation)
     return _box(center, np.asarray(box.size_m), multiply_quaternions(conjugate_quaternion(pose.orientation), box.orientation))
 
 
@@ -67,7 +68,7 @@ def _object_box(thing: SceneObject) -> OrientedBox:
 
 def _opening_box(scene: SceneDescription, opening: Opening, meshes: ObjectMeshes) -> OrientedBox:
     axes, low, size = opening_extent(scene.room, opening, meshes.mesh(opening.id).vertices.astype(np.float64))
-    return _box((low + 0.5 * size) @ axes, size, quaternion_from_yaw(math.atan2(axes[0, 1], axes[0, 0])))
+    return _box(matmul(low + 0.5 * size, axes), size, quaternion_from_yaw(math.atan2(axes[0, 1], axes[0, 0])))
 
 
 def _box(center: Array, size: Array, orientation: Quaternion) -> OrientedBox:

@@ -15,6 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
+from scene_description.products import matmul
+
 STEPS = 32
 MIN_ALPHA = 1e-3
 """Floor of the microfacet distribution's alpha: a blur of less than half a pixel at ordinary sizes, and no infinite densities."""
@@ -23,7 +26,7 @@ _MIN_COSINE = 1e-4
 _TURN = 0.5 * (np.arange(_TURNS) + 0.5) / _TURNS
 """Half a turn, as views lie in the plane y = 0."""
 _TILT = (np.arange(_TILTS) + 0.5) / _TILTS
-_NODES = tuple(item.ravel() for item in np.meshgrid(_TURN, 1.0 - _TILT**3))
+_NODES = tuple(item.ravel() for item in np.meshgrid(_TURN, 1.0 - el.power(_TILT, 3)))
 _WEIGHTS = np.repeat(3.0 * _TILT**2 / _TILTS, _TURNS) / _TURNS
 _WEIGHTS /= _WEIGHTS.sum()
 """Nodes lie closer where microfacets tilt most: the tails of GGX matter."""
@@ -48,7 +51,7 @@ def _visible_normals(alpha: np.float64) -> tuple[NDArray[np.float64], NDArray[np
     x, z = sine * alpha / length, _VIEWS / length
     height = (1.0 - v) * (1.0 + z) - z
     radius = np.sqrt(np.maximum(1.0 - height**2, 0.0))
-    half_x, half_y, half_z = (radius * np.cos(2 * np.pi * u) + x) * alpha, radius * np.sin(2 * np.pi * u) * alpha, height + z
+    half_x, half_y, half_z = (radius * el.cos(2 * np.pi * u) + x) * alpha, radius * el.sin(2 * np.pi * u) * alpha, height + z
     length = np.sqrt(half_x**2 + half_y**2 + half_z**2)
     half_z /= length
     return sine * (half_x / length) + _VIEWS * half_z, half_z
@@ -79,8 +82,8 @@ def reflected_table() -> NDArray[np.float32]:
         wo_dot_wm, half_z = _visible_normals(alpha)
         out, before = 2.0 * wo_dot_wm * half_z - _VIEWS, 1.0 + _mask(_VIEWS, alpha)
         shadow = np.where(out > 0.0, before / (before + _mask(out, alpha)), 0.0)
-        table[row, :-1, 0] = shadow @ _WEIGHTS
-        table[row, :-1, 1] = (shadow * (1.0 - wo_dot_wm) ** 5) @ _WEIGHTS
+        table[row, :-1, 0] = matmul(shadow, _WEIGHTS)
+        table[row, :-1, 1] = matmul(shadow * el.power(1.0 - wo_dot_wm, 5), _WEIGHTS)
     table[:, :-1, 2] = _sheen_albedo()
     fine = np.linspace(0.0, 1.0, 4097)[:-1] + 0.5 / 4096
     places, roots = np.sqrt(fine), np.sqrt(_CELLS)
@@ -94,9 +97,9 @@ def _sheen_albedo() -> NDArray[np.float64]:
     """Return the albedo of the lobe (1 - cos)^5 of the angle between view and half vector (Burley, SIGGRAPH courses 2012)."""
     middles = (np.arange(128) + 0.5) / 128
     u, v = (item.ravel() for item in np.meshgrid(middles, middles))
-    cosine = np.sqrt(1.0 - _VIEWS**2) * (np.sqrt(u) * np.cos(np.pi * v)) + _VIEWS * np.sqrt(1.0 - u)
+    cosine = np.sqrt(1.0 - _VIEWS**2) * (np.sqrt(u) * el.cos(np.pi * v)) + _VIEWS * np.sqrt(1.0 - u)
     wo_dot_wm = np.sqrt(np.clip(0.5 * (1.0 + cosine), 0.0, 1.0))
-    return np.asarray(np.pi * ((1.0 - wo_dot_wm) ** 5).mean(-1))
+    return np.asarray(np.pi * (el.power(1.0 - wo_dot_wm, 5)).mean(-1))
 
 
 @functools.lru_cache(maxsize=64)
@@ -112,5 +115,5 @@ def glass_table(ior: float) -> NDArray[np.float32]:
             beyond = np.sqrt(np.maximum(1.0 - (1.0 - wo_dot_wm**2) / eta**2, 0.0))
             through = half_z * (wo_dot_wm / eta - beyond) - _VIEWS / eta
             refracted = np.where(through < 0.0, 1.0 / (1.0 + _mask(through, alpha)), 0.0)
-            table[side, row] = (share * reflected + (1.0 - share) * refracted) @ _WEIGHTS
+            table[side, row] = matmul(share * reflected + (1.0 - share) * refracted, _WEIGHTS)
     return np.ascontiguousarray(table, np.float32)

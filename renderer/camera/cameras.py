@@ -18,6 +18,7 @@ from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES
 from renderer.core.errors import RenderError
 from scene_description.poses import world_from_optical
+from scene_description.products import matmul, norm
 from scene_description.types import CameraPose
 
 
@@ -78,7 +79,7 @@ def pose_camera(camera: CameraConfig, pose: CameraPose) -> PosedCamera:
     numbers = (*pose.position_m, *pose.orientation)
     if not np.all(np.isfinite(numbers)):
         raise RenderError(f"camera pose: expected finite position and orientation, got {numbers}")
-    length = float(np.linalg.norm(pose.orientation))
+    length = float(norm(pose.orientation))
     if abs(length - 1.0) > 1e-3:
         raise RenderError(f"camera pose: expected a unit quaternion, got length {length:.6g}")
     x, y, z, w = (item / length for item in pose.orientation)
@@ -130,7 +131,7 @@ def bearings(camera: CameraConfig, pixels: NDArray[np.float64]) -> NDArray[np.fl
 def project(camera: CameraConfig, pose: CameraPose, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (u, v, depth) in image coordinates and metres along the optical z of world points (n, 3); u and v are NaN where not seen."""
     world_from_camera = world_from_optical(pose.position_m, pose.orientation)
-    optical = (np.asarray(points_m, np.float64) - world_from_camera[:3, 3]) @ world_from_camera[:3, :3]
+    optical = matmul(np.asarray(points_m, np.float64) - world_from_camera[:3, 3], world_from_camera[:3, :3])
     return np.column_stack([place_on_image(camera, optical), optical[:, 2]])
 
 
@@ -149,7 +150,7 @@ def unproject(camera: CameraConfig, pose: CameraPose, pixels: NDArray[np.float64
     directions = bearings(camera, rows[:, :2])
     optical = directions * (rows[:, 2] / directions[:, 2])[:, None]
     world_from_camera = world_from_optical(pose.position_m, pose.orientation)
-    return optical @ world_from_camera[:3, :3].T + world_from_camera[:3, 3]
+    return np.asarray(matmul(optical, world_from_camera[:3, :3].T) + world_from_camera[:3, 3])
 
 
 def _coefficients(camera: CameraConfig) -> tuple[float, ...]:

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 
 _STEPS = 60
@@ -115,7 +116,7 @@ def _bent(angle: Array, coefficients: Sequence[float]) -> tuple[Array, Array]:
 
 def _project_fisheye(directions: Array, coefficients: Sequence[float]) -> Array:
     aside = np.hypot(directions[:, 0], directions[:, 1])
-    radius, _ = _bent(np.arctan2(aside, directions[:, 2]), coefficients)
+    radius, _ = _bent(el.arctan2(aside, directions[:, 2]), coefficients)
     scale = np.where(aside > 0.0, radius / np.maximum(aside, 1e-300), 1.0 / np.maximum(directions[:, 2], 1e-300))
     return directions[:, :2] * scale[:, None]
 
@@ -129,22 +130,22 @@ def _bear_fisheye(points: Array, coefficients: Sequence[float]) -> Array:
             angle = angle + (share * radius - bent) / np.where(slope > 0.0, slope, np.nan)
     bent, slope = _bent(angle, coefficients)
     good = (np.abs(bent - radius) < _CLOSE * (1.0 + radius)) & (slope > 0.0) & (angle >= 0.0) & (angle <= math.pi)
-    aside = np.sin(angle) / np.maximum(radius, 1e-300)
-    directions = np.column_stack([points * np.where(radius > 0.0, aside, 0.0)[:, None], np.cos(angle)])
+    aside = el.sin(angle) / np.maximum(radius, 1e-300)
+    directions = np.column_stack([points * np.where(radius > 0.0, aside, 0.0)[:, None], el.cos(angle)])
     return np.where(good[:, None], directions, np.nan)
 
 
 def _project_panorama(directions: Array, coefficients: Sequence[float]) -> Array:
     del coefficients
     x, y, z = directions.T
-    return np.column_stack([np.arctan2(x, z), np.arctan2(y, np.hypot(x, z))])
+    return np.column_stack([el.arctan2(x, z), el.arctan2(y, np.hypot(x, z))])
 
 
 def _bear_panorama(points: Array, coefficients: Sequence[float]) -> Array:
     del coefficients
     azimuth, down = points.T
-    level = np.cos(down)
-    return np.column_stack([level * np.sin(azimuth), np.sin(down), level * np.cos(azimuth)])
+    level = el.cos(down)
+    return np.column_stack([level * el.sin(azimuth), el.sin(down), level * el.cos(azimuth)])
 
 
 LENSES: dict[str, Lens] = {

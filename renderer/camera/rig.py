@@ -9,6 +9,7 @@ import numpy as np
 
 from renderer.camera.config import CameraConfig
 from scene_description.poses import Quaternion, multiply_quaternions, rotation_from_quaternion
+from scene_description.products import matmul
 from scene_description.types import CameraPose
 
 
@@ -26,7 +27,7 @@ def mounted(camera: CameraConfig, pose: CameraPose) -> CameraPose:
     """Return the pose of the camera's optical frame where the rig is at ``pose``; the same pose where it sits in the rig's middle."""
     if is_in_the_middle(camera):
         return pose
-    moved = np.asarray(pose.position_m) + rotation_from_quaternion(pose.orientation) @ np.asarray(camera.mount_m)
+    moved = np.asarray(pose.position_m) + matmul(rotation_from_quaternion(pose.orientation), np.asarray(camera.mount_m))
     x, y, z = (float(value) for value in moved)
     orientation = multiply_quaternions(pose.orientation, mount_quaternion(camera))
     return CameraPose(stamp_ns=pose.stamp_ns, position_m=(x, y, z), orientation=orientation)

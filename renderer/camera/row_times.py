@@ -17,6 +17,7 @@ from renderer.camera.shutter import knot_of_row, mixed
 from renderer.core.arrays import Array
 from renderer.core.kernel import kernel
 from scene_description.poses import rotation_from_quaternion
+from scene_description.products import matmul
 from scene_description.types import CameraPose
 
 _ROUNDS = 8
@@ -48,7 +49,7 @@ def see_by_rows(camera: PosedCamera, pose: CameraPose, points_m: Array, place: C
         index = np.clip(step.astype(np.int64), 0, len(knots) - 2)
         share = (step - index)[:, None]
         moved = (1.0 - share) * knots[index] + share * knots[index + 1]
-        optical = np.einsum("nij,ni->nj", moved[:, :9].reshape(-1, 3, 3), points_m - moved[:, 9:]) @ home
+        optical = matmul(matmul((points_m - moved[:, 9:])[:, None], moved[:, :9].reshape(-1, 3, 3))[:, 0], home)
         miss = np.nan_to_num(place(optical)[:, 1] - 0.5 - row, nan=0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = (miss - miss_before) / (row - before)

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
 from renderer.core.kernel import entry, kernel
@@ -96,7 +97,7 @@ def vignetting(camera: PosedCamera, falloff: float, amount: float) -> NDArray[np
     else:
         cosine = 1.0 / np.sqrt(1.0 + (x**2 + y**2) / float(camera.focal_px) ** 2)
     corner = 0.25 * (camera.width**2 + camera.height**2)
-    share = np.maximum(cosine, 0.0) ** (4.0 * falloff) * (1.0 - amount * (x**2 + y**2) / corner)
+    share = el.power(np.maximum(cosine, 0.0), 4.0 * falloff) * (1.0 - amount * (x**2 + y**2) / corner)
     return np.asarray(share, np.float32)
 
 

@@ -5,9 +5,8 @@ of this file; rays travel in *packets* of 16, flat float32 arrays on a 64-byte b
 16 neighbouring numbers, field ``TFAR`` of lane k is ``packet.real[TFAR + k]``; integer fields are seen through a uint32 view of the same
 memory.  (Flat with constant offsets, because LLVM then knows that fields never overlap and vectorises loops over lanes.)
 
-Every scene is built by one thread: the tree, and with it the choice between two triangles at the same distance, then never depends on the
-number of processors.  It does depend on the other triangles of the scene, unless the scene is *steady*: a filter then sees every hit, and
-of those at one distance the first face is taken.
+Every scene is built by one thread: so the choice between two triangles at the same distance never depends on the number of processors.  It
+does depend on the other triangles of the scene, unless the scene is *steady*: a filter then takes the first face of those at one distance.
 """
 
 from __future__ import annotations
@@ -26,7 +25,9 @@ from numba import cfunc, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from kernel_cache.processor import AVX512
 from renderer.core.errors import RenderError
+from renderer.core.kernel import inlined, kernel
 
 LANES = 16
 PACKET_SIZE = 24 * LANES
@@ -36,8 +37,8 @@ NG_X, NG_Y, NG_Z, BARY_U, BARY_V, PRIM_ID, GEOM_ID, INST_ID, INST_PRIM_ID = rang
 NEAREST, FIRST_FACE = 21 * LANES, 22 * LANES
 """Where the filter of a steady scene keeps the distance and the face of the hit that it has taken; NEAREST is infinite before a call.
 
-The filter may get copies of a packet's rays, one by one, where a processor has no AVX-512: each ray says by ``ID`` and ``TIME``, the low
-and the high half of an address, where its own are kept.  Nothing moves in these scenes, so Embree does not look at the time.
+The filter may get copies of a packet's rays, as of half a packet: each ray says by ``ID`` and ``TIME``, the low and the high half of an
+address, where its own are kept.  Nothing moves in these scenes, so Embree does not look at the time.
 """
 INVALID_ID = np.uint32(0xFFFFFFFF)
 """``GEOM_ID`` of a ray without a hit (RTC_INVALID_GEOMETRY_ID)."""
@@ -76,7 +77,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 }
 
 
-_RAY_CALLS = ("rtcIntersect16", "rtcOccluded16", "rtcIntersect1", "rtcOccluded1")
+_RAY_CALLS = ("rtcIntersect16", "rtcOccluded16", "rtcIntersect8", "rtcOccluded8", "rtcIntersect1", "rtcOccluded1")
 
 
 class _IntersectArguments(ctypes.Structure):
@@ -89,7 +90,11 @@ class _IntersectArguments(ctypes.Structure):
         ("filter", _pointer),
         ("intersect", _pointer),
         ("min_width_distance_factor", ctypes.c_float),
+        ("halves", ctypes.c_int),  # ours, behind what Embree reads
     )
+
+
+_HALVES = _IntersectArguments.halves.offset // 4
 
 
 class SceneHandle(NamedTuple):
@@ -105,7 +110,10 @@ class SceneHandle(NamedTuple):
 
 
 class Packet(NamedTuple):
-    """16 rays and their hits: float32 and uint32 views of one memory, (PACKET_SIZE,), and which lanes are alive: (16,) int32, -1 or 0."""
+    """16 rays and their hits: float32 and uint32 views of one memory, (PACKET_SIZE,), and which lanes are alive: (16,) int32, -1 or 0.
+
+    The memory goes on behind ``alive`` with room for half a packet, see :func:`intersect16`.
+    """
 
     real: NDArray[np.float32]
     integer: NDArray[np.uint32]
@@ -121,8 +129,8 @@ def aligned_floats(count: int) -> NDArray[np.float32]:
 
 def make_packet() -> Packet:
     """Return a packet on a 64-byte boundary, all rays alive, ray mask set."""
-    memory = aligned_floats(PACKET_SIZE + LANES)
-    real, alive = memory[:PACKET_SIZE], memory[PACKET_SIZE:].view(np.int32)
+    memory = aligned_floats(PACKET_SIZE + LANES + PACKET_SIZE // 2)
+    real, alive = memory[:PACKET_SIZE], memory[PACKET_SIZE : PACKET_SIZE + LANES].view(np.int32)
     integer = real.view(np.uint32)
     integer[MASK : MASK + LANES] = MEET_ALL
     kept = np.uint64(real[NEAREST:].ctypes.data) + 4 * np.arange(LANES, dtype=np.uint64)
@@ -233,8 +241,7 @@ class EmbreeScene:
 
         ``panes`` (m,) tells which faces rays with the mask ``PASS_PANES`` do not meet; ``PRIM_ID`` is the row in ``faces`` for all.
 
-        ``portable`` pins Embree to AVX2 code, so that different processors compute the same.
-
+        ``portable``: rays are traced as on a processor without AVX-512, so that all that have AVX2 compute the same.
         ``watertight``: no ray ever slips between two triangles that share an edge, which costs half as much time again.  Without it such
         rays are rare (none of 20 million in a furnished bedroom), too few to be seen in light; and as many more rays are traced for light
         than for geometry, the tree is built four times as long (27 ms for 21,000 triangles) to make them faster still.
@@ -247,10 +254,11 @@ class EmbreeScene:
         """
         self._library = load_library()
         self._vertices, self._indices = _embree_buffers(vertices, faces, panes)
-        self._arguments = [_IntersectArguments(_COHERENT, _FEATURE_TRIANGLE), _IntersectArguments(0, _FEATURE_TRIANGLE)]
+        halves = {"halves": int(portable or not AVX512)}
+        self._arguments = [_IntersectArguments(flags, _FEATURE_TRIANGLE, **halves) for flags in (_COHERENT, 0)]
         if steady:
             chosen = _FEATURE_TRIANGLE | _FEATURE_FILTER
-            self._arguments.append(_IntersectArguments(_COHERENT | _INVOKE_FILTER, chosen, None, _first_of_equals().address))
+            self._arguments.append(_IntersectArguments(_COHERENT | _INVOKE_FILTER, chosen, None, _first_of_equals().address, **halves))
         self._scene: int | None = None
         self._device = _open_device("threads=1" + (",isa=avx2" if portable else ""))
         try:
@@ -322,11 +330,70 @@ def _embree_buffers(
 
 _trace_packet = types.void(types.intp, types.intp, types.intp, types.intp)
 _trace_ray = types.void(types.intp, types.intp, types.intp)
-intersect16 = types.ExternalFunction("rtcIntersect16", _trace_packet)
-"""``intersect16(alive, scene, packet, arguments)``, all addresses: nearest hit of the alive rays of a packet."""
-occluded16 = types.ExternalFunction("rtcOccluded16", _trace_packet)
-"""``occluded16(alive, scene, packet, arguments)``: sets TFAR to -inf for alive rays that hit anything."""
+_intersect16 = types.ExternalFunction("rtcIntersect16", _trace_packet)
+_occluded16 = types.ExternalFunction("rtcOccluded16", _trace_packet)
+_intersect8 = types.ExternalFunction("rtcIntersect8", _trace_packet)
+_occluded8 = types.ExternalFunction("rtcOccluded8", _trace_packet)
 intersect1 = types.ExternalFunction("rtcIntersect1", _trace_ray)
-"""``intersect1(scene, ray_hit, arguments)``: nearest hit of one ray, ``RTCRayHit`` layout."""
 occluded1 = types.ExternalFunction("rtcOccluded1", _trace_ray)
-"""``occluded1(scene, ray, arguments)``: any hit of one ray, ``RTCRay`` layout."""
+"""``(scene, ray, arguments)``: the nearest hit of one ray, ``RTCRayHit`` layout; whether it hits anything, ``RTCRay`` layout."""
+
+
+@kernel
+def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
+    """Find the nearest hit of the alive rays of a packet of :func:`make_packet`; all addresses.
+
+    Without AVX-512 Embree takes 16 rays one by one, so each half of the packet is copied to the room behind it and traced as one of 8:
+    2.7 times as many coherent rays a second, 1.5 times as many others.
+    """
+    if _words_at(np.int64(arguments))[_HALVES] == 0:
+        _intersect16(alive, scene, packet, arguments)
+        return
+    for half in range(2):
+        if _copy_half(alive, packet, half, 21):
+            _intersect8(_half_alive(alive, half), scene, _room(packet), arguments)
+            _copy_back(packet, half, TFAR // LANES, TFAR // LANES + 1)
+            _copy_back(packet, half, NG_X // LANES, 21)
+
+
+@kernel
+def occluded16(alive: int, scene: int, packet: int, arguments: int) -> None:
+    """Set TFAR to -inf for alive rays of a packet of :func:`make_packet` that hit anything; all addresses."""
+    if _words_at(np.int64(arguments))[_HALVES] == 0:
+        _occluded16(alive, scene, packet, arguments)
+        return
+    for half in range(2):
+        if _copy_half(alive, packet, half, 12):
+            _occluded8(_half_alive(alive, half), scene, _room(packet), arguments)
+            _copy_back(packet, half, TFAR // LANES, TFAR // LANES + 1)
+
+
+@inlined
+def _room(packet: int) -> np.int64:
+    return np.int64(packet) + 4 * (PACKET_SIZE + LANES)
+
+
+@inlined
+def _half_alive(alive: int, half: int) -> np.int64:
+    return np.int64(alive) + 4 * (LANES // 2) * half
+
+
+@inlined
+def _copy_half(alive: int, packet: int, half: int, fields: int) -> bool:
+    """Copy the first fields of half a packet to the room behind it; return whether any of its rays is alive."""
+    lives, rays, room = _words_at(_half_alive(alive, half)), _words_at(np.int64(packet)), _words_at(_room(packet))
+    any_alive = 0
+    for k in range(LANES // 2):
+        any_alive |= lives[k]
+    for field in range(fields if any_alive else 0):
+        for k in range(LANES // 2):
+            room[field * (LANES // 2) + k] = rays[field * LANES + half * (LANES // 2) + k]
+    return any_alive != 0
+
+
+@inlined
+def _copy_back(packet: int, half: int, first: int, end: int) -> None:
+    rays, room = _words_at(np.int64(packet)), _words_at(_room(packet))
+    for field in range(first, end):
+        for k in range(LANES // 2):
+            rays[field * LANES + half * (LANES // 2) + k] = room[field * (LANES // 2) + k]

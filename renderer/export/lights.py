@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.export.scene_glb import split_parts
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import surface_area
 from renderer.scene.flat_scene import FlatScene, Sky
 from scene_description import SceneDescription
 from scene_description.labels import part_ids
+from scene_description.products import matmul
 from scene_description.strict import to_mapping
 
 SCHEMA = "scene_synth/lights/1"
@@ -88,5 +90,5 @@ def _level_illuminance(image: NDArray[np.float32]) -> NDArray[np.float64]:
     """Return the illuminance (3,) that the upper half of an equirectangular map (h, w, 3) gives a level plane: the sum of L cos t dw."""
     height = len(image)
     edges = np.linspace(0.0, math.pi, height + 1)[: height // 2 + 1]
-    weight = math.pi * np.diff(np.sin(edges) ** 2)  # 2 pi times the integral of cos t sin t over a row
-    return np.asarray(weight @ image[: height // 2].mean(axis=1, dtype=np.float64))
+    weight = math.pi * np.diff(el.sin(edges) ** 2)  # 2 pi times the integral of cos t sin t over a row
+    return np.asarray(matmul(weight, image[: height // 2].mean(axis=1, dtype=np.float64)))

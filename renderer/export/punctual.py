@@ -13,11 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.spot_lights import STEPS, intensity_profile
 from scene_description import Light, Luminaire, SceneDescription
+from scene_description.products import matmul
 
 _ANGLES = np.linspace(0.0, math.pi, STEPS)
 _STEPS = np.linspace(-1.0, 1.0, 41)
@@ -75,7 +77,7 @@ def punctual_lights(scene: SceneDescription, flat: FlatScene, meshes: Sequence[M
 
 def _light(lamp: Light | Luminaire, owner: int, part: str, place: Vector, direction: Vector, cone: Cone | None) -> PunctualLight:
     r, g, b = (float(item) / max(lamp.color) for item in lamp.color)
-    candela = lamp.flux_lm / cone_solid_angle(cone) / float(np.array((r, g, b)) @ LUMINANCE)
+    candela = lamp.flux_lm / cone_solid_angle(cone) / float(matmul(np.array((r, g, b)), LUMINANCE))
     return PunctualLight(owner, part, place, direction, (r, g, b), candela, cone, lamp.flux_lm, lamp.color_temperature_k)
 
 
@@ -109,7 +111,7 @@ def fit_cone(profile: NDArray[np.float64]) -> Cone | None:
         while reach > _FINEST_RAD:
             inner, outer = (np.clip(at + reach * _STEPS, 0.0, 0.5 * math.pi) for at in middle)
             inner, outer = (grid.ravel() for grid in np.meshgrid(inner, outer))
-            wide = np.cos(inner) - np.cos(outer) >= _LEAST_FALL
+            wide = el.cos(inner) - el.cos(outer) >= _LEAST_FALL
             inner, outer = inner[wide], outer[wide]
             misfit = _misfit(profile[::forward], _falloff(inner, outer))
             chosen = int(misfit.argmin())
@@ -121,12 +123,12 @@ def fit_cone(profile: NDArray[np.float64]) -> Cone | None:
 
 def _falloff(inner: NDArray[np.float64], outer: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the intensities (k, STEPS) of cones with these half angles (k,), over those on their axes."""
-    low, high = np.cos(outer)[:, None], np.cos(inner)[:, None]
-    return np.asarray(np.clip((np.cos(_ANGLES) - low) / (high - low), 0.0, 1.0) ** 2)
+    low, high = el.cos(outer)[:, None], el.cos(inner)[:, None]
+    return np.asarray(np.clip((el.cos(_ANGLES) - low) / (high - low), 0.0, 1.0) ** 2)
 
 
 def _misfit(profile: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the squared difference (k,) of intensities (k, STEPS) from a profile (STEPS,), all at a flux of 1."""
-    weight = np.sin(_ANGLES)
-    one, many = profile / (profile @ weight), others / (others @ weight)[:, None]
-    return np.asarray((many - one) ** 2 @ weight)
+    weight = el.sin(_ANGLES)
+    one, many = profile / matmul(profile, weight), others / matmul(others, weight)[:, None]
+    return np.asarray(matmul((many - one) ** 2, weight))

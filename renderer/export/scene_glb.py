@@ -23,6 +23,7 @@ from renderer.scene.flat_scene import FlatScene
 from renderer.textures.apply import AppliedTexture
 from scene_description import CameraPose, SceneDescription, SceneObject
 from scene_description.labels import NYU40, part_ids
+from scene_description.products import matmul
 
 GENERATOR = "scene_synth_ros"
 _HALF = math.sqrt(0.5)
@@ -111,9 +112,9 @@ def to_local(mesh: Mesh, position: NDArray[np.float64], yaw_rad: float) -> Mesh:
     """Return a mesh in the frame of its object, with normals of exactly unit length."""
     cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    normals = mesh.normals.astype(np.float64) @ rotation
+    normals = matmul(mesh.normals.astype(np.float64), rotation)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return mesh._replace(vertices=((mesh.vertices - position) @ rotation).astype(np.float32), normals=normals.astype(np.float32))
+    return mesh._replace(vertices=matmul(mesh.vertices - position, rotation).astype(np.float32), normals=normals.astype(np.float32))
 
 
 def part_primitive(writer: GlbWriter, mesh: Mesh, material: int, texture: AppliedTexture | None) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from renderer.export.scene_glb import GENERATOR, Y_UP, part_primitive, split_par
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
 from scene_description import SceneDescription
+from scene_description.products import matmul
 
 VERSION = "1.9"
 _UPRIGHT = (0.0, 0.0, 0.0, 0.5 * math.pi, 0.0, 0.0)
@@ -112,7 +113,7 @@ def _add_model(world: ET.Element, model: _Model, uri: str) -> None:
 def _add_light(world: ET.Element, name: str, light: PunctualLight) -> None:
     """Add a light, as bright on its axis against a bright lamp as its intensity; cones are told by their whole angles."""
     color = np.asarray(light.color, np.float64)
-    color = color / float(color @ LUMINANCE)
+    color = color / float(matmul(color, LUMINANCE))
     color /= max(1.0, float(color.max()))
     kind = "point" if light.cone is None else "spot"
     item = ET.SubElement(world, "light", name=f"{name}_{light.part}_light", type=kind)

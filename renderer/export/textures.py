@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.color import srgb_from_linear
 from renderer.textures.apply import AppliedTexture
 from scene_description import Material
+from scene_description.products import matmul
 
 MOST_SIDE = 512
 _FLAT = 2
@@ -41,7 +43,7 @@ def bake(texture: AppliedTexture, material: Material) -> BakedTexture:
         others = np.zeros((3, 3))
         for k, other in enumerate(texture.colors):
             others[k] = other
-        mixed = (1.0 - share.sum(axis=-1, keepdims=True)) * np.asarray(material.base_color) + share @ others
+        mixed = (1.0 - share.sum(axis=-1, keepdims=True)) * np.asarray(material.base_color) + matmul(share, others)
         shade = np.maximum(1.0 + contrast * (2.0 * byte[..., 3] - 1.0), 0.0)
         color = _encoded(np.minimum(shade[..., None] * mixed, 1.0))
         roughness, metallic = material.roughness + 2.0 * byte[..., 4] - 1.0, np.full(byte.shape[:2], material.metallic)
@@ -56,7 +58,7 @@ def bake(texture: AppliedTexture, material: Material) -> BakedTexture:
 def image_coordinates(texture: AppliedTexture, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return texture coordinates as glTF has them: 1 is one image, v downward; rows of a shifted tile start alike."""
     u, v = uvs.astype(np.float64).T
-    cosine, sine = np.cos(texture.rotation_rad), np.sin(texture.rotation_rad)
+    cosine, sine = el.cos(texture.rotation_rad), el.sin(texture.rotation_rad)
     along, across = (cosine * u + sine * v) / texture.size[0], (cosine * v - sine * u) / texture.size[1]
     return np.column_stack([along, 1.0 - across]).astype(np.float32)
 

@@ -18,6 +18,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import merged, signed_volume, stretched
 from scene_description import FileImages, Material
 from scene_description.catalog import CatalogEntry, CatalogModel, CatalogSurface
+from scene_description.products import dot
 
 LEAST_M, MOST_M = 0.0005, 100.0
 
@@ -162,7 +163,7 @@ def _shape_faults(parts: dict[str, Mesh]) -> list[str]:
 def _normals_against(mesh: Mesh) -> float:
     corners = mesh.vertices[mesh.faces].astype(np.float64)
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return float((np.einsum("ij,ij->i", flat, mesh.normals[mesh.faces].mean(axis=1)) < 0.0).mean())
+    return float((dot(flat, mesh.normals[mesh.faces].mean(axis=1)) < 0.0).mean())
 
 
 def _look_faults(read: MeshFile, entry: CatalogEntry) -> list[str]:

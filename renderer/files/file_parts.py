@@ -15,6 +15,7 @@ from renderer.files.gltf_meshes import Piece
 from renderer.geometry.mesh import UNMAPPED, Mesh
 from renderer.geometry.shapes import make_mesh, merged
 from scene_description import FileReading
+from scene_description.products import matmul
 
 MAX_PARTS = 64
 PLAIN = FileMaterial(name="plain", base_color=(0.6, 0.6, 0.6), roughness=0.7, metallic=0.0)
@@ -87,7 +88,7 @@ def assemble(raw: Raw, reading: FileReading, is_gltf: bool) -> MeshFile:
 
 
 def _ends(piece: Piece, turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    points = piece.vertices[np.unique(piece.faces)] @ turn.T
+    points = matmul(piece.vertices[np.unique(piece.faces)], turn.T)
     return points.min(axis=0), points.max(axis=0)
 
 
@@ -95,7 +96,7 @@ def _turn(reading: FileReading, is_gltf: bool) -> NDArray[np.float64]:
     """Return the rotation (3, 3) from the file's axes to ours."""
     front = _AXES[reading.front or ("+z" if is_gltf else "+x")]
     up = _AXES[reading.up or ("+y" if is_gltf else "+z")]
-    if abs(front @ up) > 0.5:
+    if abs(matmul(front, up)) > 0.5:
         raise MeshFileError("expected front and up along different axes, got one axis for both; state both")
     return np.stack([front, np.cross(up, front), up])
 
@@ -122,9 +123,9 @@ def _mesh(piece: Piece, turn: NDArray[np.float64], material: FileMaterial, exten
     uvs: NDArray[np.float64] | None = None
     use = material.base_image or material.metallic_roughness_image or material.normal_image
     if use is not None and use.texcoord in piece.uvs:
-        turned = piece.uvs[use.texcoord][used] @ use.transform[:, :2].T + use.transform[:, 2]
+        turned = matmul(piece.uvs[use.texcoord][used], use.transform[:, :2].T) + use.transform[:, 2]
         uvs = np.column_stack([turned[:, 0], 1.0 - turned[:, 1]])
-    mesh = make_mesh(piece.vertices[used] @ turn.T / extent, piece.normals[used] @ turn.T, faces.reshape(-1, 3), uvs)
+    mesh = make_mesh(matmul(piece.vertices[used], turn.T) / extent, matmul(piece.normals[used], turn.T), faces.reshape(-1, 3), uvs)
     return mesh if uvs is not None else mesh._replace(uvs=UNMAPPED)
 
 

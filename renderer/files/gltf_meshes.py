@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from renderer.core.arrays import Array
 from renderer.files.gltf_container import Container, fail, listed, mapped, pointed, view_bytes, whole
 from scene_description.poses import rotation_from_quaternion
+from scene_description.products import determinant, inverse, matmul
 
 MAX_FACES = 500_000
 MAX_VERTICES = 1_500_000
@@ -115,7 +116,7 @@ def _placed_nodes(tree: Mapping[str, Any]) -> Iterator[tuple[int, Array]]:
         if index in seen:
             fail(f"nodes[{index}]", "nodes with one parent, without cycles", "a second one")
         seen.add(index)
-        matrix = above @ _local_matrix(node, f"nodes[{index}]")
+        matrix = matmul(above, _local_matrix(node, f"nodes[{index}]"))
         if not np.isfinite(matrix).all() or np.abs(matrix).max() > 1e9:
             fail(f"nodes[{index}]", "a matrix of finite numbers below 1e9", "others")
         if "mesh" in node:
@@ -195,17 +196,17 @@ def _read_primitive(
         points, normals = corners.reshape(-1, 3), np.repeat(flat, 3, axis=0)
         faces = np.arange(len(points), dtype=np.int64).reshape(-1, 3)
     linear = matrix[:3, :3]
-    if abs(np.linalg.det(linear)) < 1e-18:
+    if abs(determinant(linear)) < 1e-18:
         return None  # scaled to nothing, a common way to hide a node
-    if np.linalg.det(linear) < 0.0:
+    if determinant(linear) < 0.0:
         faces = faces[:, ::-1]
     material = primitive.get("material")
     if material is not None:
         whole(material, f"{path}.material", 0, len(listed(container.tree, "materials")) - 1)
     return Piece(
         node=name,
-        vertices=points @ linear.T + matrix[:3, 3],
-        normals=normals @ np.linalg.inv(linear),
+        vertices=matmul(points, linear.T) + matrix[:3, 3],
+        normals=matmul(normals, inverse(linear)),
         faces=faces,
         material=material,
         uvs=uvs,

@@ -20,6 +20,8 @@ from renderer.files.image_io import MAX_IMAGE_PIXELS, image_size
 
 _MOST = {"vertex": MAX_VERTICES, "face": MAX_FACES}
 _MAX_HEADER_BYTES = 20_000
+_NORMAL_DECIMALS = 6
+"""Where a file has no normals, trimesh sums them with BLAS, whose last digits depend on the processor."""
 
 
 def check_ply(data: bytes) -> None:
@@ -48,7 +50,7 @@ def check_ply(data: bytes) -> None:
 MAX_LIBRARY_BYTES = 1_000_000
 MAX_MATERIALS = 1_000
 _NUMBERS: dict[str, tuple[str, Callable[[float], float]]] = {
-    "Ns": ("roughness", lambda x: (2.0 / (max(x, 0.0) + 2.0)) ** 0.25),
+    "Ns": ("roughness", lambda x: math.pow(2.0 / (max(x, 0.0) + 2.0), 0.25)),
     "d": ("alpha", float),
     "Tr": ("alpha", lambda x: 1.0 - x),
     "Ni": ("ior", lambda x: x if 1.0 <= x <= 3.0 else 1.5),
@@ -217,7 +219,7 @@ def _piece(node: str, geometry: Any, names: Mapping[str, int]) -> Piece:
     return Piece(
         node=node,
         vertices=np.asarray(geometry.vertices, np.float64),
-        normals=np.asarray(geometry.vertex_normals, np.float64),
+        normals=np.asarray(np.round(geometry.vertex_normals, _NORMAL_DECIMALS), np.float64),
         faces=np.asarray(geometry.faces, np.int64),
         material=names.get(str(material)),
         uvs={0: np.asarray(uvs, np.float64) * (1.0, -1.0) + (0.0, 1.0)} if usable else {},

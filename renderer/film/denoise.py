@@ -1,7 +1,8 @@
 """Denoising by Intel Open Image Denoise (Apache-2.0), through its binding ``pyoidn`` (MIT); the extra ``denoise`` installs both.
 
-The network takes the mean radiance with albedo and normal of the first hits, or of what mirrors and clear glass show, as guides (Open
-Image Denoise, documentation of the filter RT).
+The network takes the mean radiance with albedo and normal of the first hits, or of what mirrors and clear glass show, as guides.  These are
+denoised first, each for itself, so that the network may take them for clean and keep whatever texture they show (Open Image Denoise,
+documentation of the filter RT: prefiltering, ``cleanAux``).
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class Denoiser:
         self._device.set_int("numThreads", threads)
         self._device.set_bool("setAffinity", False)
         self._device.commit()
-        self._network: Any = None
+        self._networks: list[Any] = []
         self._images: dict[str, NDArray[np.float32]] = {}
         self._check()
 
@@ -64,24 +65,34 @@ class Denoiser:
         Raises:
             RenderError: the library failed.
         """
-        if self._network is None or self._images["color"].shape != radiance.shape:
+        if not self._networks or self._images["color"].shape != radiance.shape:
             self._prepare(radiance.shape)
         for name, image in (("color", radiance), ("albedo", albedo), ("normal", normals)):
             self._images[name][:] = image
-        self._network.execute()
+        for network in self._networks:
+            network.execute()
         self._check()
         return self._images["output"].copy()
 
     def _prepare(self, shape: tuple[int, ...]) -> None:
-        """Set the network up for images of a size, which takes as long as an image does."""
+        """Set the networks up for images of a size, which takes as long as an image does; the guides are cleaned in place."""
         self._release()
         self._images = {name: np.zeros(shape, np.float32) for name in ("color", "albedo", "normal", "output")}
-        self._network = self._oidn.Filter(self._device, self._oidn.OIDN_FILTER_TYPE_RT)
-        for name, image in self._images.items():
-            self._network.set_image(name, image, self._oidn.OIDN_FORMAT_FLOAT3)
-        self._network.set_bool("hdr", True)
-        self._network.commit()
+        guides = {name: self._images[name] for name in ("albedo", "normal")}
+        self._networks = [self._network({name: guide, "output": guide}) for name, guide in guides.items()]
+        self._networks.append(self._network(self._images, "hdr", "cleanAux"))
         self._check()
+
+    def _network(self, images: dict[str, NDArray[np.float32]], *options: str) -> Any:
+        network = self._oidn.Filter(self._device, self._oidn.OIDN_FILTER_TYPE_RT)
+        for name, image in images.items():
+            network.set_image(name, image, self._oidn.OIDN_FORMAT_FLOAT3)
+        for option in options:
+            network.set_bool(option, True)
+        # Clean guides would choose a network of twice the work otherwise.
+        network.set_int("quality", self._oidn.OIDN_QUALITY_BALANCED)
+        network.commit()
+        return network
 
     def close(self) -> None:
         """Release the library's device; harmless when repeated."""
@@ -91,9 +102,9 @@ class Denoiser:
             self._device = None
 
     def _release(self) -> None:
-        if self._network is not None:
-            self._network.release()
-            self._network = None
+        for network in self._networks:
+            network.release()
+        self._networks = []
 
     def _check(self) -> None:
         message = self._device.get_error()

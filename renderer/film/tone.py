@@ -1,4 +1,7 @@
-"""From linear luminance to display colour: exposure, white balance, tone curve, sRGB, 8 bits.
+"""From linear luminance to display colour: exposure, white balance, local tone mapping, tone curve, sRGB, 8 bits.
+
+The curve ``camera`` is an S in the logarithm, as cameras have it: black b becomes 0, x = max(light - b, 0) / (1 - b), and what is shown is
+y = A x^s / (x^s + B) by channel, s = 1.5, with y(0.18) = 0.18 and y(6) = 1 (the response of Naka and Rushton, J. Physiol. 185, 1966).
 
 Response curves of cameras tell which of 256 codes light gets, 1 being the white of the exposure; what is brighter is clipped.  ``rec709``:
 the transfer function of ITU-R BT.709 without its footroom.  ``gamma``: a power.  ``table``: brightness at even steps of light, as measured
@@ -9,31 +12,44 @@ IEEE PAMI 26, 2004).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
+from renderer.film.local_tone import compress_base
 from renderer.film.white_balance import Chromaticity, adaptation
 from scene_description.color_temperature import D65_XY
+from scene_description.products import inverse, matmul
 
 FILMIC_KNEE = 0.4
 """Display-linear value up to which the filmic curve is the identity."""
 FILMIC_WHITE = 100.0
 """Multiple of the luminance that saturates the plain curve at which the filmic one does."""
+CAMERA_GREY, CAMERA_WHITE, CAMERA_STEEPNESS = 0.18, 6.0, 1.5
+"""Of the camera's curve: light that is shown as it is, light that is shown as white, and the exponent s."""
+MOST_BLACK = 0.016
+"""Most light, in multiples of white, that the camera's curve shows as black."""
 
 _CELL_BITS = 15
 _FIRST_WORD, _LAST_WORD = (int(np.float32(value).view(np.int32)) for value in (2.0**-14, 2.0**7))
 
 
 class Exposure(NamedTuple):
-    """How luminance is shown: exposure value at ISO 100, and the chromaticity (CIE x, y) of the light that shall look white."""
+    """How luminance is shown.
+
+    ev100: exposure value at ISO 100; white_xy: chromaticity (CIE x, y) of the light that shall look white; black: light that the curve
+    ``camera`` shows as black, in multiples of white.
+    """
 
     ev100: float
     white_xy: Chromaticity = D65_XY
+    black: float = 0.0
 
 
 def white_luminance(exposure_ev100: float) -> float:
@@ -41,23 +57,37 @@ def white_luminance(exposure_ev100: float) -> float:
     return 1.2 * float(2.0**exposure_ev100)
 
 
-def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb") -> NDArray[np.uint8]:
+def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb", black: float = 0.0) -> NDArray[np.uint8]:
     """Return 8-bit sRGB (IEC 61966-2-1) of linear values; 0 is black, 1 the plain curve's white.
 
     ``curve``: ``srgb`` clips beyond 1; ``filmic`` is the same up to ``FILMIC_KNEE`` and rolls off from there in the logarithm, so that
-    what is brighter keeps its shape up to ``FILMIC_WHITE``.
+    what is brighter keeps its shape up to ``FILMIC_WHITE``; ``camera`` has a toe from ``black`` on and a shoulder up to ``CAMERA_WHITE``.
 
     By table: each code begins where curve and transfer function, inverted, pass half a code; no power is computed per pixel.
     """
     values = np.ascontiguousarray(linear, np.float32)
     codes = np.empty(values.shape, np.uint8)
-    _look_up_codes(values.reshape(-1), values.reshape(-1).view(np.int32), _FIRST_CODES[curve], _THRESHOLDS[curve], codes.reshape(-1))
+    _look_up_codes(values.reshape(-1), values.reshape(-1).view(np.int32), *_table(curve, black), codes.reshape(-1))
     return codes
 
 
-def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb") -> NDArray[np.uint8]:
-    """Return what a camera shows of luminance (height, width, 3) in cd/m2: sRGB, uint8."""
-    return encode_srgb(balance(radiance, exposure), curve)
+def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb", base_stops: float = 0.0) -> NDArray[np.uint8]:
+    """Return what a camera shows of luminance (height, width, 3) in cd/m2: sRGB, uint8.
+
+    ``base_stops``: of local tone mapping, as :func:`renderer.film.local_tone.compress_base` has it; 0 for none.
+    """
+    light = balance(radiance, exposure)
+    return encode_srgb(compress_base(light, base_stops) if base_stops else light, curve, exposure.black)
+
+
+def from_display(codes: NDArray[np.uint8], exposure: Exposure, curve: str = "srgb") -> NDArray[np.float32]:
+    """Return the luminance (height, width, 3) in cd/m2 that codes show, each the middle of its code.
+
+    Code 0 stands for the black of the exposure, 255 for the least that is shown as white; local tone mapping and grain stay in it.
+    """
+    light = _light_of(curve, linear_from_srgb(np.arange(256) / 255.0), exposure.black)
+    balanced = light[codes].astype(np.float64) * white_luminance(exposure.ev100)
+    return np.asarray(matmul(balanced, inverse(adaptation(exposure.white_xy)).T), np.float32)
 
 
 def balance(radiance: NDArray[np.float32], exposure: Exposure) -> NDArray[np.float32]:
@@ -101,7 +131,7 @@ def _balance(radiance: NDArray[np.float32], matrix: NDArray[np.float32], balance
 def filmic(linear: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the filmic curve: x up to the knee k, then k + c ln(1 + (x - k) / c), so that it is smooth and 1 at ``FILMIC_WHITE``."""
     over = np.maximum(np.asarray(linear, np.float64) - FILMIC_KNEE, 0.0)
-    return np.asarray(np.minimum(linear, FILMIC_KNEE) + _SHOULDER * np.log1p(over / _SHOULDER))
+    return np.asarray(np.minimum(linear, FILMIC_KNEE) + _SHOULDER * el.log1p(over / _SHOULDER))
 
 
 def _fit_shoulder() -> float:
@@ -116,24 +146,55 @@ def _fit_shoulder() -> float:
     return 0.5 * (low + high)
 
 
-def _unfilm(shown: NDArray[np.float64]) -> NDArray[np.float64]:
+def camera_curve(light: NDArray[np.floating], black: float = 0.0) -> NDArray[np.float64]:
+    """Return the camera's curve: 0 up to ``black``, 0.18 at 0.18 where black is 0, 1 at ``CAMERA_WHITE``, and further up beyond."""
+    power = el.power(np.maximum(np.asarray(light, np.float64) - black, 0.0) / (1.0 - black), CAMERA_STEEPNESS)
+    return np.asarray(_CAMERA_GAIN * power / (power + _CAMERA_HALF))
+
+
+def _fit_camera() -> tuple[float, float]:
+    """Return A and B of the camera's curve: y(grey) = grey and y(white) = 1 are linear in both."""
+    grey, white = (math.pow(light, CAMERA_STEEPNESS) for light in (CAMERA_GREY, CAMERA_WHITE))
+    half = grey * (1.0 - CAMERA_GREY) / (CAMERA_GREY - grey / white)
+    return 1.0 + half / white, half
+
+
+def _unfilm(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
+    del black
     over = np.maximum(shown - FILMIC_KNEE, 0.0)
-    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * np.expm1(over / _SHOULDER)
+    return np.asarray(np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER))
+
+
+def _unphotograph(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
+    power = _CAMERA_HALF * shown / (_CAMERA_GAIN - shown)
+    return np.asarray(black + (1.0 - black) * el.power(power, 1.0 / CAMERA_STEEPNESS))
 
 
 _SHOULDER = _fit_shoulder()
+_CAMERA_GAIN, _CAMERA_HALF = _fit_camera()
 _HALF_CODES = (np.arange(255) + 0.5) / 255.0
 _HALF_LIGHT = linear_from_srgb(_HALF_CODES)
-_THRESHOLDS = {"srgb": _HALF_LIGHT.astype(np.float32), "filmic": _unfilm(_HALF_LIGHT).astype(np.float32)}
-_FIRST_CODES = {
-    name: np.searchsorted(
-        thresholds, np.arange(_FIRST_WORD, _LAST_WORD + 1, 1 << _CELL_BITS, dtype=np.int32).view(np.float32), side="right"
-    ).astype(np.uint8)
-    for name, thresholds in _THRESHOLDS.items()
+_INVERSES: dict[str, Callable[[NDArray[np.float64], float], NDArray[np.float64]]] = {
+    "camera": _unphotograph,
+    "filmic": _unfilm,
+    "srgb": lambda shown, black: shown,
 }
-"""Codes of the lowest values of cells; a cell, 1/256 octave, has one threshold at most."""
+"""Name -> what light is shown as linear values in [0, 1], given the black."""
 
-TONE_CURVES = tuple(_THRESHOLDS)
+
+def _light_of(curve: str, shown: NDArray[np.float64], black: float) -> NDArray[np.float32]:
+    return np.asarray(_INVERSES[curve](shown, black), np.float32)
+
+
+@lru_cache(maxsize=64)
+def _table(curve: str, black: float) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """Return codes of the lowest values of cells, and the thresholds; a cell, 1/256 octave, has one threshold at most."""
+    first = _light_of(curve, _HALF_LIGHT, black)
+    lowest = np.arange(_FIRST_WORD, _LAST_WORD + 1, 1 << _CELL_BITS, dtype=np.int32).view(np.float32)
+    return np.searchsorted(first, lowest, side="right").astype(np.uint8), first
+
+
+TONE_CURVES = tuple(_INVERSES)
 """Names of the curves."""
 
 
@@ -149,10 +210,10 @@ def thresholds(response: str, gamma: float, points: Sequence[float]) -> NDArray[
         return _where_reached(np.asarray(points, np.float64))
     light = {
         "srgb": _HALF_LIGHT,
-        "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, ((_HALF_CODES + 0.099) / 1.099) ** (1.0 / 0.45)),
-        "gamma": _HALF_CODES**gamma,
+        "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, el.power((_HALF_CODES + 0.099) / 1.099, 1.0 / 0.45)),
+        "gamma": el.power(_HALF_CODES, gamma),
     }
-    return light[response].astype(np.float32)
+    return np.asarray(light[response], np.float32)
 
 
 def encode(light: NDArray[np.float32], first: NDArray[np.float32]) -> NDArray[np.uint8]:

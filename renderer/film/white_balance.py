@@ -10,7 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from scene_description.color_temperature import D65_XY, black_body_chromaticity, xyz_from_rgb, xyz_of_xy
+from scene_description.products import inverse, matmul
 
 Chromaticity = tuple[float, float]
 """CIE 1931 x, y."""
@@ -31,21 +33,21 @@ def adaptation(white_xy: Chromaticity, degree: float = 1.0) -> NDArray[np.float6
         degree: 1 shows it as exactly white, 0 changes nothing, between them part of the tint stays.
     """
     rgb_to_xyz = xyz_from_rgb()
-    to_cone = _BRADFORD @ rgb_to_xyz
-    gains = (_BRADFORD @ xyz_of_xy(*D65_XY)) / (_BRADFORD @ xyz_of_xy(*white_xy))
-    return np.asarray(np.linalg.solve(to_cone, gains[:, None] ** degree * to_cone))
+    to_cone = matmul(_BRADFORD, rgb_to_xyz)
+    gains = matmul(_BRADFORD, xyz_of_xy(*D65_XY)) / matmul(_BRADFORD, xyz_of_xy(*white_xy))
+    return np.asarray(matmul(inverse(to_cone), el.power(gains[:, None], degree) * to_cone))
 
 
 def chromaticity(rgb: NDArray[np.float64]) -> Chromaticity:
     """Return x, y of a linear RGB colour (3,) with a positive sum."""
-    x, y, z = xyz_from_rgb() @ rgb
+    x, y, z = matmul(xyz_from_rgb(), rgb)
     return float(x / (x + y + z)), float(y / (x + y + z))
 
 
 def partly_adapted(white_xy: Chromaticity, degree: float) -> Chromaticity:
     """Return the chromaticity that must be shown as white to take away this degree of the tint of ``white_xy``."""
-    cone = (_BRADFORD @ xyz_of_xy(*white_xy)) / (_BRADFORD @ xyz_of_xy(*D65_XY))
-    x, y, z = np.linalg.solve(_BRADFORD, cone**degree * (_BRADFORD @ xyz_of_xy(*D65_XY)))
+    cone = matmul(_BRADFORD, xyz_of_xy(*white_xy)) / matmul(_BRADFORD, xyz_of_xy(*D65_XY))
+    x, y, z = matmul(inverse(_BRADFORD), el.power(cone, degree) * matmul(_BRADFORD, xyz_of_xy(*D65_XY)))
     return float(x / (x + y + z)), float(y / (x + y + z))
 
 
@@ -68,7 +70,7 @@ def metered_white(radiance: NDArray[np.float32], albedo: NDArray[np.float32]) ->
     usable = (base.min(axis=1) > 0.04) & (base.min(axis=1) < 0.97) & (lit.min(axis=1) > 1e-4)
     if not usable.any():
         return D65_XY
-    octaves = np.log2(lit[usable] / base[usable])
+    octaves = el.log2(lit[usable] / base[usable])
     tint = np.median(octaves[:, [0, 2]] - octaves[:, [1]], axis=0)
     red, blue = np.clip(np.rint(tint * _STEPS_PER_OCTAVE) / _STEPS_PER_OCTAVE, -_MOST_OCTAVES, _MOST_OCTAVES)
     return chromaticity(np.array([2.0**red, 1.0, 2.0**blue]))

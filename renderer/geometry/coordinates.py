@@ -7,8 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
+from scene_description.products import dot, matmul
 
 SCATTER = np.array([[3.71, 5.23, 2.89], [4.57, 1.93, 6.11]])
 """How far the pattern of a block is shifted (u, v) per metre that the block lies along x, y and z, so that boards differ."""
@@ -21,9 +23,9 @@ def quad_uvs(quads: Array, normals: Array) -> Array:
     along = np.where((length[:, 0] >= length[:, 1])[:, None], sides[:, 0], -sides[:, 1])
     along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     across = np.cross(normals, along) / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    shift = quads.mean(axis=1) @ SCATTER.T
+    shift = matmul(quads.mean(axis=1), SCATTER.T)
     local = quads - quads[:, :1]
-    flat: Array = np.stack([np.einsum("nkj,nj->nk", local, along), np.einsum("nkj,nj->nk", local, across)], axis=2)
+    flat: Array = np.stack([dot(local, along[:, None]), dot(local, across[:, None])], axis=2)
     flat += shift[:, None]
     return flat
 
@@ -46,7 +48,7 @@ def block_uvs(points: Array, half: Array, center: Array, signs: Array, axes: NDA
     )
     u = np.where(rank == 0, local[..., 1], local[..., 0])
     v = np.where(rank == 0, local[..., 2], around)
-    flat: Array = np.stack([u, v], axis=2) + (center @ SCATTER.T)[:, None, :]
+    flat: Array = np.stack([u, v], axis=2) + matmul(center, SCATTER.T)[:, None, :]
     return flat.reshape(-1, 2)
 
 
@@ -66,7 +68,7 @@ def lathe_uvs(starts: Array, ends: Array, joined: NDArray[np.bool_], segments: i
     rows = []
     for ring, place in ((starts, way[:-1]), (ends, way[1:])):
         wound = np.stack(np.broadcast_arrays(radius[stretch][:, None] * angle, place[:, None]), axis=2)
-        above = ring[:, :1, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        above = ring[:, :1, None] * np.stack([el.cos(angle), el.sin(angle)], axis=1)
         rows.append(np.where((upright_length < 0.5 * flat_length)[stretch][:, None, None], above, wound))
     return np.stack(rows, axis=1).reshape(-1, 2)
 

@@ -9,9 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import CREASE_COSINE, lathe, make_mesh, merged, moved, rotated, sweep
+from scene_description.products import dot, norm
 
 Point = Sequence[float]
 
@@ -29,9 +31,9 @@ def points(*coordinates: ArrayLike) -> Array:
 def oval(half_x: float, half_y: float, z: float, x: float = 0.0, power: float = 2.0, points: int = 36, y: float = 0.0) -> Array:
     """Return a superellipse (points, 3) at height z round (x, y), counter-clockwise from above; power 2 is an ellipse, 8 nearly a box."""
     angle = (np.arange(points) + 0.5) * (2.0 * math.pi / points)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x_row = x + half_x * np.sign(cosine) * np.abs(cosine) ** (2.0 / power)
-    y_row = y + half_y * np.sign(sine) * np.abs(sine) ** (2.0 / power)
+    cosine, sine = el.cos(angle), el.sin(angle)
+    x_row = x + half_x * np.sign(cosine) * el.power(np.abs(cosine), 2.0 / power)
+    y_row = y + half_y * np.sign(sine) * el.power(np.abs(sine), 2.0 / power)
     return np.column_stack([x_row, y_row, np.full(points, z)])
 
 
@@ -60,7 +62,7 @@ def loft(rings: Sequence[ArrayLike]) -> Mesh:
     for corner, (row, column) in enumerate(((-1, -1), (-1, 1), (1, 1), (1, -1))):
         for step in ((0, column), (row, 0), (row, column)):
             beside = np.roll(flat, (-step[0], -step[1]), axis=(0, 1))
-            together = np.einsum("ijk,ijk->ij", flat, beside) > CREASE_COSINE
+            together = dot(flat, beside) > CREASE_COSINE
             if step[0]:
                 together[0 if row < 0 else -1] = False
             normals[:, :, corner] += np.where(together[..., None], beside, 0.0)
@@ -86,8 +88,8 @@ def arc(center: Point, radius: float, start_rad: float, end_rad: float, plane: s
     """Return points (n, 3) of a circular arc in the plane "xy", "xz" or "yz", counted from its first axis towards the second."""
     angle = np.linspace(start_rad, end_rad, points)
     path = np.tile(np.asarray(center, np.float64), (points, 1))
-    path[:, "xyz".index(plane[0])] += radius * np.cos(angle)
-    path[:, "xyz".index(plane[1])] += radius * np.sin(angle)
+    path[:, "xyz".index(plane[0])] += radius * el.cos(angle)
+    path[:, "xyz".index(plane[1])] += radius * el.sin(angle)
     return path
 
 
@@ -96,9 +98,9 @@ def bent(path: ArrayLike, radius: float, bend: float, segments: int = 10, steps:
     corners = list(np.asarray(path, np.float64))
     line = [corners[0]]
     for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
-        reach = min(bend, 0.45 * float(np.linalg.norm(corner - before)), 0.45 * float(np.linalg.norm(after - corner)))
-        a = corner + (before - corner) * (reach / np.linalg.norm(before - corner))
-        b = corner + (after - corner) * (reach / np.linalg.norm(after - corner))
+        reach = min(bend, 0.45 * float(norm(corner - before)), 0.45 * float(norm(after - corner)))
+        a = corner + (before - corner) * (reach / norm(before - corner))
+        b = corner + (after - corner) * (reach / norm(after - corner))
         for t in np.linspace(0.0, 1.0, steps + 1):
             line.append((1 - t) ** 2 * a + 2 * t * (1 - t) * corner + t**2 * b)
     return sweep(np.array([*line, corners[-1]]), radius, segments)

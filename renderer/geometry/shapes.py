@@ -15,9 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
 from renderer.geometry.mesh import UNMAPPED, Mesh
+from scene_description.products import dot, matmul
 
 BEVEL_M = 0.003
 CREASE_COSINE = math.cos(math.radians(38.0))
@@ -43,9 +45,9 @@ def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike, uvs: Ar
     points = np.asarray(vertices, np.float64)
     index = np.asarray(faces, np.int64)
     doubled = _doubled_areas(points, index)
-    index = index[np.einsum("ij,ij->i", doubled, doubled) > 1e-20]
+    index = index[dot(doubled, doubled) > 1e-20]
     directions = np.asarray(normals, np.float64)
-    length = np.sqrt(np.einsum("ij,ij->i", directions, directions))[:, None]
+    length = np.sqrt(dot(directions, directions))[:, None]
     unit = directions / np.maximum(length, 1e-12)
     unit[length[:, 0] <= 1e-12] = (0.0, 0.0, 1.0)
     coordinates = UNMAPPED if uvs is None else np.asarray(uvs, np.float32)
@@ -102,8 +104,8 @@ def rotated(mesh: Mesh, axis: str, angle_rad: float, about: Sequence[float] = (0
     matrix[k, j] = math.sin(angle_rad)
     matrix[j, k] = -matrix[k, j]
     center = np.asarray(about, np.float64)
-    points = (mesh.vertices - center) @ matrix.T + center
-    return mesh._replace(vertices=points.astype(np.float32), normals=(mesh.normals @ matrix.T).astype(np.float32))
+    points = matmul(mesh.vertices - center, matrix.T) + center
+    return mesh._replace(vertices=points.astype(np.float32), normals=matmul(mesh.normals, matrix.T).astype(np.float32))
 
 
 def mirrored(mesh: Mesh, axis: str) -> Mesh:
@@ -121,7 +123,7 @@ def stretched(mesh: Mesh, scale: ArrayLike, shift: ArrayLike) -> Mesh:
     result = mesh._replace(
         vertices=(mesh.vertices * factor + np.asarray(shift, np.float64)).astype(np.float32), normals=normals.astype(np.float32)
     )
-    if len(mesh.uvs) and np.abs(np.log(factor)).max() > 0.02:
+    if len(mesh.uvs) and np.abs(el.log(factor)).max() > 0.02:
         growth = math.sqrt(surface_area(result) / max(surface_area(mesh), 1e-12))
         result = result._replace(uvs=(mesh.uvs * growth).astype(np.float32))
     return result
@@ -161,7 +163,7 @@ def _block_template() -> tuple[Array, NDArray[np.intp], NDArray[np.int64]]:
         for i in range(1, len(loop) - 1):
             face = [loop[0], loop[i], loop[i + 1]]
             a_m, b_m, c_m = points[face]
-            outward = float(np.dot(np.cross(b_m - a_m, c_m - a_m), a_m + b_m + c_m)) > 0.0
+            outward = float(matmul(np.cross(b_m - a_m, c_m - a_m), a_m + b_m + c_m)) > 0.0
             faces.append(face if outward else face[::-1])
     return sign_rows, axes, np.array(faces)
 
@@ -197,7 +199,7 @@ def rounded_template(segments: int, flats: tuple[int, int, int]) -> RoundedTempl
     def line(flat: int) -> tuple[Array, Array]:
         bend = np.linspace(-0.25 * math.pi, 0.0, segments + 1)
         inner = np.concatenate([-np.ones(segments), np.linspace(-1.0, 1.0, flat + 1), np.ones(segments)])
-        return inner, np.tan(np.concatenate([bend[:-1], np.zeros(flat + 1), -bend[:-1][::-1]]))
+        return inner, el.tan(np.concatenate([bend[:-1], np.zeros(flat + 1), -bend[:-1][::-1]]))
 
     lines = [line(flat) for flat in flats]
     inner_rows, direction_rows, face_rows, side_rows, base = [], [], [], [], 0
@@ -224,7 +226,7 @@ def rounded_template(segments: int, flats: tuple[int, int, int]) -> RoundedTempl
 
 def rounded_uvs(template: RoundedTemplate, half: Array, radius_m: float) -> Array:
     """Return texture coordinates of the apart vertices: lengths along each side and round its edges, u along the longer way."""
-    angle = np.arctan2(template.direction[:, None, :], np.abs(template.direction[:, :, None]))
+    angle = el.arctan2(template.direction[:, None, :], np.abs(template.direction[:, :, None]))
     flat = template.inner * (half - radius_m)
     coordinates = np.empty((len(template.welded), 2))
     for axis in range(3):
@@ -244,7 +246,7 @@ def rounded_box(low: Sequence[float], high: Sequence[float], radius_m: float, se
     radius = min(radius_m, 0.98 * float(half.min()))
     center = 0.5 * (a + b)
     points = center + template.inner * (half - radius) + radius * template.direction
-    uvs = rounded_uvs(template, half, radius) + SCATTER @ center
+    uvs = rounded_uvs(template, half, radius) + matmul(SCATTER, center)
     return make_mesh(points[template.welded], template.direction[template.welded], template.apart_faces, uvs)
 
 
@@ -274,8 +276,8 @@ def lathe(profile: ArrayLike, segments: int = 28, closed: bool = False, wave: Ca
     before, after = np.roll(normal, 1, axis=0), np.roll(normal, -1, axis=0)
     if not closed:
         before[0], after[-1] = normal[0], normal[-1]
-    smooth_start = np.einsum("ij,ij->i", before, normal) > CREASE_COSINE
-    smooth_end = np.einsum("ij,ij->i", after, normal) > CREASE_COSINE
+    smooth_start = dot(before, normal) > CREASE_COSINE
+    smooth_end = dot(after, normal) > CREASE_COSINE
     n0 = np.where(smooth_start[:, None], before + normal, normal)
     n1 = np.where(smooth_end[:, None], after + normal, normal)
     angle = np.arange(segments + 1) * (2.0 * math.pi / segments)
@@ -285,8 +287,8 @@ def lathe(profile: ArrayLike, segments: int = 28, closed: bool = False, wave: Ca
     for ring, tilt in ((starts, n0), (ends, n1)):
         radius = ring[:, :1] * factor
         height = np.broadcast_to(ring[:, 1:], radius.shape)
-        turned = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=2)
-        tilted = np.stack([tilt[:, :1] * np.cos(angle), tilt[:, :1] * np.sin(angle), np.broadcast_to(tilt[:, 1:], radius.shape)], axis=2)
+        turned = np.stack([radius * el.cos(angle), radius * el.sin(angle), height], axis=2)
+        tilted = np.stack([tilt[:, :1] * el.cos(angle), tilt[:, :1] * el.sin(angle), np.broadcast_to(tilt[:, 1:], radius.shape)], axis=2)
         bands.append((turned, tilted))
     vertices = np.stack([bands[0][0], bands[1][0]], axis=1)
     normals = np.stack([bands[0][1], bands[1][1]], axis=1)
@@ -315,25 +317,25 @@ def sweep(path: ArrayLike, radius: float | Sequence[float] | Array, segments: in
     side = np.cross(tangent[0], (0.0, 0.0, 1.0) if abs(tangent[0, 2]) < 0.9 else (1.0, 0.0, 0.0))
     sides = np.empty_like(points)
     for i, direction in enumerate(tangent):
-        side = side - direction * (side @ direction)
-        side = side / math.sqrt(side @ side)
+        side = side - direction * matmul(side, direction)
+        side = side / math.sqrt(matmul(side, side))
         sides[i] = side
     ups = np.cross(tangent, sides)
     angle = np.arange(segments + 1) * (2.0 * math.pi / segments)
     angle[-1] = 0.0
-    ring = np.cos(angle)[None, :, None] * sides[:, None] + squash * np.sin(angle)[None, :, None] * ups[:, None]
-    outward = np.cos(angle)[None, :, None] * sides[:, None] + np.sin(angle)[None, :, None] / squash * ups[:, None]
+    ring = el.cos(angle)[None, :, None] * sides[:, None] + squash * el.sin(angle)[None, :, None] * ups[:, None]
+    outward = el.cos(angle)[None, :, None] * sides[:, None] + el.sin(angle)[None, :, None] / squash * ups[:, None]
     vertices = points[:, None] + radii[:, None, None] * ring
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     turn = np.arange(segments + 1) * (2.0 * math.pi / segments) * 0.5 * (1.0 + squash) * float(radii.mean())
-    shift = SCATTER @ points[0]
+    shift = matmul(SCATTER, points[0])
     uvs = np.stack(np.meshgrid(way, turn, indexing="ij"), axis=2).reshape(-1, 2) + shift
     tube = make_mesh(vertices.reshape(-1, 3), outward.reshape(-1, 3), grid_faces(len(points), segments + 1)[:, ::-1], uvs)
     caps = []
     for end, normal in ((0, -tangent[0]), (-1, tangent[-1])):
         fan = np.stack([np.full(segments, segments), np.arange(segments), (np.arange(segments) + 1) % segments], axis=1)
         loop = np.vstack([vertices[end, :segments], points[end]])
-        flat = np.stack([(loop - points[end]) @ sides[end], (loop - points[end]) @ ups[end]], axis=1) + shift
+        flat = np.stack([matmul(loop - points[end], sides[end]), matmul(loop - points[end], ups[end])], axis=1) + shift
         caps.append(make_mesh(loop, np.broadcast_to(normal, loop.shape), fan if end else fan[:, ::-1], flat))
     return merged(tube, *caps)
 
@@ -383,7 +385,7 @@ def slab(outline: ArrayLike, low_m: float, high_m: float) -> Mesh:
 def signed_volume(mesh: Mesh) -> float:
     """Return the volume enclosed by a closed mesh, m3; positive when its faces look outward."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    return float(dot(a, np.cross(b, c)).sum() / 6.0)
 
 
 def surface_area(mesh: Mesh) -> float:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.row_times import project_by_rows
@@ -108,7 +109,7 @@ def point_images(view: HitView) -> PointImages:
     tables = (flat.mesh.faces, flat.face_part, flat.mesh.uvs, flat.part_box)
     inputs = PointInputs(view.images.range, view.images.normals, view.hits, *tables)
     view.scene.in_tiles(measure_points, inputs, Cameras(view.camera, *cameras), filled)
-    np.arccos(images.incidence, out=images.incidence)
+    images.incidence[:] = el.arccos(images.incidence)
     return images
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
+from scene_description.products import matmul
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _INSET_M = 2e-3
@@ -59,7 +60,7 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
     normal = np.concatenate([chart_normal, corner_normal]).astype(np.float32)
     corners = mesh.vertices.astype(np.float64)[mesh.faces[face]]
     shares = np.column_stack([1.0 - weight.sum(axis=1, dtype=np.float64), weight])
-    position = np.einsum("nc,ncx->nx", shares, corners).astype(np.float32)
+    position = matmul(shares[:, None], corners)[:, 0].astype(np.float32)
     two_sided = np.flatnonzero(~one_sided[face])
     back = np.full(len(face) + len(two_sided), -1, np.int32)
     back[two_sided] = len(face) + np.arange(len(two_sided))

@@ -18,6 +18,7 @@ from renderer.core.sampling import even_points
 from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
+from renderer.irradiance_cache.close_nodes import share_noise
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
 from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
@@ -137,5 +138,6 @@ class IrradianceCache:
 
         Pieces(len(nodes)).run(scene.workers, compute, cancelled)
         smooth_nodes(self.atlas.grid, *grids, spacing, todo, self.light, self.rows)
+        share_noise(self.atlas, *grids, spacing, todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)

@@ -59,9 +59,10 @@ class CacheGeometry:
         coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, BEHIND or UNKNOWN.
         sightings: rays that see lights by mirrors, or what is outside.
-        worth: (n,) float32, 0 for coarse nodes within things, little where nearly all is close by.
+        worth: (n,) float32, 0 for coarse nodes that :attr:`known` rules out, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
-        other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing.
+        other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing
+            and something around it is not close by.
         shining_area: (n,) float32, m2 that each stands for.
         albedo, glow: (n, 3) float32, what coarse nodes reflect, and the luminance of screens and the like, cd/m2.
         complete: whether :meth:`link` has ended.
@@ -111,7 +112,7 @@ class CacheGeometry:
             self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
 
         self._unlinked.run(workers, compute, cancelled)
-        valid = (self.links == BEHIND).mean(axis=1) <= MOST_BEHIND
+        valid = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) & (self.far > 0.0)
         self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
 
         def resolve(worker: int, piece: tuple[int, int]) -> None:
@@ -120,7 +121,8 @@ class CacheGeometry:
         self._unresolved.run(workers, resolve, cancelled)
         self.other = np.zeros(len(valid), np.int32)
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
-        # Nodes within things shine by those that stand in for them; rays that end where there are none tell nothing.
+        # Nodes within things, or in gaps so deep that they see only each other, shine by those that stand in for them; rays that end
+        # where there are none tell nothing.
         self.known = valid[self.other]
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
         self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)

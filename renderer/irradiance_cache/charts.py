@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.core.kernel import entry
 from renderer.geometry.mesh import Mesh
+from scene_description.products import dot
 
 _WELD_M = 1e-4
 _FLAT, _COPLANAR = 0.9995, 0.99999
@@ -43,7 +44,7 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     unit = cross / np.maximum(2.0 * area, 1e-30)[:, None]
     shading = mesh.normals.astype(np.float64)[mesh.faces]
     sound = area > _LEAST_AREA_M2
-    flat = sound & (np.einsum("mij,mj->mi", shading, unit) > _FLAT).all(axis=1)
+    flat = sound & (dot(shading, unit[:, None]) > _FLAT).all(axis=1)
     first, second, face = _edges(corners, face_part)
     by_edge = np.lexsort((face, second, first))
     first, second, face = first[by_edge], second[by_edge], face[by_edge]
@@ -52,7 +53,7 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     run = np.concatenate([[True], ~same])
     lonely = face[np.flatnonzero(run)[np.diff(np.append(np.flatnonzero(run), len(face))) != 2]]
     closed = _find_closed(corners, _join(len(face_part), a, b), lonely)
-    joined = flat[a] & flat[b] & (np.einsum("ij,ij->i", unit[a], unit[b]) > _COPLANAR)
+    joined = flat[a] & flat[b] & (dot(unit[a], unit[b]) > _COPLANAR)
     root = _join(len(face_part), a[joined], b[joined])
     face_chart = np.where(sound, CURVED, DEGENERATE).astype(np.int32)
     roots, face_chart[flat] = np.unique(root[flat], return_inverse=True)
@@ -71,8 +72,8 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     across = np.cross(normal, along)
     at = np.zeros((len(face_part), 3, 2))
     chart = face_chart[members]
-    at[members, :, 0] = np.einsum("mij,mj->mi", corners[members], along[chart])
-    at[members, :, 1] = np.einsum("mij,mj->mi", corners[members], across[chart])
+    at[members, :, 0] = dot(corners[members], along[chart][:, None])
+    at[members, :, 1] = dot(corners[members], across[chart][:, None])
     return Charts(face_chart, normal, along, across, at, area, closed)
 
 
@@ -82,7 +83,7 @@ def _find_closed(corners: NDArray[np.float64], body: NDArray[np.int64], lonely: 
     ``body``: (m,), a triangle of each one's body; ``lonely``: triangles that have an edge which does not belong to just two.
     """
     at = corners - corners[body, :1]
-    volume = np.bincount(body, np.einsum("mi,mi->m", at[:, 0], np.cross(at[:, 1], at[:, 2])), len(body))
+    volume = np.bincount(body, dot(at[:, 0], np.cross(at[:, 1], at[:, 2])), len(body))
     volume[body[lonely]] = 0.0
     return np.asarray(volume[body] > 0.0)
 

@@ -28,6 +28,7 @@ from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
+from scene_description.products import matmul
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
 _PI = np.float32(np.pi)
@@ -53,7 +54,7 @@ class Bright(NamedTuple):
 
 def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, samples: int, near_m: float) -> Bright:
     """Choose the nodes whose luminance (n, 3) is more than ``times`` the room's mean, and sample them by flux."""
-    shown = luminance.astype(np.float64) @ LUMINANCE
+    shown = matmul(luminance.astype(np.float64), LUMINANCE)
     area = atlas.area.astype(np.float64)
     chosen = (shown > times * max((shown * area).sum() / max(area.sum(), 1e-12), 1e-12)) & (area > 0.0)
     nodes = np.flatnonzero(chosen)

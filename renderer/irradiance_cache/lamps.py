@@ -15,6 +15,7 @@ from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene
+from scene_description.products import matmul, norm
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAST_COSINE = np.float32(0.05)
@@ -28,8 +29,8 @@ def build_lamps(flat: FlatScene) -> Lamps:
     planes: dict[tuple[float, ...], list[int]] = {}
     for pane in np.flatnonzero(flat.parts.portal).tolist():
         faces = np.flatnonzero(flat.face_part == pane)
-        normal = cross[faces].sum(axis=0) / max(np.linalg.norm(cross[faces].sum(axis=0)), 1e-12)
-        planes.setdefault((*normal.round(2), round(float(normal @ corners[faces].mean(axis=(0, 1))), 1)), []).append(pane)
+        normal = cross[faces].sum(axis=0) / max(norm(cross[faces].sum(axis=0)), 1e-12)
+        planes.setdefault((*normal.round(2), round(float(matmul(normal, corners[faces].mean(axis=(0, 1)))), 1)), []).append(pane)
     groups += planes.values()
     rows = []
     for parts in groups:
@@ -37,11 +38,11 @@ def build_lamps(flat: FlatScene) -> Lamps:
         area = np.linalg.norm(cross[faces], axis=1)
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
         normal = cross[faces].sum(axis=0)
-        level = np.linalg.norm(normal) > 0.5 * area.sum()
+        level = norm(normal) > 0.5 * area.sum()
         shown_m2 = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
         if flat.parts.portal[parts[0]]:
-            shown_m2 = np.linalg.norm(normal)
-        normal /= max(np.linalg.norm(normal), 1e-12)
+            shown_m2 = norm(normal)
+        normal /= max(norm(normal), 1e-12)
         rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level)])
     return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in groups], np.int32))
 

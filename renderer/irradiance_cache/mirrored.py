@@ -50,13 +50,13 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
 
 
 @inlined
-def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float32]:
+def lobe_point(x: int, y: int, by_blocks: bool) -> tuple[np.float32, np.float32]:
     """Return the point of the unit square by which a pixel samples its lobe: all that are mixed for a pixel have different ones.
 
-    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces,
-    36 on others, the first 18 of these at every second pixel.
+    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces
+    that share by blocks, 36 on others, the first 18 of these at every second pixel.
     """
-    if alpha > ROUGH:
+    if by_blocks:
         i = (x >> 1) % 5 + 5 * ((y >> 1) % 5)
     else:
         i = (x % 6 >> 1) + 3 * (y % 6) + 18 * ((x + y) & 1)
@@ -67,7 +67,7 @@ def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float3
 @inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Fill AHEAD, the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
-    u, v = lobe_point(x, y, primary[rec.ALPHA, k])
+    u, v = lobe_point(x, y, bool((primary[rec.ALPHA, k] > ROUGH) & (primary[rec.DENSE, k] == _ZERO)))
     wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[rec.ALPHA, k], u, v)
     twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)
@@ -184,7 +184,10 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
             continue
         nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
         along = real[ray.DIR_X + k] * nx + real[ray.DIR_Y + k] * ny + real[ray.DIR_Z + k] * nz
-        r, g, b = _look_up(tables, tables.leaving, along < _ZERO, k, memory)
+        r, g, b, found = _look_up(tables, tables.leaving, along < _ZERO, k, memory)
+        if not found:
+            waiting += 1
+            continue
         primary[rec.SEEN, k] = r * lanes[ln.BETA_R + k]
         primary[rec.SEEN + 1, k] = g * lanes[ln.BETA_G + k]
         primary[rec.SEEN + 2, k] = b * lanes[ln.BETA_B + k]
@@ -206,25 +209,36 @@ def _shines(surfaces: Surfaces, face: int, alpha: np.float32) -> bool:
 
 
 @inlined
-def _look_up(tables: Tables, values: NDArray[np.float32], front: bool, k: int, memory: ShadeScratch) -> Rgb:
-    """Return what a table of the coarse nodes, (n, 3), says where ray k ends: their mean, by weight and worth."""
-    nodes, weights, rays = memory.nodes, memory.weights, memory.trace.rays
+def _look_up(
+    tables: Tables, values: NDArray[np.float32], front: bool, k: int, memory: ShadeScratch
+) -> tuple[np.float32, np.float32, np.float32, bool]:
+    """Return what a table of the coarse nodes, (n, 3), says where ray k ends, and whether any of these nodes knows.
+
+    It is their mean by weight and worth, or by weight alone where all have others that stand in for them.
+    """
+    nodes, weights, rays, source = memory.nodes, memory.weights, memory.trace.rays, tables.source
     face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
-    count = find_nodes(tables.source.atlas, face, u, v, front, nodes, weights)
-    total = _ZERO
+    count = find_nodes(source.atlas, face, u, v, front, nodes, weights)
+    worth = by_weight = _ZERO
     for i in range(count):
-        weights[i] *= tables.source.worth[nodes[i]]
-        total += weights[i]
+        worth += weights[i] * source.worth[nodes[i]]
+        by_weight += weights[i] if source.known[nodes[i]] else _ZERO
+    total = worth if worth > _ZERO else by_weight
     r = g = b = _ZERO
+    if total <= _ZERO:
+        return r, g, b, False
     for i in range(count):
-        weight = weights[i] / total if total > _ZERO else _ONE / np.float32(count)
+        weight = weights[i] / total * (source.worth[nodes[i]] if worth > _ZERO else _ONE if source.known[nodes[i]] else _ZERO)
         r, g, b = r + weight * values[nodes[i], 0], g + weight * values[nodes[i], 1], b + weight * values[nodes[i], 2]
-    return r, g, b
+    return r, g, b, True
 
 
 @inlined
 def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: bool, memory: ShadeScratch) -> None:
-    """Add what the rays that are left see: textures and emission of what they hit, lit by the coarse nodes."""
+    """Add what the rays that are left see: textures and emission of what they hit, lit by the coarse nodes.
+
+    Where none of these knows any, what lights the pixel's own surface does: such places are narrow gaps, as between a mirror and its frame.
+    """
     scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary
     for k in range(LANES):
         lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
@@ -240,7 +254,9 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
             # What is outside is lit by all of the sky.
             lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
         else:
-            lit_r, lit_g, lit_b = _look_up(tables, tables.even, lanes[ln.COS_FRONT + k] > _ZERO, k, memory)
+            lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, lanes[ln.COS_FRONT + k] > _ZERO, k, memory)
+            if not found:
+                lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
         r = (le_r + albedo_r * lit_r) * lanes[ln.BETA_R + k]
         g = (le_g + albedo_g * lit_g) * lanes[ln.BETA_G + k]
         b = (le_b + albedo_b * lit_b) * lanes[ln.BETA_B + k]

@@ -28,7 +28,7 @@ from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _PI, _INVERSE_PI = np.float32(0.0), np.float32(1.0), np.float32(np.pi), np.float32(1.0 / np.pi)
-_SETTLED = 1e-4
+_SETTLED = 1e-6
 
 
 class Links(NamedTuple):
@@ -113,7 +113,7 @@ def solve_links(
     """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
 
     ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.  It has settled when no more than a
-    ten thousandth of all changes, so that what leaves is what arrives, reflected, and what glows.
+    millionth of all changes, so that what leaves is what arrives, reflected, and what glows.
     """
     count = links.shape[1]
     for _ in range(most_sweeps):

@@ -16,7 +16,7 @@ from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
-from renderer.irradiance_cache.records import ROUGH, ShadeScratch
+from renderer.irradiance_cache.records import APART, ROUGH, ShadeScratch
 from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
@@ -38,7 +38,8 @@ class Picture(NamedTuple):
     """What shading leaves, float32.
 
     light: (height, width, 3), cd/m2, without what is mirrored.  mirrored: (height, width, 4), the luminance that the mirrored ray found,
-    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess.
+    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess, and more
+    by APART where every pixel of the surface sends a ray.
     share: (height, width, 3), how much of it leaves to the camera.
     """
 
@@ -94,7 +95,8 @@ def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArra
     """Fill pairs of rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture.
 
     The rougher the surface, the farther neighbours it shares mirrored light with: each has one sample of the lobe.  Where it is rough,
-    blocks of 2 x 2 pixels share one mean, over pixels of even columns and rows.
+    blocks of 2 x 2 pixels share one mean, over pixels of even columns and rows; but each pixel of metal has a mean of its own, so that
+    brushed steel shows no blocks.
     """
     height, width, _ = image.shape
     mirrored, share, face = picture.mirrored, picture.share, hits.face
@@ -111,8 +113,10 @@ def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArra
                     image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
                     continue
                 r, g, b, count = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2], _ONE
+                dense = alpha >= APART
+                alpha = alpha - APART if dense else alpha
                 # Rough: the block's mean, but its own ray's too for a pixel that sent one and is not part of that.
-                if abs(alpha) >= ROUGH:
+                if abs(alpha) >= ROUGH and not dense:
                     if block < 0 or not _is_alike(surfaces, face[y, x], block):
                         block = face[y, x]
                         block_r, block_g, block_b, block_count = _sum_around(surfaces, hits, mirrored, left, top, block, 2)

@@ -23,6 +23,8 @@ ROUGH = np.float32(0.03)
 WIDE = np.float32(0.1)
 """Width of GGX from which on window panes are shown as lamps are."""
 _FAINT = np.float32(0.06)
+APART = np.float32(2.0)
+"""Added to the width of GGX in pictures where every pixel of the surface has a ray, so that none needs those of a block."""
 
 # A row of ``ShadeScratch.primary``: 16 primary hits while their rays are traced.
 _PRIMARY = Layout()
@@ -36,7 +38,9 @@ KIND = _PRIMARY.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that 
 ALPHA = _PRIMARY.field()
 UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
 UNDER_ALPHA = _PRIMARY.field()
+DENSE = _PRIMARY.field()  # 1 where every pixel of a rough surface sends a ray: metal
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
+EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 
 
 class Lamps(NamedTuple):

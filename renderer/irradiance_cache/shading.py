@@ -35,7 +35,7 @@ from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID, NodeLight
 from renderer.irradiance_cache.nodes import LIGHT as LIT
 from renderer.irradiance_cache.reconstruction import Picture
-from renderer.irradiance_cache.records import SHARP, ShadeScratch, Tables, takes_from_others
+from renderer.irradiance_cache.records import APART, ROUGH, SHARP, ShadeScratch, Tables, takes_from_others
 from renderer.irradiance_cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.strays import add_stray, light_strays
@@ -164,7 +164,7 @@ def _shade_lane(
     if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, lamplit, 0
-    _send_ray(glass, x, y, k, lanes, primary)
+    _send_ray(incident, glass, x, y, k, lanes, primary)
     return sunny, lamplit, 1
 
 
@@ -185,7 +185,7 @@ def _restore_surfaces(scene: LitScene, view: TracedView, column: int, row: int, 
 def _begin_pixel(lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     lanes[ln.IMPORTANCE + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
     primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
 
@@ -335,10 +335,14 @@ def _guess_mirrored(incident: Incident, around: np.float32, primary: NDArray[np.
 
 
 @inlined
-def _send_ray(glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
+def _send_ray(incident: Incident, glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
     """Let lane k, of pixel (x, y), send a mirrored ray, and one straight through if it is of glass."""
     primary[rec.KIND, k] = _TWO if glass else _ONE
     primary[rec.PANE, k] = lanes[ln.THIN + k]
+    primary[rec.DENSE, k] = _ONE if lanes[ln.METALLIC + k] >= _HALF and primary[rec.ALPHA, k] > ROUGH else _ZERO
+    primary[rec.EVEN, k] = _INVERSE_PI * incident.r
+    primary[rec.EVEN + 1, k] = _INVERSE_PI * incident.g
+    primary[rec.EVEN + 2, k] = _INVERSE_PI * incident.b
     for channel in range(3):
         tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
         primary[rec.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
@@ -383,7 +387,7 @@ def _store(column: int, row: int, primary: NDArray[np.float32], picture: Picture
     for k in range(LANES):
         x, y = column + (k & 3), row + (k >> 2)
         if x < width and y < height:
-            picture.mirrored[y, x, 3] = primary[rec.ALPHA, k]
+            picture.mirrored[y, x, 3] = primary[rec.ALPHA, k] + APART * primary[rec.DENSE, k]
             for channel in range(3):
                 picture.light[y, x, channel] = primary[rec.LIGHT + channel, k]
             if primary[rec.ALPHA, k] != _ZERO:

@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.lidar.config import ScanConfig
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, rotation_from_quaternion
+from scene_description.products import matmul
 from scene_description.types import CameraPose
 
 Floats = NDArray[np.float64]
@@ -49,14 +51,14 @@ def along_path(path: Sequence[CameraPose], since_ns: int, times_s: Floats) -> Pl
 
 def mounted_scanner(config: ScanConfig, rig: Placement) -> Placement:
     """Return the scanner's frame where the rig's optical frame is at ``rig``."""
-    base = rig.rotation @ _OPTICAL_FROM_LINK
+    base = matmul(rig.rotation, _OPTICAL_FROM_LINK)
     place = rig.position_m
     mount = np.array(config.mount_m)
     if config.level:
         base = _upright(base)
         place = np.column_stack([place[:, :2], np.zeros(len(place))])
         mount = np.array([mount[0], mount[1], mount[2] + config.height_m])
-    return Placement(place + base @ mount, base @ _from_angles(config.mount_rotation_rad))
+    return Placement(place + matmul(base, mount), matmul(base, _from_angles(config.mount_rotation_rad)))
 
 
 def _upright(rotation: Floats) -> Floats:
@@ -70,7 +72,7 @@ def _upright(rotation: Floats) -> Floats:
 
 def _from_angles(roll_pitch_yaw: tuple[float, float, float]) -> Floats:
     """Return the rotation about the fixed x, then y, then z axis, as of URDF's rpy."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(roll_pitch_yaw), np.sin(roll_pitch_yaw)
+    (cr, cp, cy), (sr, sp, sy) = el.cos(roll_pitch_yaw), el.sin(roll_pitch_yaw)
     return np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -84,12 +86,12 @@ def _slerp(a: Floats, b: Floats, share: Floats) -> Floats:
     """Return quaternions (n, 4) on the shorter arcs from ``a`` to ``b``, beyond them where ``share`` (n,) is not in [0, 1]."""
     cosine = np.sum(a * b, axis=1)
     b = np.where(cosine[:, None] < 0.0, -b, b)
-    angle = 2.0 * np.arctan2(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))
-    sine = np.sin(angle)
+    angle = 2.0 * el.arctan2(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))
+    sine = el.sin(angle)
     near = sine < 1e-12
     safe = np.where(near, 1.0, sine)
-    first = np.where(near, 1.0 - share, np.sin((1.0 - share) * angle) / safe)
-    second = np.where(near, share, np.sin(share * angle) / safe)
+    first = np.where(near, 1.0 - share, el.sin((1.0 - share) * angle) / safe)
+    second = np.where(near, share, el.sin(share * angle) / safe)
     mixed = first[:, None] * a + second[:, None] * b
     unit: Floats = mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
     return unit

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.core.embree import LANES, SceneHandle, make_packet
 from renderer.core.random_numbers import make_frame_key
 from renderer.lidar.config import ScanConfig
@@ -16,6 +17,7 @@ from renderer.lidar.reading import RangeErrors, limit_ranges, read_beams
 from renderer.lidar.scan import Scan
 from renderer.scene.flat_scene import FlatScene
 from scene_description.poses import quaternion_from_rotation
+from scene_description.products import dot
 from scene_description.types import CameraPose
 
 _SECOND_NS = 1_000_000_000
@@ -90,7 +92,7 @@ class Scanner:
     def _trace(self, placed: Placement) -> Echoes:
         """Return what comes back along the rays, (beams, rays of a beam) each."""
         shape = self._directions.shape[:2]
-        directions = np.einsum("bij,brj->bri", placed.rotation, self._directions).astype(np.float32).reshape(-1, 3)
+        directions = dot(self._directions[:, :, None], placed.rotation[:, None]).astype(np.float32).reshape(-1, 3)
         origins = np.repeat(placed.position_m.astype(np.float32), shape[1], axis=0)
         echoes = Echoes(*np.empty((3, len(origins)), np.float32))
         trace_echoes(self._scene, self._surfaces, origins, directions, self._packet, self._lanes, echoes)
@@ -104,14 +106,14 @@ def beam_directions(config: ScanConfig) -> Floats:
     mean square angle of an evenly filled beam.
     """
     angles = config.angle_min_rad + np.arange(config.beams) * config.angle_increment_rad
-    cosine, sine, zero = np.cos(angles), np.sin(angles), np.zeros(config.beams)
+    cosine, sine, zero = el.cos(angles), el.sin(angles), np.zeros(config.beams)
     middle = np.stack([cosine, sine, zero], axis=1)[:, None, :]
     if config.divergence_rad == 0.0:
         return middle
     aside = np.stack([-sine, cosine, zero], axis=1)[:, None, :]
     around = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
-    opening = np.tan(0.5 * config.divergence_rad * math.sqrt((_AROUND + 1) / (2.0 * _AROUND)))
-    ring = middle + opening * (np.cos(around)[:, None] * aside + np.sin(around)[:, None] * np.array([0.0, 0.0, 1.0]))
+    opening = math.tan(0.5 * config.divergence_rad * math.sqrt((_AROUND + 1) / (2.0 * _AROUND)))
+    ring = middle + opening * (el.cos(around)[:, None] * aside + el.sin(around)[:, None] * np.array([0.0, 0.0, 1.0]))
     rays = np.concatenate([middle, ring], axis=1)
     return np.asarray(rays / np.linalg.norm(rays, axis=2, keepdims=True))
 

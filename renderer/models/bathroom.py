@@ -7,11 +7,13 @@ import math
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import arc, bent, disc, egg, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.cabinets import Front, bar_handle, fronts, knob
 from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
+from scene_description.products import norm
 
 
 def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -149,7 +151,7 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
 def _claw_foot(side_x: float, side_y: float, x: float, y: float, height: float) -> Mesh:
     """A curved foot that swells from a ball on the floor to a shoulder under the tub."""
     share = np.linspace(0.0, 1.0, 7)
-    swing = 0.018 * np.sin(2.0 * math.pi * share)
+    swing = 0.018 * el.sin(2.0 * math.pi * share)
     path = np.column_stack([side_x * (x + 0.3 * swing), side_y * (y + swing + 0.03 * share), 0.03 + (height - 0.03) * share])
     ball = lathe([(0.0, 0.0), (0.022, 0.002), (0.034, 0.02), (0.03, 0.042), (0.016, 0.056), (0.0, 0.058)], 12)
     return merged(sweep(path, [0.016, 0.016, 0.018, 0.021, 0.025, 0.029, 0.032], 10), moved(ball, side_x * x, side_y * y))
@@ -224,7 +226,7 @@ def _cabin_outline(half_d: float, half_w: float, style: str) -> np.ndarray:
 
 def _pane(a: np.ndarray, b: np.ndarray, low: float, high: float) -> Mesh:
     """A pane of 6 mm glass between two points of the plan."""
-    along = (b - a) / np.linalg.norm(b - a)
+    along = (b - a) / norm(b - a)
     side = 0.003 * np.array([along[1], -along[0]])
     corners = np.array([a + side, b + side, b - side, a - side])
     return loft([points(corners, z) for z in (low, high)])

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
@@ -91,8 +92,8 @@ def _hung_towel(
     r, thick = tube + 0.008, 0.009
     turn = np.linspace(0.0, math.pi, 7)
     fall = np.linspace(1.0, 0.0, 9)[:-1]
-    px = np.concatenate([np.full(8, r), r * np.cos(turn), np.full(8, -r)])
-    pz = np.concatenate([-front_fall * fall, r * np.sin(turn), -back_fall * fall[::-1]])
+    px = np.concatenate([np.full(8, r), r * el.cos(turn), np.full(8, -r)])
+    pz = np.concatenate([-front_fall * fall, r * el.sin(turn), -back_fall * fall[::-1]])
     t = np.linspace(-0.5, 0.5, 13)
     ss, tt = np.meshgrid(np.arange(len(px), dtype=np.float64), t, indexing="ij")
     hang = np.clip(-pz, 0.0, None)[:, None] / max(front_fall, 1e-6)
@@ -152,7 +153,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
 def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]]:
     """Outlines of a tapered wall woven round 16 stakes: every other row of strands lies outside each stake."""
     rings = [oval(0.82 * half_d, 0.82 * half_w, 0.0, power=4.0, points=48)]
-    over = np.cos(np.arange(48) * (math.pi / 1.5))
+    over = el.cos(np.arange(48) * (math.pi / 1.5))
     count = 18
     for k in range(count):
         share = 0.82 + 0.15 * (k + 0.5) / count
@@ -171,7 +172,7 @@ def _clothes(rng: np.random.Generator, half_x: float, half_y: float, low: float,
     for s in share:
         flat = oval(half_x * s, half_y * s, low, power=3.5, points=30)
         folds = wrinkles(rng, flat[:, 0], flat[:, 1], 6, 3.0, 9.0) if s < 1.0 else np.zeros(30)
-        flat[:, 2] += tall * np.clip((1.0 - s**3) * 0.7 + 0.11 * np.clip(folds, -1.5, 1.5), 0.0, 1.0)
+        flat[:, 2] += tall * np.clip((1.0 - el.power(s, 3)) * 0.7 + 0.11 * np.clip(folds, -1.5, 1.5), 0.0, 1.0)
         rings.append(flat)
     return loft(rings)
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
@@ -33,20 +34,20 @@ def relief_board(
     """
     low, shoulder, rise = z
     u, v = np.meshgrid(np.linspace(-1.0, 1.0, columns), np.linspace(0.0, 1.0, rows), indexing="ij")
-    crest = np.where(np.abs(u) < 0.72, 0.5 + 0.5 * np.cos(math.pi * u / 0.72), 0.0) + 0.16 * np.exp(-(((np.abs(u) - 0.86) / 0.09) ** 2))
+    crest = np.where(np.abs(u) < 0.72, 0.5 + 0.5 * el.cos(math.pi * u / 0.72), 0.0) + 0.16 * el.exp(-(((np.abs(u) - 0.86) / 0.09) ** 2))
     top = shoulder + rise * crest / crest.max()
     y, height = half_w * u, low + (top - low) * v
     blades = int(rng.integers(7, 11))
     turns = rng.uniform(2.2, 3.2)
     edge = np.minimum(half_w - np.abs(y), np.minimum(height - low, top - height))
-    border = np.clip(1.0 - np.abs(edge - 0.024) / 0.022, 0.0, 1.0) ** 0.6
+    border = el.power(np.clip(1.0 - np.abs(edge - 0.024) / 0.022, 0.0, 1.0), 0.6)
     span = shoulder + rise - low
     fan_r = np.hypot(y / (0.32 * half_w), (height - (low + 0.42 * span)) / (0.42 * span))
-    fan_a = np.arctan2(y / (0.32 * half_w), (height - (low + 0.42 * span)) / (0.42 * span))
-    fan = np.clip(6.0 * (1.0 - fan_r), 0.0, 1.0) * np.clip(8.0 * fan_r, 0.0, 1.0) * (0.35 + 0.65 * np.abs(np.cos(0.5 * blades * fan_a)))
+    fan_a = el.arctan2(y / (0.32 * half_w), (height - (low + 0.42 * span)) / (0.42 * span))
+    fan = np.clip(6.0 * (1.0 - fan_r), 0.0, 1.0) * np.clip(8.0 * fan_r, 0.0, 1.0) * (0.35 + 0.65 * np.abs(el.cos(0.5 * blades * fan_a)))
     side_r = np.hypot((np.abs(y) - 0.64 * half_w) / (0.24 * half_w), (height - (low + 0.5 * (shoulder - low))) / (0.32 * (shoulder - low)))
-    side_a = np.arctan2(height - (low + 0.5 * (shoulder - low)), np.abs(y) - 0.64 * half_w)
-    scroll = np.clip(5.0 * (1.0 - side_r), 0.0, 1.0) * (0.5 + 0.5 * np.cos(2.0 * math.pi * turns * side_r**0.8 + side_a))
+    side_a = el.arctan2(height - (low + 0.5 * (shoulder - low)), np.abs(y) - 0.64 * half_w)
+    scroll = np.clip(5.0 * (1.0 - side_r), 0.0, 1.0) * (0.5 + 0.5 * el.cos(2.0 * math.pi * turns * el.power(side_r, 0.8) + side_a))
     relief = np.maximum.reduce([border, 0.85 * fan, 0.7 * scroll])
     front = x[0] + (x[1] - x[0]) * (0.55 + 0.45 * relief)
     board = lined(np.dstack([front, y, height]), np.dstack([np.full_like(front, x[0]), y, height]))
@@ -248,7 +249,7 @@ def _paneled_board(front: float, half_w: float, post: float, low: float, high: f
     inner = half_w - post
     thick = 0.032
     y = np.linspace(-inner, inner, 25)
-    arch = rise * np.maximum(np.cos(0.5 * math.pi * y / inner), 0.0) ** 0.8
+    arch = rise * el.power(np.maximum(el.cos(0.5 * math.pi * y / inner), 0.0), 0.8)
     rail = 0.075
     front_face = np.stack([points(front, y, high - rail), points(front, y, high + arch)], axis=1)
     back_face = front_face - np.array([thick, 0.0, 0.0])
@@ -294,7 +295,7 @@ def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
     def end(x: float, shoulder: float, top: float, bars: int) -> tuple[Mesh, Mesh]:
         angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 17)
-        arch = points(x, inner * np.sin(angle), shoulder + (top - tube - shoulder) * np.cos(angle) ** 1.4)
+        arch = points(x, inner * el.sin(angle), shoulder + (top - tube - shoulder) * el.power(el.cos(angle), 1.4))
         rails = [sweep(arch, tube, 10), *(rod((x, -inner, z), (x, inner, z), 0.011) for z in (low + 0.06, shoulder - 0.02))]
         ys = np.linspace(-inner, inner, bars + 2)[1:-1]
         rise = np.interp(ys, arch[:, 1], arch[:, 2])
@@ -303,7 +304,7 @@ def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
         turn = np.arange(12) * (2.0 * math.pi / 12)
         ring = 0.36 * float(ys[1] - ys[0])
         for y in 0.5 * (ys[1:] + ys[:-1]):
-            rails.append(piping(points(x, y + ring * np.cos(turn), mid + ring * np.sin(turn)), 0.0055, 4))
+            rails.append(piping(points(x, y + ring * el.cos(turn), mid + ring * el.sin(turn)), 0.0055, 4))
         posts, knobs = [], []
         for s in (-1.0, 1.0):
             posts.append(rod((x, s * inner, 0.0), (x, s * inner, shoulder), tube, segments=14))

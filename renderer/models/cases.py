@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated
@@ -122,7 +123,7 @@ def build_wall_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     under = height - board
     top = block((-half_d, -half_w, under), (half_d, half_w, height), 0.002)
     pieces = []
-    slope = np.arctan2(under - 0.016, 0.8 * depth)
+    slope = el.arctan2(under - 0.016, 0.8 * depth)
     for y in (-0.36 * width, 0.36 * width):
         pieces.append(
             blocks(

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
@@ -80,7 +81,7 @@ def _curved_back(mesh: Mesh, low_z: float, half_w: float) -> Mesh:
     """Bend a backrest round the sitter and lean its upper part backward."""
     points = mesh.vertices.astype(np.float64)
     rise = np.maximum(points[:, 2] - low_z, 0.0)
-    points[:, 0] += 0.05 * (points[:, 1] / half_w) ** 2 - 0.16 * rise**1.5
+    points[:, 0] += 0.05 * (points[:, 1] / half_w) ** 2 - 0.16 * el.power(rise, 1.5)
     return mesh._replace(vertices=points.astype(np.float32))
 
 
@@ -137,14 +138,14 @@ def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     curve = np.column_stack([_smooth(t, profile[:, 0], fine), _smooth(t, profile[:, 1], fine)])
     v = np.linspace(-1.0, 1.0, 17)
     uu, vv = np.meshgrid(np.arange(25), v, indexing="ij")
-    taper = 1.0 - 0.24 * np.clip((fine - 0.5) / 0.5, 0.0, 1.0) ** 1.5
-    round_front = 1.0 - 0.30 * np.clip(1.0 - fine / 0.14, 0.0, 1.0) ** 2.2
-    round_top = 1.0 - 0.34 * np.clip(1.0 - (1.0 - fine) / 0.14, 0.0, 1.0) ** 2.2
+    taper = 1.0 - 0.24 * el.power(np.clip((fine - 0.5) / 0.5, 0.0, 1.0), 1.5)
+    round_front = 1.0 - 0.30 * el.power(np.clip(1.0 - fine / 0.14, 0.0, 1.0), 2.2)
+    round_top = 1.0 - 0.34 * el.power(np.clip(1.0 - (1.0 - fine) / 0.14, 0.0, 1.0), 2.2)
     y = half_w * vv * (taper * round_front * round_top)[uu]
     along = np.gradient(curve, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     strength = 0.075 * np.interp(fine, [0.0, 0.15, 0.42, 0.7, 1.0], [0.0, 0.35, 1.0, 0.9, 0.35])
-    wing = strength[uu] * np.abs(vv) ** 2.4
+    wing = strength[uu] * el.power(np.abs(vv), 2.4)
     x = curve[uu, 0] + wing * along[uu, 1]
     z = curve[uu, 1] - wing * along[uu, 0]
     top = np.dstack([x, y, z])[::-1]
@@ -262,7 +263,7 @@ def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
     rest = cushion(rng, (-half_d + 0.045, -half_w + 0.012, seat_z - 0.06), (-half_d + 0.095, half_w - 0.012, height), 0.02, 0.014, axis=0)
     points = rest.vertices.astype(np.float64)
     rise = np.clip((points[:, 2] - seat_z) / (height - seat_z), 0.0, 1.0)
-    points[:, 0] += 0.018 * (points[:, 1] / half_w) ** 2 - 0.045 * rise**1.3
+    points[:, 0] += 0.018 * (points[:, 1] / half_w) ** 2 - 0.045 * el.power(rise, 1.3)
     points[:, 1] *= 1.0 - 0.1 * rise**2
     return {"frame": merged(*legs), "seat": seat, "back": rest._replace(vertices=points.astype(np.float32))}
 
@@ -307,11 +308,11 @@ def _low_back(r: float, low: float, high: float) -> Mesh:
     angle = np.linspace(math.radians(105.0), math.radians(255.0), 22)
     v = np.linspace(0.0, 1.0, 6)
     aa, vv = np.meshgrid(angle, v, indexing="ij")
-    fade = np.sin((aa - angle[0]) / (angle[-1] - angle[0]) * math.pi) ** 0.5
+    fade = np.sqrt(el.sin((aa - angle[0]) / (angle[-1] - angle[0]) * math.pi))
     z = low + (high - low) * vv * (0.45 + 0.55 * fade)
-    thick = 0.045 * np.sqrt(np.clip(1.0 - (2.0 * vv - 1.0) ** 4, 0.05, 1.0))
-    outer = np.dstack([r * 1.02 * np.cos(aa), r * 1.0 * np.sin(aa), z])
-    inner = np.dstack([(r - thick) * np.cos(aa), (r - thick) * np.sin(aa), z])
+    thick = 0.045 * np.sqrt(np.clip(1.0 - el.power(2.0 * vv - 1.0, 4), 0.05, 1.0))
+    outer = np.dstack([r * 1.02 * el.cos(aa), r * 1.0 * el.sin(aa), z])
+    inner = np.dstack([(r - thick) * el.cos(aa), (r - thick) * el.sin(aa), z])
     return sheet(outer, inner)
 
 

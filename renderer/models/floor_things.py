@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
@@ -19,11 +20,11 @@ def _coat(rng: np.random.Generator, top: float, low: float, half: float, deep: f
     v, turn = np.linspace(0.0, 1.0, 16), np.linspace(0.0, 2.0 * math.pi, 41)
     vv, aa = np.meshgrid(v, turn, indexing="ij")
     spread = np.interp(vv, [0.0, 0.05, 0.16, 0.5, 1.0], [0.12, 0.3, 0.62, 0.8, 1.0])
-    folds = 1.0 + 0.16 * vv * np.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.07 * vv * np.cos(12.0 * aa + 3.0 * vv)
-    soft = 1.0 + 0.04 * wrinkles(rng, np.cos(aa) + vv, np.sin(aa) + vv, 6, 0.5, 1.5)
+    folds = 1.0 + 0.16 * vv * el.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.07 * vv * el.cos(12.0 * aa + 3.0 * vv)
+    soft = 1.0 + 0.04 * wrinkles(rng, el.cos(aa) + vv, el.sin(aa) + vv, 6, 0.5, 1.5)
     radius = spread * folds * soft
-    y, x = half * radius * np.cos(aa), deep * radius * np.sin(aa)
-    z = top - (top - low) * vv - 0.02 * np.abs(np.cos(aa)) * (vv > 0.0)
+    y, x = half * radius * el.cos(aa), deep * radius * el.sin(aa)
+    z = top - (top - low) * vv - 0.02 * np.abs(el.cos(aa)) * (vv > 0.0)
     rings = np.dstack([x, y, z])
     rings[:, -1] = rings[:, 0]
     skin = sheet(rings[:, ::-1], rings[:, ::-1] * (0.9, 0.9, 1.0) - (0.0, 0.0, 0.004))
@@ -76,7 +77,7 @@ def build_shoe(rng: np.random.Generator, length: float, tall: float) -> tuple[Me
     u, v = np.meshgrid(np.linspace(0.0, 1.0, 10), np.linspace(-1.0, 1.0, 8), indexing="ij")
     half = 0.16 * length * np.interp(u, [0.0, 0.12, 0.4, 0.72, 0.92, 1.0], [0.45, 0.8, 0.78, 1.05, 0.75, 0.25])
     ridge = tall * np.interp(u, [0.0, 0.08, 0.3, 0.5, 0.8, 1.0], [0.75, 1.0, 0.95, 0.62, 0.42, 0.2])
-    z = 0.16 * tall + (ridge - 0.16 * tall) * np.sqrt(np.clip(1.0 - v**4, 0.0, 1.0))
+    z = 0.16 * tall + (ridge - 0.16 * tall) * np.sqrt(np.clip(1.0 - el.power(v, 4), 0.0, 1.0))
     top = np.dstack([length * u, half * v, z])
     upper = sheet(top, np.dstack([length * u, half * v, np.full_like(u, 0.1 * tall)]))
     x, side = length * (1.02 * u[:, 0] - 0.01), 1.06 * half[:, 0]
@@ -164,7 +165,7 @@ def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> 
         cloths.append(sweep(start + t[:, None] * (end - start), girth, 10))
         q = 0.03 * min(1.0, r / 0.1)
         turn = np.linspace(0.0, math.pi, 7)
-        bow = points(end[0] - q + q * np.cos(turn), end[1], top - q - 0.006 + q * np.sin(turn))
+        bow = points(end[0] - q + q * el.cos(turn), end[1], top - q - 0.006 + q * el.sin(turn))
         path = np.vstack([end, bow, bow[-1] - (0.0, 0.0, 0.8 * q)])
         grips.append(sweep(path, 0.22 * q, 8))
     return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}
@@ -210,10 +211,10 @@ def _heap(rng: np.random.Generator, size_m: Size, share: float) -> Mesh:
     depth, width, height = size_m
     u, v = np.meshgrid(np.linspace(0.0, 1.0, 15), np.linspace(0.0, 2.0 * math.pi, 41), indexing="ij")
     outline, folds = wrinkle_field(rng, 5, 0.25, 0.7), wrinkle_field(rng, 7, 0.5, 1.4)
-    x, y = u * np.cos(v), u * np.sin(v)
-    edge = 1.0 + 0.2 * np.clip(outline(np.cos(v), np.sin(v)), -1.3, 1.3)
+    x, y = u * el.cos(v), u * el.sin(v)
+    edge = 1.0 + 0.2 * np.clip(outline(el.cos(v), el.sin(v)), -1.3, 1.3)
     dome = np.clip(1.0 - u**2, 0.0, 1.0)
-    z = height * share * (0.05 + 0.3 * dome + 0.4 * np.clip(0.5 + 0.5 * folds(x, y), 0.0, 1.2) * dome**0.4)
+    z = height * share * (0.05 + 0.3 * dome + 0.4 * np.clip(0.5 + 0.5 * folds(x, y), 0.0, 1.2) * el.power(dome, 0.4))
     top = np.dstack([0.5 * share * depth * edge * x, 0.5 * share * width * edge * y, z])
     under = np.dstack([top[..., 0], top[..., 1], np.zeros_like(z)])
     return sheet(top, under)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
@@ -98,7 +99,7 @@ def build_kettle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
             12,
         )
         angle = np.linspace(0.0, math.pi, 13)
-        path = points(0.0, 0.8 * r * np.cos(angle), 0.42 * height + 0.54 * height * np.sin(angle))
+        path = points(0.0, 0.8 * r * el.cos(angle), 0.42 * height + 0.54 * height * el.sin(angle))
         bead = lathe(
             [(0.0, 0.0), (0.1 * r, 0.01 * height), (0.13 * r, 0.05 * height), (0.08 * r, 0.09 * height), (0.0, 0.095 * height)], 14
         )
@@ -300,7 +301,7 @@ def build_drinking_glass(rng: np.random.Generator, size_m: Size, style: str) -> 
 def _apple(r: float) -> Mesh:
     """Return a round fruit, dented at both ends."""
     angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 8)[1:-1]
-    side = [(r * math.cos(a) ** 0.8, r * (0.92 * math.sin(a) + 0.05)) for a in angle]
+    side = [(r * math.pow(math.cos(a), 0.8), r * (0.92 * math.sin(a) + 0.05)) for a in angle]
     return lathe([(0.0, -0.8 * r), *side, (0.0, 0.72 * r)], 11)
 
 

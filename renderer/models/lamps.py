@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, merged, moved, rod, rotated, sweep
@@ -42,7 +43,7 @@ def bulb(center_z: float, radius: float = 0.03) -> Mesh:
 
 
 def _pleats(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(1.0 + 0.022 * np.cos(PLEATS * angle))
+    return np.asarray(1.0 + 0.022 * el.cos(PLEATS * angle))
 
 
 def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -137,7 +138,9 @@ def _arc(depth: float, r: float, height: float) -> Parts:
     end = 0.5 * depth - shade_r
     shade_low, shade_high = 0.70 * height, 0.82 * height
     angle = np.linspace(0.0, math.pi, 22)
-    path = points(back + 0.5 * (end - back) * (1.0 - np.cos(angle)), 0.0, 0.55 * height + (0.445 * height - 0.012) * np.sin(angle) ** 0.8)
+    path = points(
+        back + 0.5 * (end - back) * (1.0 - el.cos(angle)), 0.0, 0.55 * height + (0.445 * height - 0.012) * el.power(el.sin(angle), 0.8)
+    )
     down = path[:, 0] > 0.55 * end + 0.45 * back
     path[down, 2] = np.maximum(path[down, 2], shade_high + 0.03)
     path = np.vstack([[back, 0.0, 0.02], [back, 0.0, 0.3 * height], path])

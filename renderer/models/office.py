@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import arc, bent, chain, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
@@ -18,6 +19,7 @@ from renderer.geometry.shapes import block, blocks, flat_quads, lathe, make_mesh
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lamps import bulb, globe
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
+from scene_description.products import dot
 
 
 def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -102,7 +104,9 @@ def _diagram(rng: np.random.Generator, x: float, half: float, z: tuple[float, fl
             meshes.append(line(y + w, zc, y + 0.18 * half, z[0] + 0.7 * tall))
     meshes += [line(0.0, z[0], 0.0, z[0] + 0.85 * tall), line(0.0, z[0], 0.85 * half, z[0])]
     ys = np.linspace(0.03 * half, 0.8 * half, 16)
-    curve = z[0] + tall * (0.1 + 0.6 * rng.uniform(0.7, 1.2) * (ys / half) ** 1.5 + 0.05 * np.sin(9.0 * ys / half + rng.uniform(0, 6)))
+    curve = z[0] + tall * (
+        0.1 + 0.6 * rng.uniform(0.7, 1.2) * el.power(ys / half, 1.5) + 0.05 * el.sin(9.0 * ys / half + rng.uniform(0, 6))
+    )
     meshes.append(sweep(points(x, ys, curve), thick, 4, 0.4))
     for k in range(4):
         zc, y0 = z[0] + (0.34 - 0.1 * k) * tall, -half
@@ -254,12 +258,12 @@ def _continents(rng: np.random.Generator, r: float) -> Mesh:
     meshes = []
     for lon, lat, wide, tall in places:
         angle = np.arange(16) * (2.0 * math.pi / 16)
-        coast = 1.0 + sum(rng.uniform(0.05, 0.16) * np.sin(k * angle + rng.uniform(0, 6)) for k in (2, 3, 5, 7))
+        coast = 1.0 + sum(rng.uniform(0.05, 0.16) * el.sin(k * angle + rng.uniform(0, 6)) for k in (2, 3, 5, 7))
         rows = []
         for share in (1.0, 0.6, 0.2):
-            phi = np.radians(lat + share * coast * tall * np.sin(angle))
-            lam = spin + np.radians(lon + share * coast * wide * np.cos(angle))
-            rows.append(np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)]))
+            phi = np.radians(lat + share * coast * tall * el.sin(angle))
+            lam = spin + np.radians(lon + share * coast * wide * el.cos(angle))
+            rows.append(np.column_stack([el.cos(phi) * el.cos(lam), el.cos(phi) * el.sin(lam), el.sin(phi)]))
         meshes.append(_patch(rows, r))
     return merged(*meshes)
 
@@ -269,9 +273,7 @@ def _patch(rows: list[Array], r: float) -> Mesh:
     skirt = rows[0] * (0.98 * r)
     body = loft([skirt, *(row * (1.025 * r) for row in rows)])
     outward = body.vertices / np.linalg.norm(body.vertices, axis=1, keepdims=True)
-    return make_mesh(
-        body.vertices, np.where(np.einsum("ij,ij->i", outward, body.normals)[:, None] > 0.5, outward, body.normals), body.faces
-    )
+    return make_mesh(body.vertices, np.where(dot(outward, body.normals)[:, None] > 0.5, outward, body.normals), body.faces)
 
 
 def build_laptop(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

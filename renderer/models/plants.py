@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, make_mesh, merged, moved, rounded_box, sheet, smooth_normals, sweep
 from renderer.models.model import Model, Parts, Pieces, Size
+from scene_description.products import matmul
 
 
 def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop: Array, fold: float = 0.25, steps: int = 6) -> Mesh:
@@ -25,7 +27,7 @@ def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop
     flat[weak] = (0.0, 1.0, 0.0)
     side = flat / np.linalg.norm(flat, axis=1, keepdims=True)
     t = np.linspace(0.0, 1.0, steps)
-    outline = np.sin(math.pi * np.clip(t, 0.04, 0.985) ** 0.75)
+    outline = el.sin(math.pi * el.power(np.clip(t, 0.04, 0.985), 0.75))
     across = np.array([-1.0, 0.0, 1.0])
     middle = roots[:, None] + unit[:, None] * (lengths[:, None] * t)[..., None]
     middle[..., 2] -= droop[:, None] * lengths[:, None] * t**2
@@ -87,14 +89,16 @@ def _ficus(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
         lean = spread * rng.uniform(0.25, 0.5)
         top = height * rng.uniform(0.80, 0.95)
         t = np.linspace(0.0, 1.0, 8)
-        wobble = 0.04 * spread * np.sin(7.0 * t + rng.uniform(0, 6))
-        path = np.column_stack([lean * t**1.4 * math.cos(angle) + wobble, lean * t**1.4 * math.sin(angle) - wobble, low + (top - low) * t])
+        wobble = 0.04 * spread * el.sin(7.0 * t + rng.uniform(0, 6))
+        path = np.column_stack(
+            [lean * el.power(t, 1.4) * math.cos(angle) + wobble, lean * el.power(t, 1.4) * math.sin(angle) - wobble, low + (top - low) * t]
+        )
         stems.append(sweep(path, np.linspace(0.012, 0.004, 8) * min(1.0, height), 8))
         count = 26
-        place = rng.uniform(0.32, 1.0, count) ** 0.8
+        place = el.power(rng.uniform(0.32, 1.0, count), 0.8)
         around = np.arange(count) * 2.39996 + rng.uniform(0, 6)
         roots.append(np.column_stack([np.interp(place, t, path[:, i]) for i in range(3)]))
-        directions.append(np.column_stack([np.cos(around), np.sin(around), rng.uniform(0.1, 0.9, count)]))
+        directions.append(np.column_stack([el.cos(around), el.sin(around), rng.uniform(0.1, 0.9, count)]))
     root, direction = np.concatenate(roots), np.concatenate(directions)
     length = np.minimum(rng.uniform(0.5, 0.85, len(root)) * spread, 0.26 * height)
     return {
@@ -112,7 +116,7 @@ def _palm(rng: np.random.Generator, spread: float, pot_radius: float, low: float
         outward = spread * (0.35, 0.7, 0.88)[k % 3] * rng.uniform(0.85, 1.0)
         top = height * (1.0, 0.84, 0.68)[k % 3] * rng.uniform(0.9, 0.99)
         t = np.linspace(0.0, 1.0, 12)
-        reach, rise = outward * t**1.6, low + (top - low) * np.sin(0.5 * math.pi * t * (1.1, 1.25, 1.38)[k % 3]) ** 0.9
+        reach, rise = outward * el.power(t, 1.6), low + (top - low) * el.power(el.sin(0.5 * math.pi * t * (1.1, 1.25, 1.38)[k % 3]), 0.9)
         path = np.column_stack([reach * math.cos(angle), reach * math.sin(angle), rise])
         stems.append(sweep(path, np.linspace(0.007, 0.0018, 12), 6))
         along = np.gradient(path, axis=0)
@@ -139,11 +143,11 @@ def _stalks(rng: np.random.Generator, spread: float, pot_radius: float, low: flo
     for k in range(count):
         angle, share = 2.39996 * k + rng.uniform(-0.25, 0.25), (k + 0.5) / count
         length = min(rng.uniform(0.66, 0.84) * spread, 0.34 * (height - low))
-        outward = max(spread * (0.3 + 0.66 * share**0.8) - 0.5 * length, 0.12 * spread)
-        top = low + (height - low) * (1.0 - 0.68 * share**1.1) * rng.uniform(0.9, 0.98)
+        outward = max(spread * (0.3 + 0.66 * el.power(share, 0.8)) - 0.5 * length, 0.12 * spread)
+        top = low + (height - low) * (1.0 - 0.68 * el.power(share, 1.1)) * rng.uniform(0.9, 0.98)
         t = np.linspace(0.0, 1.0, 8)
-        reach = 0.2 * pot_radius + (outward - 0.2 * pot_radius) * t**1.15
-        rise = low + (top - low) * np.sin(0.5 * math.pi * t) ** 0.85
+        reach = 0.2 * pot_radius + (outward - 0.2 * pot_radius) * el.power(t, 1.15)
+        rise = low + (top - low) * el.power(el.sin(0.5 * math.pi * t), 0.85)
         path = np.column_stack([reach * math.cos(angle), reach * math.sin(angle), rise])
         stems.append(sweep(path, np.linspace(0.0065, 0.003, 8) * min(1.0, 0.4 + height), 6))
         roots.append(path[-1])
@@ -166,10 +170,12 @@ def _snake(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
         wide = rng.uniform(0.03, 0.045) * min(1.0, 0.4 + height)
         t = np.linspace(0.0, 1.0, 9)
         twist = angle + 0.5 * math.pi + rng.uniform(-0.5, 0.5) + rng.uniform(-0.7, 0.7) * t
-        profile = wide * np.minimum(1.0, 0.75 + 0.6 * t) * np.sqrt(np.clip(1.0 - t**5, 0.0004, 1.0))
-        center = np.column_stack([(ring + lean * t**1.8) * math.cos(angle), (ring + lean * t**1.8) * math.sin(angle), low + tall * t])
-        across = points(np.cos(twist), np.sin(twist), 0.0)
-        normal = points(-np.sin(twist), np.cos(twist), 0.0)
+        profile = wide * np.minimum(1.0, 0.75 + 0.6 * t) * np.sqrt(np.clip(1.0 - el.power(t, 5), 0.0004, 1.0))
+        center = np.column_stack(
+            [(ring + lean * el.power(t, 1.8)) * math.cos(angle), (ring + lean * el.power(t, 1.8)) * math.sin(angle), low + tall * t]
+        )
+        across = points(el.cos(twist), el.sin(twist), 0.0)
+        normal = points(-el.sin(twist), el.cos(twist), 0.0)
         s = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
         grid = (
             center[:, None]
@@ -179,7 +185,7 @@ def _snake(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
         thick = normal[:, None] * (0.0015 + 0.003 * (1.0 - s**2))[None, :, None]
         blades.append(
             sheet(grid + thick, grid - thick)
-            if np.dot(np.cross((0, 0, 1.0), across[0]), normal[0]) > 0
+            if matmul(np.cross((0, 0, 1.0), across[0]), normal[0]) > 0
             else sheet(grid - thick, grid + thick)
         )
     return {"leaves": merged(*blades)}
@@ -220,10 +226,14 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     for k in range(7):
         angle = 2.39996 * k
         out = r * 0.82 * math.sqrt((k + 0.3) / 7)
-        top = height * (0.97 - 0.18 * (k / 7) ** 1.5) - 0.02
+        top = height * (0.97 - 0.18 * math.pow(k / 7, 1.5)) - 0.02
         t = np.linspace(0.0, 1.0, 6)
         path = np.column_stack(
-            [out * t**1.6 * math.cos(angle), out * t**1.6 * math.sin(angle), 0.5 * body_height + (top - 0.5 * body_height) * t]
+            [
+                out * el.power(t, 1.6) * math.cos(angle),
+                out * el.power(t, 1.6) * math.sin(angle),
+                0.5 * body_height + (top - 0.5 * body_height) * t,
+            ]
         )
         stems.append(sweep(path, 0.0016, 4))
         heads.append(moved(_blossom(rng, 0.16 * r + 0.006, cup), *path[-1]))
@@ -251,7 +261,7 @@ def _blossom(rng: np.random.Generator, radius: float, cup: bool) -> Mesh:
     else:
         deep, profile = 0.2, [(0.0, -0.5), (0.62, -0.34), (0.85, 0.2), (0.6, 0.75), (0.3, 0.2), (0.0, 0.1)]
     outline = [(radius * r, radius * z) for r, z in profile]
-    return lathe(outline, 2 * petals, wave=lambda angle: 1.0 - deep * (0.5 - 0.5 * np.cos(petals * angle)))
+    return lathe(outline, 2 * petals, wave=lambda angle: 1.0 - deep * (0.5 - 0.5 * el.cos(petals * angle)))
 
 
 MODELS = {"potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake", "stalks")), "vase": Model(build_vase, ("flowers", "empty"))}

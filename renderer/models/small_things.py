@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
@@ -124,7 +125,7 @@ def _view(rng: np.random.Generator, half: float, low: float, high: float) -> lis
     outlines = [np.array([(-half, low), (half, low), (half, high), (-half, high)])]
     for level in (0.55, 0.32):
         y = np.linspace(half, -half, 12)
-        ridge = low + tall * (level + 0.06 * np.sin(2.4 * y / half + rng.uniform(0.0, 6.28)))
+        ridge = low + tall * (level + 0.06 * el.sin(2.4 * y / half + rng.uniform(0.0, 6.28)))
         outlines.append(np.vstack([points(y[::-1], low), np.column_stack([y, ridge])]))
     return outlines
 
@@ -135,9 +136,9 @@ def _portrait(rng: np.random.Generator, half: float, low: float, high: float) ->
     ground = np.array([(-half, low), (half, low), (half, high), (-half, high)])
     angle = np.linspace(0.0, math.pi, 14)
     y = rng.uniform(-0.15, 0.15) * half
-    shoulders = np.column_stack([y + 0.75 * half * np.cos(angle), low + 0.36 * tall * np.sin(angle) ** 0.6])
+    shoulders = np.column_stack([y + 0.75 * half * el.cos(angle), low + 0.36 * tall * el.power(el.sin(angle), 0.6)])
     turn = np.arange(24) * (2.0 * math.pi / 24)
-    head = np.column_stack([y + 0.8 * r * np.cos(turn), low + 0.55 * tall + r * np.sin(turn)])
+    head = np.column_stack([y + 0.8 * r * el.cos(turn), low + 0.55 * tall + r * el.sin(turn)])
     return [ground, shoulders, head]
 
 
@@ -331,7 +332,7 @@ def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     ]
     angle = np.linspace(-0.55 * math.pi, 0.55 * math.pi, 11)
     y0 = r - 0.5 * wall
-    path = points(0.0, y0 - 0.16 * grip + (grip + 0.1 * grip) * np.cos(angle), 0.52 * height + 0.31 * height * np.sin(angle))
+    path = points(0.0, y0 - 0.16 * grip + (grip + 0.1 * grip) * el.cos(angle), 0.52 * height + 0.31 * height * el.sin(angle))
     handle = sweep(path, 0.09 * grip + 0.0028, 8, 1.3)
     drink_level = height * rng.uniform(0.72, 0.85)
     drink = lathe(

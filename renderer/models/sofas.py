@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep
@@ -91,12 +92,12 @@ def _tub(rng: np.random.Generator, size_m: Size) -> Parts:
     angle = np.linspace(math.radians(62.0), math.radians(298.0), 34)
     v = np.linspace(0.0, 1.0, 9)
     aa, vv = np.meshgrid(angle, v, indexing="ij")
-    back = 0.5 - 0.5 * np.cos(aa)
-    rim = seat_z + 0.14 + (height - seat_z - 0.14) * back**1.6
+    back = 0.5 - 0.5 * el.cos(aa)
+    rim = seat_z + 0.14 + (height - seat_z - 0.14) * el.power(back, 1.6)
     z = leg + (rim - leg) * vv
-    outer = 0.90 + 0.10 * vv**0.7
+    outer = 0.90 + 0.10 * el.power(vv, 0.7)
     thick = 0.085 * (1.0 - 0.35 * vv)
-    round_x, round_y = np.sign(np.cos(aa)) * np.abs(np.cos(aa)) ** 0.8, np.sign(np.sin(aa)) * np.abs(np.sin(aa)) ** 0.8
+    round_x, round_y = np.sign(el.cos(aa)) * el.power(np.abs(el.cos(aa)), 0.8), np.sign(el.sin(aa)) * el.power(np.abs(el.sin(aa)), 0.8)
     outside = np.dstack([half_d * round_x * outer, half_w * round_y * outer, z])
     inside = np.dstack([(half_d * outer - thick) * round_x, (half_w * outer - thick) * round_y, z - 0.012 * (1.0 - vv)])
     shell = sheet(outside, inside)
@@ -121,13 +122,13 @@ def _wing(rng: np.random.Generator, size_m: Size) -> Parts:
         rounded_box((-half_d + 0.03, -inner - 0.02, leg), (half_d - 0.03, inner + 0.02, seat_z - 0.11), 0.02),
     ]
     v, u = np.meshgrid(np.linspace(0.0, 1.0, 13), np.linspace(0.0, 1.0, 7), indexing="ij")
-    reach = 0.14 * depth + 0.26 * depth * np.sin(math.pi * np.clip(0.35 + 0.62 * v, 0.0, 1.0)) ** 0.7
+    reach = 0.14 * depth + 0.26 * depth * el.power(el.sin(math.pi * np.clip(0.35 + 0.62 * v, 0.0, 1.0)), 0.7)
     z = seat_z + (height - 0.015 - seat_z) * v
     x = -half_d + 0.01 + reach * u
     radius = min(0.065, 0.5 * arm)
     for s in (-1.0, 1.0):
         y = half_w - 0.55 * arm - 0.02 * u
-        fat = 0.036 * np.sqrt(np.clip(1.0 - (2.0 * u - 1.0) ** 4, 0.02, 1.0))
+        fat = 0.036 * np.sqrt(np.clip(1.0 - el.power(2.0 * u - 1.0, 4), 0.02, 1.0))
         faces = np.dstack([x, s * (y - s * fat), z]), np.dstack([x, s * (y + s * fat), z])
         body.append(sheet(*faces))
         middle = s * (half_w - radius)
@@ -166,8 +167,8 @@ def build_pouf(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         return {"body": body, "piping": [piping, feet]}
     angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 15)
     if style == "knitted":
-        profile = [(radius * math.cos(a) ** 0.55 if abs(a) < 1.57 else 0.0, 0.5 * height * (1.0 + math.sin(a))) for a in angle]
-        body = lathe(profile, 72, wave=lambda a: 1.0 + 0.018 * np.cos(24 * a))
+        profile = [(radius * math.pow(math.cos(a), 0.55) if abs(a) < 1.57 else 0.0, 0.5 * height * (1.0 + math.sin(a))) for a in angle]
+        body = lathe(profile, 72, wave=lambda a: 1.0 + 0.018 * el.cos(24 * a))
         return {
             "body": body,
             "piping": lathe(
@@ -337,7 +338,7 @@ def _arm(style: str, plan: _Build, side: float, half_w: float, x0: float, x1: fl
         lathe([(0.0, 0.0), (0.62 * radius, 0.0), (0.6 * radius, 0.004), (0.3 * radius, 0.006), (0.0, 0.006)], 20), "y", math.pi / 2
     )
     angle = np.arange(20) * (2.0 * math.pi / 20)
-    rim = points(x1 - 0.01, y + radius * np.cos(angle), z + radius * np.sin(angle))
+    rim = points(x1 - 0.01, y + radius * el.cos(angle), z + radius * el.sin(angle))
     block_under = rounded_box((x0 + 0.03, low + inset, plan.leg), (x1 - 0.02, high - inset, z), 0.02)
     return merged(roll, moved(face, x1 - 0.007, y, z), piping(rim, 0.004), block_under)
 

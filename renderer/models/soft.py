@@ -9,10 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import grid_way
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, rotated, rounded_template, rounded_uvs, sheet, smooth_normals
+from scene_description.products import norm
 
 
 def piping(loop: ArrayLike, radius_m: float, segments: int = 5) -> Mesh:
@@ -21,13 +23,13 @@ def piping(loop: ArrayLike, radius_m: float, segments: int = 5) -> Mesh:
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     up = np.cross(points - points.mean(axis=0), along).sum(axis=0)
-    up /= np.linalg.norm(up)
+    up /= norm(up)
     side = np.cross(along, up)
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
     lift = np.cross(side, along)
     angle = np.arange(segments + 1) * (2.0 * math.pi / segments)
     angle[-1] = 0.0
-    outward = np.cos(angle)[None, :, None] * side[:, None] + np.sin(angle)[None, :, None] * lift[:, None]
+    outward = el.cos(angle)[None, :, None] * side[:, None] + el.sin(angle)[None, :, None] * lift[:, None]
     tube = points[:, None] + radius_m * outward
     tube, outward = np.concatenate([tube, tube[:1]]), np.concatenate([outward, outward[:1]])
     turn = np.arange(segments + 1) * (2.0 * math.pi / segments) * radius_m
@@ -44,7 +46,7 @@ def rounded_loop(half_u: float, half_v: float, radius_m: float, per_side: int = 
     for k, (su, sv) in enumerate(corners):
         angle = 0.5 * math.pi * (k + np.linspace(0.0, 1.0, per_corner + 1))
         center = np.array([su * (half_u - radius), sv * (half_v - radius)])
-        arc = center + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+        arc = center + radius * np.column_stack([el.cos(angle), el.sin(angle)])
         tu, tv = corners[(k + 1) % 4]
         start = np.array([tu * (half_u - radius), tv * (half_v - radius)]) + radius * np.array([math.cos(angle[-1]), math.sin(angle[-1])])
         share = np.linspace(0.0, 1.0, per_side + 1)[1:-1, None]
@@ -116,9 +118,9 @@ def tufted(y: tuple[float, float], z: tuple[float, float], x: tuple[float, float
     columns, rows = 6 * across + 1, 6 * up + 1
     yy, zz = np.meshgrid(np.linspace(y[0], y[1], columns), np.linspace(z[0], z[1], rows), indexing="ij")
     u, v = across * (yy - y[0]) / width, up * (zz - z[0]) / height
-    p, q = np.abs(np.sin(0.5 * math.pi * (u + v))), np.abs(np.sin(0.5 * math.pi * (u - v)))
-    puff = (p * q) ** 0.55
-    pit = np.exp(-((p**2 + q**2) / 0.22))
+    p, q = np.abs(el.sin(0.5 * math.pi * (u + v))), np.abs(el.sin(0.5 * math.pi * (u - v)))
+    puff = el.power(p * q, 0.55)
+    pit = el.exp(-((p**2 + q**2) / 0.22))
     border = np.minimum(np.minimum(yy - y[0], y[1] - yy), np.minimum(zz - z[0], z[1] - zz)) / rim_m
     round_off = np.sqrt(np.clip(border, 0.0, 1.0) * (2.0 - np.clip(border, 0.0, 1.0)))
     front = x[0] + deep * (0.2 + round_off * (0.3 + 0.5 * puff - 0.2 * pit))
@@ -169,7 +171,7 @@ def wrinkle_field(rng: np.random.Generator, waves: int, low: float, high: float)
     def field(u: Array, v: Array) -> Array:
         total = np.zeros_like(u)
         for f, d, p in zip(frequency, direction, phase, strict=True):
-            total += low / f * np.sin(2.0 * math.pi * f * (math.cos(d) * u + math.sin(d) * v) + p)
+            total += low / f * el.sin(2.0 * math.pi * f * (math.cos(d) * u + math.sin(d) * v) + p)
         return np.asarray(total / math.sqrt(waves * 0.25))
 
     return field
@@ -209,7 +211,7 @@ def cushion(
 
     def swollen(local: Array) -> Array:
         u, v = (local[:, k] / half[k] for k in across)
-        dome = np.sqrt(np.clip(1.0 - u**4, 0.0, 1.0) * np.clip(1.0 - v**4, 0.0, 1.0))
+        dome = np.sqrt(np.clip(1.0 - el.power(u, 4), 0.0, 1.0) * np.clip(1.0 - el.power(v, 4), 0.0, 1.0))
         up = np.clip(local[:, axis] / half[axis], -1.0 if both_sides else 0.0, 1.0)
         result = local.copy()
         result[:, axis] += bulge_m * dome * np.minimum(1.0 + 0.06 * crease(u, v), 1.06) * up
@@ -236,14 +238,14 @@ def pillow(rng: np.random.Generator, depth_m: float, width_m: float, thickness_m
     Corners are drawn out, sides drawn in, creases run from the corners, the filling is thickest in the middle and dented at random.
     ``piped`` lays a cord round its seam.
     """
-    s = np.sin(np.linspace(-0.5, 0.5, divisions + 1) * math.pi)
+    s = el.sin(np.linspace(-0.5, 0.5, divisions + 1) * math.pi)
     u, v = np.meshgrid(s, s, indexing="ij")
     waist = 0.08
     x = 0.5 * depth_m * u * (1.0 - waist * (1.0 - v**2) * np.abs(u))
     y = 0.5 * width_m * v * (1.0 - waist * (1.0 - u**2) * np.abs(v))
-    fill = (np.clip(1.0 - u**2, 0.0, 1.0) * np.clip(1.0 - v**2, 0.0, 1.0)) ** 0.42
+    fill = el.power(np.clip(1.0 - u**2, 0.0, 1.0) * np.clip(1.0 - v**2, 0.0, 1.0), 0.42)
     dents = 1.0 + 0.12 * wrinkles(rng, u, v, 5, 0.35, 1.1)
-    pull = np.cos(5.0 * math.pi * (np.arctan2(np.abs(u), np.abs(v)) / (0.5 * math.pi) - 0.5)) * (u * v) ** 2
+    pull = el.cos(5.0 * math.pi * (el.arctan2(np.abs(u), np.abs(v)) / (0.5 * math.pi) - 0.5)) * (u * v) ** 2
     half = 0.5 * thickness_m * (fill * dents + 0.10 * pull * np.clip(4.0 * fill, 0.0, 1.0))
     seam = 0.004 * wrinkles(rng, u, v, 4, 1.0, 2.0)
     top, bottom = np.dstack([x, y, half + seam + 0.002]), np.dstack([x, y, -0.8 * half + seam - 0.002])
@@ -267,24 +269,24 @@ def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 
     t = _spaced(-(half[1] + plan.fall_side), half[1] + plan.fall_side, [-half[1], half[1]], columns)
     ss, tt = np.meshgrid(s, t, indexing="ij")
     beyond_x, beyond_y = np.maximum(np.abs(ss) - (half[0] - bend), 0.0), np.maximum(np.abs(tt) - (half[1] - bend), 0.0)
-    beyond, way = np.hypot(beyond_x, beyond_y), np.arctan2(beyond_y, beyond_x)
+    beyond, way = np.hypot(beyond_x, beyond_y), el.arctan2(beyond_y, beyond_x)
     turn = np.minimum(beyond / bend, 0.5 * math.pi)
-    drop = bend * (1.0 - np.cos(turn)) + np.maximum(beyond - 0.5 * math.pi * bend, 0.0)
+    drop = bend * (1.0 - el.cos(turn)) + np.maximum(beyond - 0.5 * math.pi * bend, 0.0)
     hang = np.clip(drop / max(plan.fall_side, plan.fall_front, 1e-6), 0.0, 1.0)
-    at_side, at_corner = np.sin(way) ** 2, np.sin(2.0 * way) ** 2
+    at_side, at_corner = el.sin(way) ** 2, el.sin(2.0 * way) ** 2
     folds = at_side * _folds(rng, ss + 0.15 * drop) + (1.0 - at_side) * _folds(rng, tt - 0.15 * drop)
     folds = folds * (1.0 - 0.7 * at_corner) + 0.7 * at_corner
-    out = bend * np.sin(turn) + plan.flare * (0.05 + 0.95 * folds) * hang**0.75
+    out = bend * el.sin(turn) + plan.flare * (0.05 + 0.95 * folds) * el.power(hang, 0.75)
     soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
     inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
     puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.5 + 0.45 * soft) + 0.45)
     if quilt_m > 0.0:
-        squares = np.abs(np.sin(math.pi * ss / quilt_m) * np.sin(math.pi * tt / quilt_m)) ** 0.4
+        squares = el.power(np.abs(el.sin(math.pi * ss / quilt_m) * el.sin(math.pi * tt / quilt_m)), 0.4)
         puff += 0.5 * puff_m * (squares - 0.6)
-    x = np.sign(ss) * (np.minimum(np.abs(ss), half[0] - bend) + out * np.cos(way) * (beyond > 0.0))
-    y = np.sign(tt) * (np.minimum(np.abs(tt), half[1] - bend) + out * np.sin(way) * (beyond > 0.0))
+    x = np.sign(ss) * (np.minimum(np.abs(ss), half[0] - bend) + out * el.cos(way) * (beyond > 0.0))
+    y = np.sign(tt) * (np.minimum(np.abs(tt), half[1] - bend) + out * el.sin(way) * (beyond > 0.0))
     hem = 1.0 - 0.05 * hang * (1.0 + wrinkles(rng, ss, tt, 4, 0.5, 1.5)) - 0.06 * hang * folds - 0.1 * at_corner
-    z = plan.top - drop * hem + puff * np.exp(-drop / 0.06)
+    z = plan.top - drop * hem + puff * el.exp(-drop / 0.06)
     points = np.dstack([x, y, z])
     grid = np.arange(points[..., 0].size).reshape(points.shape[:2])
     quads = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=-1).reshape(-1, 4)
@@ -330,10 +332,10 @@ def _folds(rng: np.random.Generator, along: Array) -> Array:
     """Return the depth of hanging folds in [0, 1] along a hem: irregular in spacing and depth, broad ridges between narrow valleys."""
     phase = rng.uniform(0.0, 2.0 * math.pi, 4)
     spacing = rng.uniform(0.24, 0.34)
-    warped = along + 0.35 * spacing * np.sin(2.0 * math.pi * along / (3.1 * spacing) + phase[0])
-    wave = np.cos(2.0 * math.pi * warped / spacing + phase[1]) + 0.4 * np.cos(2.0 * math.pi * warped / (0.53 * spacing) + phase[2])
-    depth = 0.7 + 0.3 * np.sin(2.0 * math.pi * along / (4.7 * spacing) + phase[3])
-    return np.asarray(np.clip(0.5 + depth * wave / 2.6, 0.0, 1.0) ** 0.8)
+    warped = along + 0.35 * spacing * el.sin(2.0 * math.pi * along / (3.1 * spacing) + phase[0])
+    wave = el.cos(2.0 * math.pi * warped / spacing + phase[1]) + 0.4 * el.cos(2.0 * math.pi * warped / (0.53 * spacing) + phase[2])
+    depth = 0.7 + 0.3 * el.sin(2.0 * math.pi * along / (4.7 * spacing) + phase[3])
+    return np.asarray(el.power(np.clip(0.5 + depth * wave / 2.6, 0.0, 1.0), 0.8))
 
 
 def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Array:
@@ -341,6 +343,6 @@ def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Arr
     fine = np.linspace(start, end, 400)
     weight = np.ones_like(fine)
     for value in dense:
-        weight += 2.5 * np.exp(-(((fine - value) / 0.07) ** 2))
+        weight += 2.5 * el.exp(-(((fine - value) / 0.07) ** 2))
     total = np.concatenate([[0.0], np.cumsum(0.5 * (weight[1:] + weight[:-1]))])
     return np.interp(np.linspace(0.0, total[-1], count), total, fine)

@@ -10,6 +10,7 @@ import itertools
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, stretched
@@ -27,8 +28,8 @@ def soft_body(profile: ArrayLike, half_d: float, half_w: float, power: float, se
     """
 
     def wave(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-        share = np.abs(np.cos(angle)) ** power + np.abs(np.sin(angle)) ** power
-        return np.asarray(share ** (-1.0 / power))
+        share = el.power(np.abs(el.cos(angle)), power) + el.power(np.abs(el.sin(angle)), power)
+        return np.asarray(el.power(share, -1.0 / power))
 
     return stretched(lathe(profile, segments, wave=wave), (half_d, half_w, 1.0), (0.0, 0.0, 0.0))
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
@@ -130,7 +131,7 @@ class _Shell:
         """Return the gap at the edge of a door: a thin dark line down the side of the body."""
         ring = self.section(share, self._bottom(share))
         line = ring[(side * ring[:, 1] > 0.7 * self.half) & (ring[:, 2] > 0.2 * self.height)]
-        return sweep(line[np.argsort(line[:, 2])], 0.005, 6)
+        return sweep(line[np.argsort(line[:, 2], kind="stable")], 0.005, 6)
 
     def _bottom(self, share: float) -> float:
         low = self.height * float(np.interp(share, (0.0, 0.03, 0.1, 0.9, 0.97, 1.0), (0.3, 0.2, 0.125, 0.125, 0.17, 0.22)))
@@ -142,7 +143,7 @@ class _Shell:
 
 def _cabin_ring(shell: _Shell, profile: _Profile, t: float) -> Array:
     """Return the outline (40, 3) of the windows, ``t`` of the way from the belt to the roof."""
-    rear, front = (a + (b - a) * t**1.1 for a, b in zip(profile.cabin_base, profile.cabin_roof, strict=True))
+    rear, front = (a + (b - a) * el.power(t, 1.1) for a, b in zip(profile.cabin_base, profile.cabin_roof, strict=True))
     base = min(shell.belt(rear), shell.belt(front)) - 0.06
     z = base + (0.965 * shell.height - base) * t
     half = shell.half * (0.9 - 0.2 * t)
@@ -214,9 +215,9 @@ def saddle(rng: np.random.Generator, length: float, width: float, top: tuple[flo
     half = 0.5 * width * np.interp(shares, [-0.5, -0.44, -0.3, 0.0, 0.2, 0.45, 0.5], [0.5, 0.85, 1.0, 0.6, 0.28, 0.2, 0.08])
     t = np.linspace(-1.0, 1.0, 9)
     x = nose * length * np.repeat(shares[:, None], 9, axis=1)
-    y = half[:, None] * np.sin(0.5 * math.pi * t)[None]
-    crown = np.sqrt(np.clip(1.0 - np.sin(0.5 * math.pi * t) ** 2, 0.0, 1.0))[None]
-    z = -0.012 * (1.0 - np.cos(2.5 * shares))[:, None] - 0.045 * (1.0 - crown)
+    y = half[:, None] * el.sin(0.5 * math.pi * t)[None]
+    crown = np.sqrt(np.clip(1.0 - el.sin(0.5 * math.pi * t) ** 2, 0.0, 1.0))[None]
+    z = -0.012 * (1.0 - el.cos(2.5 * shares))[:, None] - 0.045 * (1.0 - crown)
     upper = np.dstack([x, y, z])
     lower = np.dstack([x, y, np.minimum(z - 0.004, -0.05 + 0.0 * z)])
     if nose < 0.0:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
@@ -93,7 +94,7 @@ def _rectangle(y0: float, y1: float, z0: float, z1: float) -> Array:
 
 def _circle(y: float, z: float, radius: float, count: int = 28) -> Array:
     angle = np.arange(count) * (2.0 * math.pi / count)
-    return np.column_stack([y + radius * np.cos(angle), z + radius * np.sin(angle)])
+    return np.column_stack([y + radius * el.cos(angle), z + radius * el.sin(angle)])
 
 
 def landscape(rng: np.random.Generator, half: float, low: float, high: float) -> list[list[Array]]:
@@ -104,7 +105,7 @@ def landscape(rng: np.random.Generator, half: float, low: float, high: float) ->
     for k in range(3):
         y = np.linspace(half, -half, 18)
         level = low + tall * (0.52 - 0.16 * k)
-        waves = sum(rng.uniform(0.3, 1.0) / f * np.sin(f * 2.2 * y / half + rng.uniform(0, 6.3)) for f in (1, 2, 3, 5))
+        waves = sum(rng.uniform(0.3, 1.0) / f * el.sin(f * 2.2 * y / half + rng.uniform(0, 6.3)) for f in (1, 2, 3, 5))
         ridge = level + 0.06 * tall * np.asarray(waves)
         fields.append([np.stack([points(y, low), np.column_stack([y, ridge])], axis=1)])
     return fields
@@ -174,7 +175,7 @@ def _arch(half: float, height: float) -> Array:
     """Return the outline of a rectangle under a half-ellipse, counter-clockwise from the lower left."""
     rise = min(half, 0.5 * height)
     angle = np.linspace(0.0, math.pi, 25)
-    top = np.column_stack([half * np.cos(angle), height - rise + rise * np.sin(angle)])
+    top = np.column_stack([half * el.cos(angle), height - rise + rise * el.sin(angle)])
     return np.vstack([[(-half, 0.0), (half, 0.0)], top])
 
 
@@ -287,7 +288,7 @@ def _pelmet(half_d: float, half: float, height: float) -> Mesh:
     drop = min(0.24, 0.12 * height)
     count = max(3, round(2.0 * half / 0.34))
     y = np.linspace(-half, half, 8 * count + 1)
-    low = height - drop + 0.3 * drop * (1.0 - np.abs(np.sin(0.5 * math.pi * count * (y / half + 1.0))) ** 0.7)
+    low = height - drop + 0.3 * drop * (1.0 - el.power(np.abs(el.sin(0.5 * math.pi * count * (y / half + 1.0))), 0.7))
     z = low[:, None] + (height - low)[:, None] * np.linspace(0.0, 1.0, 4)
     yy = np.broadcast_to(y[:, None], z.shape)
     face = np.dstack([np.full_like(z, half_d), yy, z])
@@ -314,17 +315,17 @@ def _hanging(rng: np.random.Generator, span: tuple[float, float], edge: float, r
     columns, rows = 12 * pleats + 1, 14
     u, v = np.meshgrid(np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows), indexing="ij")
     phase = rng.uniform(0.0, 2.0 * math.pi, 3)
-    drift = 0.35 * np.sin(2.0 * math.pi * (1.3 * u + 0.5 * v) + phase[0]) * (1.0 - v)
+    drift = 0.35 * el.sin(2.0 * math.pi * (1.3 * u + 0.5 * v) + phase[0]) * (1.0 - v)
     angle = 2.0 * math.pi * pleats * u + drift
     open_m = np.interp(v, [0.0, 0.6, 1.0], [1.0, 0.9, 0.6])
-    uneven = 0.82 + 0.18 * np.sin(2.0 * math.pi * 1.7 * u + phase[1])
+    uneven = 0.82 + 0.18 * el.sin(2.0 * math.pi * 1.7 * u + phase[1])
     thick = 0.003
     amplitude = (reach - thick) * open_m * uneven
-    x = amplitude * np.sin(angle)
-    y = span[0] + width * u + 0.085 * width / pleats * np.sin(2.0 * angle) * open_m
+    x = amplitude * el.sin(angle)
+    y = span[0] + width * u + 0.085 * width / pleats * el.sin(2.0 * angle) * open_m
     z = top * v
     if tied:
-        pinch = np.exp(-(((v - 0.42) / 0.16) ** 2)) + np.exp(-(((v - 0.42) / 0.3) ** 2)) * (v > 0.42)
+        pinch = el.exp(-(((v - 0.42) / 0.16) ** 2)) + el.exp(-(((v - 0.42) / 0.3) ** 2)) * (v > 0.42)
         pull = 0.58 * np.minimum(pinch, 1.0)
         y = y + pull * (edge - y)
     front = np.dstack([np.clip(x, -reach + thick, reach), y, z])
@@ -336,7 +337,7 @@ def _hanging(rng: np.random.Generator, span: tuple[float, float], edge: float, r
 def _tie(y: float, half: float, reach: float, z: float) -> Mesh:
     """Return a cloth band round a gathered curtain, higher at the wall's side."""
     turn = np.arange(25) * (2.0 * math.pi / 24)
-    ring = np.column_stack([reach * np.cos(turn), y + 1.02 * half * np.sin(turn)])
+    ring = np.column_stack([reach * el.cos(turn), y + 1.02 * half * el.sin(turn)])
     heights = np.array([-0.03, 0.03])
     outer = np.stack([points(ring, z + h) for h in heights], axis=1)
     inner = outer.copy()

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import bent, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
@@ -206,7 +207,7 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Piece
         )
     ears = merged(*(disc("y", (0.0, s * (r - 0.001), 0.78 * height), 0.014, 0.012, 14, 0.003) for s in (-1.0, 1.0)))
     turn = np.linspace(0.0, math.pi, 15)
-    wire = np.column_stack([1.02 * r * np.sin(turn), (r + 0.003) * np.cos(turn), 0.78 * height - 0.42 * height * np.sin(turn)])
+    wire = np.column_stack([1.02 * r * el.sin(turn), (r + 0.003) * el.cos(turn), 0.78 * height - 0.42 * height * el.sin(turn)])
     lift = lathe([(0.0, height - 0.006), (0.25 * r, height - 0.006), (0.25 * r, height), (0.0, height)], 16)
     handle = (
         merged(ears, sweep(wire, 0.002, 6), lift)

@@ -57,8 +57,14 @@ class RenderConfig:
         float, Limits(ge=1700.0, le=25000.0, unit="K", description="Colour temperature that looks white with white_balance kelvin")
     ] = 5500.0
     tone_curve: Annotated[
-        Literal["filmic", "srgb"], Limits(description="Display curve: filmic keeps what is brighter than white apart, srgb clips it")
-    ] = "filmic"
+        Literal["camera", "filmic", "srgb"],
+        Limits(description="Display curve: camera, an S with a black point; filmic keeps what is brighter than white apart; srgb clips it"),
+    ] = "camera"
+    local_tone_stops: Annotated[
+        float,
+        Limits(ge=0.0, le=20.0, description="Stops within which local tone mapping shows broad light: 2.3 as telephones do, 5:1; 0: none"),
+    ] = 0.0
+    grain: Annotated[float, Limits(ge=0.0, le=20.0, description="Deviation of the grain of the picture in codes, of 255; 0: none")] = 0.0
     cache_spacing_m: Annotated[
         float, Limits(ge=0.01, le=0.5, unit="m", description="Distance between the points at which the cached integrator knows the light")
     ] = 0.03
@@ -68,5 +74,9 @@ class RenderConfig:
     cache_light_samples: Annotated[int, Limits(ge=2, le=1024, description="About how many points on lights such a point looks at")] = 128
     threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
     portable: Annotated[
-        bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")
+        bool,
+        Limits(
+            description="Trace rays without AVX-512, so that images are the same on processors with and without it",
+            fixed="the ray tracing device is made once",
+        ),
     ] = False

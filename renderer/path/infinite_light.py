@@ -23,6 +23,7 @@ from renderer.core.kernel import inlined, kernel
 from renderer.core.sampling import coordinate_system, cos_sin_two_pi
 from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import FlatScene, Sky
+from scene_description.products import matmul
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _PI, _HALF_PI = np.float32(np.pi), np.float32(0.5 * np.pi)
@@ -104,7 +105,7 @@ def sampling_tables(bright: NDArray[np.float32]) -> tuple[NDArray[np.float32], N
     """Return pdf (h, w), rows (h,) and columns (h, w) of ``InfiniteLight`` for luminance (h, w, 3): by flux, pixel by pixel."""
     height, width = bright.shape[:2]
     angle = pixel_solid_angles(height, width)
-    flux = (bright.astype(np.float64) @ LUMINANCE) * angle[:, None]
+    flux = matmul(bright.astype(np.float64), LUMINANCE) * angle[:, None]
     share = flux / flux.sum()
     by_row = share.sum(axis=1)
     rows = np.cumsum(by_row)

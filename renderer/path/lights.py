@@ -10,12 +10,14 @@ on the group evenly.  A group of importance 0 cannot light the point, so nothing
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import inlined, kernel
 from renderer.core.layout import Layout
@@ -23,6 +25,7 @@ from renderer.path.infinite_light import InfiniteLight, build_infinite_light
 from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.spot_lights import brightest_seen
+from scene_description.products import matmul, norm
 
 _ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
 _BELOW_ONE = np.float32(0.99999994)
@@ -162,11 +165,11 @@ def _describe_group(
     """Return the row of ``bounds``, and the area, of triangles (e, 3, 3) with normals (e, 3), bounds rounded up."""
     center = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
     radius = np.linalg.norm(corners - center, axis=2).max() * (1.0 + 1e-5)
-    axis = area @ unit
-    axis /= np.linalg.norm(axis)
-    angle = np.arccos(np.clip(unit @ axis, -1.0, 1.0)).max() + 1e-4
+    axis = matmul(area, unit)
+    axis /= norm(axis)
+    angle = el.arccos(np.clip(matmul(unit, axis), -1.0, 1.0)).max() + 1e-4
     slack = ((center - corners[:, 0]) * unit).sum(axis=1).max() + 1e-5 * (1.0 + np.abs(corners).max())
-    return np.array([*center, radius, *axis, np.cos(angle), np.sin(angle), slack, luminance * area.sum(), area.sum()])
+    return np.array([*center, radius, *axis, math.cos(angle), math.sin(angle), slack, luminance * area.sum(), area.sum()])
 
 
 def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -179,7 +182,7 @@ def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.f
     sky, ground = _mean_luminance(flat)
     # Never zero where any direction is lit: a portal's importance must not vanish while it shines.
     through = flat.materials.transmission[parts.material] * np.maximum(sky_share * sky + (1.0 - sky_share) * ground, 0.01 * (sky + ground))
-    return np.asarray(np.where(parts.portal, through, parts.emission.astype(np.float64) @ LUMINANCE))
+    return np.asarray(np.where(parts.portal, through, matmul(parts.emission.astype(np.float64), LUMINANCE)))
 
 
 def _mean_luminance(flat: FlatScene) -> tuple[float, float]:
@@ -187,9 +190,9 @@ def _mean_luminance(flat: FlatScene) -> tuple[float, float]:
     sky = flat.sky
     least = 1.0 if len(sky.sun) or sky.bright.size else 0.0
     if not sky.table.size:
-        return float(0.5 * (sky.zenith + sky.horizon) @ LUMINANCE) + least, float(sky.ground @ LUMINANCE)
+        return float(matmul(0.5 * (sky.zenith + sky.horizon), LUMINANCE)) + least, float(matmul(sky.ground, LUMINANCE))
     angle = pixel_solid_angles(*sky.table.shape[:2])
-    rows = sky.table.astype(np.float64).mean(axis=1) @ LUMINANCE
+    rows = matmul(sky.table.astype(np.float64).mean(axis=1), LUMINANCE)
     half = len(rows) // 2
     return float(np.average(rows[:half], weights=angle[:half])) + least, float(np.average(rows[half:], weights=angle[half:]))
 

@@ -12,9 +12,12 @@ hidden from them, is still right in the mean: patches decide about noise only.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
@@ -25,6 +28,7 @@ from renderer.path.infinite_light import InfiniteLight
 from renderer.path.lights import importance
 from renderer.path.records import Scratch
 from renderer.scene.flat_scene import FlatScene
+from scene_description.products import matmul, norm
 
 BEAMS, MOST_PATCHES, SMALL_M = 2048, 24, 0.15
 _START_M = 2e-3
@@ -44,7 +48,7 @@ def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle
         return none
     sun, portals = infinite.sun[:3].astype(np.float64), infinite.portals.astype(np.float64)
     corner, along, across, inward = (portals[:, first : first + 3] for first in range(0, 12, 3))
-    section = np.maximum(-inward @ sun, 0.0) * 0.5 * np.linalg.norm(np.cross(along, across), axis=1)
+    section = np.maximum(matmul(-inward, sun), 0.0) * 0.5 * np.linalg.norm(np.cross(along, across), axis=1)
     if section.sum() <= 0.0:
         return none
     # Points of the portals, evenly over the beams' cross-section (Roberts' R2 sequence), and what beams from there meet.
@@ -63,8 +67,8 @@ def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle
     a, b, c = (flat.mesh.vertices[flat.mesh.faces[triangles[met], i]].astype(np.float64) for i in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    normals *= np.where(normals @ sun < 0.0, -1.0, 1.0)[:, None]
-    power = _DARKEST + flat.materials.base_color[flat.parts.material[part[met]]] @ LUMINANCE
+    normals *= np.where(matmul(normals, sun) < 0.0, -1.0, 1.0)[:, None]
+    power = _DARKEST + matmul(flat.materials.base_color[flat.parts.material[part[met]]], LUMINANCE)
     spacing = np.sqrt(section.sum() / BEAMS)
     return np.array([_described(points[i], normals[i], power[i], spacing) for i in _gathered(points, normals)], np.float32)
 
@@ -92,10 +96,10 @@ def _described(points: NDArray[np.float64], normals: NDArray[np.float64], power:
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = np.linalg.norm(points - center, axis=1).max() + spacing
     axis = normals.mean(axis=0)
-    axis /= np.linalg.norm(axis)
-    angle = np.arccos(np.clip(normals @ axis, -1.0, 1.0)).max() + 0.01
+    axis /= norm(axis)
+    angle = el.arccos(np.clip(matmul(normals, axis), -1.0, 1.0)).max() + 0.01
     slack = ((center - points) * normals).sum(axis=1).max() + spacing
-    return [*center, radius, *axis, np.cos(angle), np.sin(angle), slack, power.sum()]
+    return [*center, radius, *axis, math.cos(angle), math.sin(angle), slack, power.sum()]
 
 
 @entry

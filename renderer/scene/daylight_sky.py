@@ -24,10 +24,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.core.color import LUMINANCE
 from renderer.scene.equirectangular import map_directions, pixel_solid_angles
 from scene_description.color_temperature import luminance_rgb, xyz_from_rgb
+from scene_description.products import inverse, matmul, norm
 from scene_description.types import Daylight
 
 ANGULAR_RADIUS_RAD = math.radians(0.533 / 2.0)
@@ -56,12 +58,12 @@ def sun_illuminance_lx(elevation_rad: float, turbidity: float, distance_au: floa
     if elevation_rad <= 0.0:
         return np.zeros(3)
     mass, micrometres = air_mass(elevation_rad), _WAVELENGTHS_NM / 1000.0
-    rayleigh = np.exp(-0.008735 * mass * micrometres**-4.08)
-    aerosols = np.exp(-(0.04608 * turbidity - 0.04586) * mass * micrometres**-1.3)
-    spectrum = _WAVELENGTHS_NM**-5.0 / np.expm1(_SECOND_CONSTANT_NM_K / (_WAVELENGTHS_NM * _TEMPERATURE_K))
+    rayleigh = el.exp(-0.008735 * mass * el.power(micrometres, -4.08))
+    aerosols = el.exp(-(0.04608 * turbidity - 0.04586) * mass * el.power(micrometres, -1.3))
+    spectrum = el.power(_WAVELENGTHS_NM, -5.0) / el.expm1(_SECOND_CONSTANT_NM_K / (_WAVELENGTHS_NM * _TEMPERATURE_K))
     matching = matching_functions(_WAVELENGTHS_NM)
-    scale = EXTRATERRESTRIAL_LX / distance_au**2 / (matching[1] @ spectrum)
-    rgb = np.linalg.solve(xyz_from_rgb(), matching @ (spectrum * rayleigh * aerosols) * scale)
+    scale = EXTRATERRESTRIAL_LX / distance_au**2 / matmul(matching[1], spectrum)
+    rgb = matmul(inverse(xyz_from_rgb()), matmul(matching, spectrum * rayleigh * aerosols) * scale)
     return np.asarray(np.maximum(rgb, 0.0))
 
 
@@ -70,7 +72,7 @@ def matching_functions(wavelengths_nm: NDArray[np.float64]) -> NDArray[np.float6
 
     def lobe(peak: float, middle: float, left: float, right: float) -> NDArray[np.float64]:
         away = wavelengths_nm - middle
-        return np.asarray(peak * np.exp(-0.5 * (away / np.where(away < 0.0, left, right)) ** 2))
+        return np.asarray(peak * el.exp(-0.5 * (away / np.where(away < 0.0, left, right)) ** 2))
 
     return np.stack(
         [
@@ -107,27 +109,27 @@ def zenith_yxy(sun_elevation_rad: float, turbidity: float) -> tuple[float, float
     angle = 0.5 * math.pi - max(sun_elevation_rad, LOWEST_SUN_RAD)
     chi = (4.0 / 9.0 - turbidity / 120.0) * (math.pi - 2.0 * angle)
     luminance = (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192
-    powers, clear = np.array([angle**3, angle**2, angle, 1.0]), np.array([turbidity**2, turbidity, 1.0])
-    return 1000.0 * max(luminance, 0.0), float(clear @ _ZENITH_X @ powers), float(clear @ _ZENITH_Y @ powers)
+    powers, clear = np.array([math.pow(angle, 3), angle**2, angle, 1.0]), np.array([turbidity**2, turbidity, 1.0])
+    return 1000.0 * max(luminance, 0.0), float(matmul(matmul(clear, _ZENITH_X), powers)), float(matmul(matmul(clear, _ZENITH_Y), powers))
 
 
 def clear_sky_rgb(directions: Array, sun_direction: Array, turbidity: float) -> Array:
     """Return luminance RGB (n, 3) in cd/m2 of a clear sky towards unit directions (n, 3) with z >= 0."""
     elevation = max(math.asin(float(np.clip(sun_direction[2], -1.0, 1.0))), LOWEST_SUN_RAD)
     cosine = np.maximum(directions[:, 2], 0.01)
-    toward = np.clip(directions @ sun_direction, -1.0, 1.0)
-    from_sun = np.arccos(toward)
+    toward = np.clip(matmul(directions, sun_direction), -1.0, 1.0)
+    from_sun = el.arccos(toward)
     values = []
     for row, zenith in zip(_PEREZ, zenith_yxy(elevation, turbidity), strict=True):
-        a, b, c, d, e = row @ np.array([turbidity, 1.0])
-        here = (1.0 + a * np.exp(b / cosine)) * (1.0 + c * np.exp(d * from_sun) + e * toward**2)
+        a, b, c, d, e = matmul(row, np.array([turbidity, 1.0]))
+        here = (1.0 + a * el.exp(b / cosine)) * (1.0 + c * el.exp(d * from_sun) + e * toward**2)
         angle = 0.5 * math.pi - elevation
         above = (1.0 + a * math.exp(b)) * (1.0 + c * math.exp(d * angle) + e * math.cos(angle) ** 2)
         values.append(zenith * here / above)
     luminance, x, y = values
     luminance, y = np.maximum(luminance, 0.0), np.maximum(y, 0.05)
     xyz = np.stack([x / y * luminance, luminance, (1.0 - x - y) / y * luminance], axis=-1)
-    return np.asarray(np.maximum(xyz @ np.linalg.inv(xyz_from_rgb()).T, 0.0))
+    return np.asarray(np.maximum(matmul(xyz, inverse(xyz_from_rgb()).T), 0.0))
 
 
 def overcast_sky_rgb(directions: Array, sun_elevation_rad: float) -> Array:
@@ -139,13 +141,13 @@ def overcast_sky_rgb(directions: Array, sun_elevation_rad: float) -> Array:
 
 def daylight_map(daylight: Daylight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return ``table`` and ``sun`` of ``renderer.scene.flat_scene.Sky`` for a state of the daylight."""
-    toward_sun = np.array(daylight.sun_direction) / np.linalg.norm(daylight.sun_direction)
+    toward_sun = np.array(daylight.sun_direction) / norm(daylight.sun_direction)
     elevation = math.asin(float(toward_sun[2]))
     directions = map_directions(ROWS, COLUMNS).reshape(-1, 3)
     cover, half = daylight.cloud_cover, ROWS // 2 * COLUMNS
     upper = directions[:half]
     onto_level = (np.repeat(pixel_solid_angles(ROWS, COLUMNS)[: ROWS // 2], COLUMNS) * upper[:, 2])[:, None]
-    plain = float((clear_sky_rgb(upper, toward_sun, PLAIN_TURBIDITY) * onto_level).sum(axis=0) @ LUMINANCE)
+    plain = float(matmul((clear_sky_rgb(upper, toward_sun, PLAIN_TURBIDITY) * onto_level).sum(axis=0), LUMINANCE))
     scale = (800.0 + 15_500.0 * math.sqrt(math.sin(max(elevation, LOWEST_SUN_RAD)))) / plain
     clear = scale * clear_sky_rgb(upper, toward_sun, daylight.turbidity)
     sky = (1.0 - cover) * clear + cover * overcast_sky_rgb(upper, elevation)

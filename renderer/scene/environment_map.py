@@ -24,6 +24,7 @@ from renderer.files.mesh_files import find_mesh_file
 from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import NO_MAP
 from scene_description import read_at_most
+from scene_description.products import matmul
 from scene_description.types import EnvironmentMap
 
 MAX_WIDTH, MAX_HEIGHT = 8192, 4096
@@ -94,7 +95,7 @@ def clean_map(image: NDArray[np.float32], name: str) -> NDArray[np.float32]:
 
 def split_map(image: NDArray[np.float32]) -> MapImages:
     """Split a map into a smooth part and what stands out of it; both keep the pixels' colours."""
-    luminance = image.astype(np.float64) @ LUMINANCE
+    luminance = matmul(image.astype(np.float64), LUMINANCE)
     mean = float(np.average(luminance.mean(axis=1), weights=pixel_solid_angles(*image.shape[:2])))
     share = np.maximum(1.0 - BRIGHT * mean / np.maximum(luminance, 1e-300), 0.0)[..., None].astype(np.float32)
     bright = image * share if share.any() else NO_MAP

@@ -35,6 +35,8 @@ from renderer.textures.generators import GENERATORS
 from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 from scene_description.labels import LABEL_ID, part_ids
 from scene_description.light_labels import light_ids
+from scene_description.products import matmul
+from scene_description.scene_json import SURFACES
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
@@ -165,13 +167,14 @@ def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:
     if not light.on or light.flux_lm == 0.0:
         return np.zeros(3)
     color = np.asarray(light.color, np.float64)
-    luminance = float(color @ LUMINANCE)
+    luminance = float(matmul(color, LUMINANCE))
     if luminance <= 0.0:
         raise FlattenError(f"light of object {light.object}, part '{light.part}': expected a colour, got black; switch it off instead")
     return color * (light.flux_lm / (math.pi * area_m2) / luminance)
 
 
 def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
+    """Return the room's surfaces; there are skirting boards only where the description has a material for them."""
     surfaces = {part.name: part.material for part in scene.room.surfaces}
     try:
         shell = build_shell(scene.room)
@@ -179,6 +182,8 @@ def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
         raise FlattenError(f"room: {error}") from error
     rows = []
     for name, mesh in shell.items():
+        if name not in surfaces and name not in SURFACES:
+            continue
         if name not in surfaces:
             raise FlattenError(f"room: expected a material for surface '{name}', got only {_listed(surfaces)}")
         row = _material(materials, surfaces[name], "room")
@@ -220,8 +225,8 @@ def _object_rows(thing: SceneObject, lights: dict[tuple[int, str], Light], mater
             mesh = mesh._replace(uvs=UNMAPPED)  # the file's coordinates are no metres
         mapped, texture = _textured(mesh, material, where, catalog_dir)
         world = mapped._replace(
-            vertices=(mapped.vertices @ rotation.T + np.asarray(thing.position_m)).astype(np.float32),
-            normals=(mapped.normals @ rotation.T).astype(np.float32),
+            vertices=(matmul(mapped.vertices, rotation.T) + np.asarray(thing.position_m)).astype(np.float32),
+            normals=matmul(mapped.normals, rotation.T).astype(np.float32),
         )
         light = lights.get((thing.id, name))
         emission = np.zeros(3) if light is None else emitted_luminance(light, surface_area(mesh))

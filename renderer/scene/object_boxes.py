@@ -17,6 +17,7 @@ from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.scene.room_shell import wall_frame
 from scene_description import Opening, Room, SceneObject
+from scene_description.products import matmul
 
 THINNEST_M = 0.0005
 """Least size of a box about an opening: a pane may be flat."""
@@ -27,7 +28,7 @@ def object_box(thing: SceneObject) -> NDArray[np.float32]:
     cosine, sine = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
     axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     size = np.asarray(thing.size_m)
-    return _map(axes, axes @ np.asarray(thing.position_m) - size * (0.5, 0.5, 0.0), size)
+    return _map(axes, matmul(axes, np.asarray(thing.position_m)) - size * (0.5, 0.5, 0.0), size)
 
 
 class OpeningExtent(NamedTuple):
@@ -45,7 +46,7 @@ def opening_extent(room: Room, opening: Opening, points: Array) -> OpeningExtent
     """Return the box about the vertices (n, 3) of an opening: its description tells width and height only."""
     _, along, inward, _ = wall_frame(np.asarray(room.polygon_m, np.float64), opening.wall)
     axes = np.array([[inward[0], inward[1], 0.0], [-along[0], -along[1], 0.0], [0.0, 0.0, 1.0]])
-    places = points @ axes.T
+    places = matmul(points, axes.T)
     low, high = places.min(axis=0), places.max(axis=0)
     thin = high - low < THINNEST_M
     low = np.where(thin, 0.5 * (low + high - THINNEST_M), low)

@@ -22,6 +22,7 @@ from renderer.models.openings import OPENING_MODELS, Hole
 from renderer.scene.sloped_ceiling import Profile, sloped_slab, wall_profile
 from scene_description import Opening, Room
 from scene_description.ceilings import ceiling_over_opening_m
+from scene_description.products import matmul
 
 Rectangle = tuple[float, float, float, float]
 
@@ -61,7 +62,8 @@ def build_opening(room: Room, opening: Opening, generator: str, style: str, seed
     shift = np.array([origin[0], origin[1], opening.sill_m])
     return {
         name: mesh._replace(
-            vertices=(mesh.vertices @ rotation.T + shift).astype(np.float32), normals=(mesh.normals @ rotation.T).astype(np.float32)
+            vertices=(matmul(mesh.vertices, rotation.T) + shift).astype(np.float32),
+            normals=matmul(mesh.normals, rotation.T).astype(np.float32),
         )
         for name, mesh in model.build(np.random.default_rng(seed), hole, chosen).items()
     }
@@ -119,7 +121,7 @@ def _ceiling(room: Room, polygon: Array, triangles: NDArray[np.int64]) -> Mesh:
 def _slab_uvs(polygon: Array) -> Array:
     """Return texture coordinates (n, 2) of the outline's corners: along the longest side, from that side's start."""
     start, along, across, _ = max((wall_frame(polygon, index) for index in range(len(polygon))), key=lambda frame: frame[3])
-    return np.stack([(polygon - start) @ along, (polygon - start) @ across], axis=1)
+    return np.stack([matmul(polygon - start, along), matmul(polygon - start, across)], axis=1)
 
 
 def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float) -> Mesh:
@@ -140,7 +142,7 @@ def _corner_reach(polygon: Array, corner: int, thickness: float) -> float:
     """
     count = len(polygon)
     before, after = polygon[corner] - polygon[corner - 1], polygon[(corner + 1) % count] - polygon[corner]
-    turn = math.atan2(float(_cross(before, after)), float(np.dot(before, after)))
+    turn = math.atan2(float(_cross(before, after)), float(matmul(before, after)))
     if turn <= 0.0:
         return -OVERLAP_M if turn < -1e-3 else 0.0
     return thickness * min(math.tan(0.5 * min(turn, 3.1)), LONGEST_MITRE) + OVERLAP_M
@@ -248,5 +250,5 @@ def _skirting(room: Room, polygon: Array, index: int) -> list[Mesh]:
 def _mitre(polygon: Array, corner: int, depth: float) -> float:
     """Return how much shorter (or longer, below 0) a board of this depth is at its front edge at the corner."""
     before, after = polygon[corner] - polygon[corner - 1], polygon[(corner + 1) % len(polygon)] - polygon[corner]
-    turn = math.atan2(float(_cross(before, after)), float(np.dot(before, after)))
+    turn = math.atan2(float(_cross(before, after)), float(matmul(before, after)))
     return depth * math.tan(0.5 * max(min(turn, 2.8), -2.8))

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
 from renderer.scene.flat_scene import FlatScene, Sky
+from scene_description.products import norm
 
 SKY_COLORS = ("zenith", "horizon", "ground")
 
@@ -65,7 +66,7 @@ def _check_sky(sky: Sky) -> None:
     sun = sky.sun
     if len(sun) and (sun.shape != (7,) or sun.dtype != np.float32 or not np.isfinite(sun).all()):
         raise RenderError(f"scene sky.sun: expected 7 finite float32, got {sun.dtype} {sun.shape}")
-    if len(sun) and not (abs(float(np.linalg.norm(sun[:3])) - 1.0) < 1e-3 and 0.0 < sun[3] < 1.0 and sun[4:].min() >= 0.0):
+    if len(sun) and not (abs(float(norm(sun[:3])) - 1.0) < 1e-3 and 0.0 < sun[3] < 1.0 and sun[4:].min() >= 0.0):
         raise RenderError(f"scene sky.sun: expected a unit direction, a radius and luminance of at least 0, got {sun.tolist()}")
 
 

@@ -17,6 +17,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import flat_quads, make_mesh, merged
 from scene_description import Room
 from scene_description.ceilings import ceiling_planes
+from scene_description.products import matmul
 
 Profile = list[tuple[float, float]]
 
@@ -28,7 +29,7 @@ def wall_profile(room: Room, polygon: Array, index: int) -> Profile:
     start, end = polygon[index], polygon[(index + 1) % len(polygon)]
     length = float(np.hypot(*(end - start)))
     ends = np.array([(*start, 1.0), (*end, 1.0)])
-    lines = [(room.height_m, room.height_m), *((plane @ ends.T).tolist() for plane in ceiling_planes(room))]
+    lines = [(room.height_m, room.height_m), *(matmul(plane, ends.T).tolist() for plane in ceiling_planes(room))]
     heights = {share: min(a + share * (b - a) for a, b in lines) for share in (0.0, 1.0)}
     for (a, b), (c, d) in itertools.combinations(lines, 2):
         if (a - c) * (b - d) < 0.0:
@@ -97,7 +98,7 @@ def _sheets(room: Room, polygon: Array, k: int, plane: Array, piece: Array, thic
         edge = polygon[(slope.wall + 1) % len(polygon)] - start
         along = edge / np.hypot(*edge)
         offset = piece[:, :2] - start
-        uvs = np.column_stack([offset @ along, offset @ (-along[1], along[0]) / math.cos(slope.pitch_rad)])
+        uvs = np.column_stack([matmul(offset, along), matmul(offset, (-along[1], along[0])) / math.cos(slope.pitch_rad)])
     low = np.column_stack([piece[:, :2], _height(plane, piece)])
     up = np.broadcast_to((-plane[0], -plane[1], 1.0), low.shape)
     fan = np.array([(0, i, i + 1) for i in range(1, len(piece) - 1)])

@@ -11,10 +11,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import kernel
 from renderer.geometry.mesh import UNMAPPED, Mesh
 from renderer.geometry.shapes import surface_area
+from scene_description.products import dot, matmul, norm
 from scene_description.types import Luminaire
 
 STEPS = 181
@@ -47,7 +49,7 @@ def profile_integral(profile: NDArray[np.float64]) -> float:
     """Return the integral over all directions, in steradian, of a profile that is linear between its samples."""
     angles = np.linspace(0.0, math.pi, STEPS)
     fine = np.linspace(0.0, math.pi, 16 * (STEPS - 1) + 1)
-    values = np.interp(fine, angles, profile) * np.sin(fine)
+    values = np.interp(fine, angles, profile) * el.sin(fine)
     return float(2.0 * math.pi * np.sum(0.5 * (values[1:] + values[:-1])) * (fine[1] - fine[0]))
 
 
@@ -65,7 +67,7 @@ def luminaire_mesh(luminaire: Luminaire) -> Mesh:
         d, e, f = a + b, b + c, c + a
         triangles = np.concatenate([np.stack(corner, axis=1) for corner in ((a, d, f), (d, b, e), (f, e, c), (d, e, f))])
         triangles /= np.linalg.norm(triangles, axis=2, keepdims=True)
-    inward = np.einsum("ij,ij->i", np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), triangles[:, 0]) < 0.0
+    inward = dot(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), triangles[:, 0]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
     triangles /= np.linalg.norm(triangles, axis=2, keepdims=True)
     vertices = triangles.reshape(-1, 3)
@@ -76,15 +78,17 @@ def luminaire_mesh(luminaire: Luminaire) -> Mesh:
 def luminaire_emission(luminaire: Luminaire, mesh: Mesh, profile: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the greatest luminance RGB (3,) in cd/m2 of the ball."""
     color = np.asarray(luminaire.color, np.float64)
-    if not luminaire.on or not float(color @ LUMINANCE) > 0.0:
+    if not luminaire.on or not float(matmul(color, LUMINANCE)) > 0.0:
         return np.zeros(3)
-    return np.asarray(color * (luminaire.flux_lm / (0.25 * surface_area(mesh) * profile_integral(profile)) / float(color @ LUMINANCE)))
+    return np.asarray(
+        color * (luminaire.flux_lm / (0.25 * surface_area(mesh) * profile_integral(profile)) / float(matmul(color, LUMINANCE)))
+    )
 
 
 def profile_row(luminaire: Luminaire, profile: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return unit axis and profile, (3 + STEPS,)."""
     axis = np.asarray(luminaire.direction, np.float64)
-    return np.concatenate([axis / np.linalg.norm(axis), profile]).astype(np.float32)
+    return np.concatenate([axis / norm(axis), profile]).astype(np.float32)
 
 
 def brightest_seen(rows: NDArray[np.float32], normals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -93,7 +97,7 @@ def brightest_seen(rows: NDArray[np.float32], normals: NDArray[np.float64]) -> N
     ``rows``: (m, 3 + STEPS), axis and profile of each face's light; ``normals``: (m, 3), unit.
     """
     angles = np.linspace(0.0, math.pi, STEPS)
-    off = np.arccos(np.clip(np.einsum("ij,ij->i", rows[:, :3].astype(np.float64), normals), -1.0, 1.0))
+    off = el.arccos(np.clip(dot(rows[:, :3].astype(np.float64), normals), -1.0, 1.0))
     slack = 0.5 * math.pi + math.pi / (STEPS - 1)
     seen = np.abs(angles[None] - off[:, None]) <= slack
     return np.asarray(np.where(seen, rows[:, 3:], 0.0).max(axis=1))

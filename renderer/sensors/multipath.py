@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.camera.cameras import PosedCamera
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, intersect16, occluded16
@@ -44,7 +45,7 @@ def cosine_directions() -> NDArray[np.float32]:
     bits = DIRECTIONS.bit_length() - 1
     radical = np.array([int(f"{k:0{bits}b}"[::-1], 2) / DIRECTIONS for k in index])
     radius, angle = np.sqrt((index + 0.5) / DIRECTIONS), 2.0 * np.pi * (radical + 0.5 / DIRECTIONS)
-    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1.0 - radius**2)]).astype(np.float32)
+    return np.column_stack([radius * el.cos(angle), radius * el.sin(angle), np.sqrt(1.0 - radius**2)]).astype(np.float32)
 
 
 @kernel

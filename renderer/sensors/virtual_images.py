@@ -12,6 +12,8 @@ Then shot noise and noise of reading, and 10 bits.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,7 @@ from renderer.sensors.beams import Beams
 from renderer.sensors.devices import Device
 from renderer.sensors.surfaces_seen import normal
 
-_HALF_WIDTH, _HALF_HEIGHT = np.tan(np.radians(43.0)), np.tan(np.radians(28.5))
+_HALF_WIDTH, _HALF_HEIGHT = math.tan(math.radians(43.0)), math.tan(math.radians(28.5))
 _DOT_PX, _REACH = 0.9, 3.5
 _SIDE, _DEEP, _UP = 0.35, 0.48, 0.80
 _LEVELS, _WHITE_SHARE, _BRIGHT_PERCENT = 1023.0, 0.8, 95.0

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.textures.noise import Field, cells, coordinates, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 from renderer.textures.pictures import Canvas
@@ -62,8 +63,8 @@ def knit(rng: np.random.Generator, request: Request) -> Pattern:
     y = v * count * 1.0 + 0.85 * np.abs(side) + bend
     row = np.floor(y)
     leg_across, leg_along = np.abs(side) - 0.5, (y - row) - 0.5
-    height = np.clip(1.0 - (1.75 * leg_across) ** 2 - (1.7 * leg_along) ** 2, 0.0, 1.0) ** 0.5
-    strand = np.cos(2 * math.pi * (2.2 * leg_along + 1.6 * np.sign(side) * leg_across))
+    height = np.sqrt(np.clip(1.0 - (1.75 * leg_across) ** 2 - (1.7 * leg_along) ** 2, 0.0, 1.0))
+    strand = el.cos(2 * math.pi * (2.2 * leg_along + 1.6 * np.sign(side) * leg_across))
     index = ((row.astype(np.int32) % count) * count + column.astype(np.int32) % count) % (count * count)
     tone = per_cell(rng, index, count * count) - 0.5
     shade = (0.55 + 0.5 * height) * (1.0 + 0.05 * strand + 0.08 * tone)
@@ -74,7 +75,7 @@ def ribs(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw the ribs of corduroy along v; the unit is ten ribs."""
     u, _ = coordinates(request.shape)
     fuzz = noise(rng, request.shape, 8.0, 120.0, 0.3, (1.0, 3.0))
-    rib = np.abs(np.sin(math.pi * 10.0 * u + 0.08 * fuzz)) ** 0.7
+    rib = el.power(np.abs(el.sin(math.pi * 10.0 * u + 0.08 * fuzz)), 0.7)
     shade = (0.55 + 0.5 * rib) * (1.0 + 0.04 * fuzz)
     return Pattern((), shade, None, (rib - 1.0 + 0.04 * fuzz))
 
@@ -90,7 +91,7 @@ def _threads(rng: np.random.Generator, request: Request) -> tuple[Field, Field]:
     """Return the shade and height of fine threads, for printed or patterned cloth seen from some way off."""
     u, v = coordinates(request.shape)
     count = request.shape[0] // 4
-    fine = 0.5 * np.cos(2 * math.pi * count * u) * np.cos(2 * math.pi * count * v)
+    fine = 0.5 * el.cos(2 * math.pi * count * u) * el.cos(2 * math.pi * count * v)
     uneven = noise(rng, request.shape, 3.0, 120.0, 0.5)
     return (1.0 + 0.05 * fine + 0.025 * uneven), (0.5 * fine + 0.1 * uneven - 0.5)
 
@@ -133,7 +134,7 @@ def checks(rng: np.random.Generator, request: Request, bands: int) -> Pattern:
     first = 0.5 * (lines[0][0] + lines[1][0])
     other = 0.5 * (lines[0][1] + lines[1][1])
     shade, height = _threads(rng, request)
-    twill = 0.04 * np.cos(2 * math.pi * (request.shape[0] // 6) * (u + v))
+    twill = 0.04 * el.cos(2 * math.pi * (request.shape[0] // 6) * (u + v))
     return Pattern((first * (1.0 - other), other), (shade + twill), None, height)
 
 
@@ -155,8 +156,8 @@ def dots(rng: np.random.Generator, request: Request) -> Pattern:
 def quilted(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw diamond quilting: puffed fields between seams; the unit is the diamond's width."""
     u, v = coordinates(request.shape)
-    a, b = np.abs(np.sin(math.pi * (u + v))), np.abs(np.sin(math.pi * (u - v)))
-    puff = np.minimum(a, b) ** 0.45
+    a, b = np.abs(el.sin(math.pi * (u + v))), np.abs(el.sin(math.pi * (u - v)))
+    puff = el.power(np.minimum(a, b), 0.45)
     soft = noise(rng, request.shape, 2.0, 30.0, 0.8)
     return Pattern((), (0.88 + 0.14 * puff + 0.015 * soft), None, (puff - 1.0 + 0.04 * soft))
 
@@ -229,7 +230,7 @@ def rug(rng: np.random.Generator, request: Request) -> Pattern:
     field = np.maximum(small, 0.7 * trellis)
     if kind:
         reach = np.abs(cx) / (0.40 * canvas.width) + np.abs(cy) / (0.40 * canvas.height)
-        scallop = reach + 0.04 * np.cos(24.0 * np.arctan2(cy, cx))
+        scallop = reach + 0.04 * el.cos(24.0 * el.arctan2(cy, cx))
         medallion = smooth_step(0.78, 0.76, scallop)
         ring = smooth_step(0.03, 0.02, np.abs(scallop - 0.70)) + smooth_step(0.02, 0.012, np.abs(scallop - 0.36))
         core = smooth_step(0.30, 0.28, scallop)
@@ -242,7 +243,7 @@ def rug(rng: np.random.Generator, request: Request) -> Pattern:
     second = second * (1.0 - third)
     pile = noise(rng, request.shape, 40.0, 220.0, 0.0)
     wear = noise(rng, request.shape, 1.0, 12.0, 1.0)
-    knots = 0.03 * np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
+    knots = 0.03 * el.cos(2 * math.pi * 128 * canvas.y / canvas.height)
     shade = 1.0 + 0.05 * pile + 0.03 * wear + knots
     return Pattern(tuple(w for w in (first, second, third)), shade, None, (0.3 * pile))
 
@@ -271,7 +272,7 @@ def kilim(rng: np.random.Generator, request: Request) -> Pattern:
     layers[1] = np.clip(layers[1], 0.0, 1.0) * (1.0 - layers[2])
     layers[0] = np.clip(layers[0], 0.0, 1.0) * (1.0 - layers[2]) * (1.0 - layers[1])
     yarn = noise(rng, request.shape, 10.0, 180.0, 0.3, (6.0, 1.0))
-    ridge = np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
+    ridge = el.cos(2 * math.pi * 128 * canvas.y / canvas.height)
     shade = 1.0 + 0.05 * yarn + 0.03 * ridge
     return Pattern(tuple(w for w in layers), shade, None, (0.25 * yarn + 0.2 * ridge))
 

@@ -8,9 +8,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.textures.noise import Field, cells, coordinates, noise, per_cell, smooth_step
+import kernel_cache.elementary as el
+from renderer.textures.noise import Field, cells, coordinates, covered, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
+PANEL_M, JOINT_M, TIE_M = 1.25, 0.003, 0.024
+"""Of formwork: width of a panel, of a joint between panels, and of the hole that a tie leaves."""
 GROUT = ((0.62, 0.61, 0.58), (0.7, 0.7, 0.7), (0.5, 0.5, 0.5))
 
 
@@ -28,7 +31,7 @@ def _laid(
     rounding = smooth_step(3.2 * joint, 1.0 * joint, edge)
     lean_u, lean_v = (per_cell(rng, index, count) - np.float32(0.5) for _ in range(2))
     u, v = coordinates(request.shape)
-    lean = 0.06 * (np.sin(2 * math.pi * u) * lean_u + np.sin(2 * math.pi * v) * lean_v)
+    lean = 0.06 * (el.sin(2 * math.pi * u) * lean_u + el.sin(2 * math.pi * v) * lean_v)
     shade = (1.0 + spread * tone + 0.02 * cloud * free) * (1.0 - 0.25 * rounding * free)
     height = -rounding * rounding * 0.8 - 0.2 * grout + 0.03 * cloud * free + lean * free
     rough = 0.55 * grout + 0.02 * cloud * free
@@ -95,25 +98,49 @@ def brick(rng: np.random.Generator, request: Request) -> Pattern:
     grit = noise(rng, request.shape, 30.0, 200.0, 0.2)
     shade = 1.0 + free * 0.34 * (tone - 0.5) + 0.07 * grit + 0.04 * rough_edge
     height = -smooth_step(0.16, 0.05, edge) + free * (0.12 * rough_edge + 0.10 * grit) + mortar * 0.06 * grit
-    return Pattern((mortar, (0.55 * burnt**3 * free)), shade, 0.05 * mortar, height)
+    return Pattern((mortar, (0.55 * burnt * burnt * burnt * free)), shade, 0.05 * mortar, height)
 
 
 def concrete(rng: np.random.Generator, request: Request) -> Pattern:
-    """Draw cast concrete: clouds, fine grit and pores."""
-    cloud = noise(rng, request.shape, 1.0, 40.0, 1.25)
+    """Draw cast concrete: faint mottles a tenth of the tile wide, fine grit and pores."""
+    mottle = noise(rng, request.shape, 8.0, 60.0, 0.7)
     grit = noise(rng, request.shape, 60.0, 220.0, 0.0)
     pores = smooth_step(2.6, 3.3, noise(rng, request.shape, 20.0, 90.0, 0.0))
-    shade = 1.0 + 0.06 * cloud + 0.025 * grit
-    height = 0.12 * cloud + 0.08 * grit - 0.7 * pores
-    return Pattern((0.6 * pores,), shade, (0.03 * cloud + 0.1 * pores), height)
+    shade = 1.0 + 0.025 * mottle + 0.035 * grit
+    height = 0.08 * grit - 0.7 * pores
+    return Pattern((0.6 * pores,), shade, (0.03 * mottle + 0.1 * pores), height)
+
+
+def formed_concrete(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw a panel of concrete as it came out of its form: a joint round it, four holes of the ties, pores, traces of the form's grain.
+
+    The unit is the panel's width; it is twice as high, and its tile is the panel.
+    """
+    width = request.shape[1]
+    u, v = coordinates(request.shape)
+    x, y = np.broadcast_arrays(u, 2.0 * v)
+    texel = 1.0 / width
+    edge = np.minimum(np.minimum(x, 1.0 - x), np.minimum(y, 2.0 - y))
+    joint = covered(edge, JOINT_M / (2.0 * PANEL_M), texel)
+    hole = np.full(request.shape, 9.0, np.float32)
+    for across in (0.25, 0.75):
+        for up in (0.5, 1.5):
+            hole = np.minimum(hole, np.hypot(x - across, y - up))
+    tie = covered(hole, TIE_M / (2.0 * PANEL_M), texel)
+    collar = covered(hole, 1.7 * TIE_M / (2.0 * PANEL_M), 2.0 * texel) - tie
+    pores = smooth_step(2.35, 3.0, noise(rng, request.shape, 0.12 * width, 0.4 * width, 0.0, (1.0, 0.5)))
+    grain = noise(rng, request.shape, 4.0, 0.3 * width, 0.3, (1.0, 2.5))
+    grit = noise(rng, request.shape, 0.2 * width, 0.5 * width, 0.0, (1.0, 0.5))
+    dark = np.clip(0.75 * pores + 0.9 * joint + tie, 0.0, 1.0)
+    shade = 1.0 + 0.014 * grain + 0.03 * grit - 0.06 * collar
+    return Pattern((dark,), shade, 0.1 * dark + 0.02 * grain, 0.03 * grit - 0.5 * pores - joint - tie)
 
 
 def plaster(rng: np.random.Generator, request: Request) -> Pattern:
-    """Draw rolled or trowelled wall paint: hardly any colour, a fine uneven surface."""
-    orange = noise(rng, request.shape, 30.0, 110.0, 0.0)
-    trowel = noise(rng, request.shape, 1.0, 14.0, 1.0)
-    shade = 1.0 + 0.008 * orange + 0.012 * trowel
-    return Pattern((), shade, (0.02 * trowel), (0.22 * orange + 0.25 * trowel))
+    """Draw paint as a roller leaves it: hardly any colour, a stipple of a hundredth of the tile."""
+    stipple = noise(rng, request.shape, 70.0, 120.0, 0.0)
+    drops = smooth_step(0.4, 2.4, stipple)
+    return Pattern((), 1.0 + 0.01 * stipple, 0.02 * drops, 0.75 * drops + 0.1 * stipple)
 
 
 def marble(rng: np.random.Generator, request: Request) -> Pattern:
@@ -123,10 +150,10 @@ def marble(rng: np.random.Generator, request: Request) -> Pattern:
     first = noise(rng, shape, 1.0, 10.0, 1.6) + 0.35 * fold
     second = noise(rng, shape, 2.0, 30.0, 1.4) + 0.25 * fold
     strength = smooth_step(-1.1, 1.0, noise(rng, shape, 1.0, 5.0, 1.0))
-    veins = np.exp(-np.abs(first) * 11.0) * strength + 0.35 * np.exp(-np.abs(first) * 3.0) * strength
+    veins = el.exp(-np.abs(first) * 11.0) * strength + 0.35 * el.exp(-np.abs(first) * 3.0) * strength
     threads = np.zeros_like(first)
     for level, weight in ((0.0, 0.6), (1.1, 0.45), (-1.0, 0.35)):  # lines of equal height never cross, as cracks that heal side by side
-        threads += weight * np.exp(-np.abs(second - level) * 22.0)
+        threads += weight * el.exp(-np.abs(second - level) * 22.0)
     threads *= 0.35 + 0.65 * strength
     cloud = 0.32 * smooth_step(-0.5, 2.2, fold)
     vein = np.clip(veins + threads, 0.0, 1.0)
@@ -179,7 +206,8 @@ GENERATORS = {
     "hexagon_tiles": Generator(hexagon_tiles, (6.0, 2.0 * math.sqrt(3.0)), (512, 512), GROUT),
     "brick": Generator(brick, (12.0, 12.0), (512, 512), ((1.5, 1.9, 2.1), (0.35, 0.3, 0.3))),
     "concrete": Generator(concrete, (1.0, 1.0), (512, 512), ((0.45, 0.45, 0.45),), variants=4),
-    "plaster": Generator(plaster, (1.0, 1.0), (256, 256), (), variants=4),
+    "formed_concrete": Generator(formed_concrete, (1.0, 2.0), (1024, 512), ((0.4, 0.4, 0.4),), variants=4),
+    "plaster": Generator(plaster, (1.0, 1.0), (512, 512), (), variants=4),
     "marble": Generator(marble, (1.0, 1.0), (512, 512), ((0.34, 0.35, 0.38), (0.78, 0.79, 0.82))),
     "terrazzo": Generator(terrazzo, (4.0, 4.0), (512, 512), ((0.5, 0.48, 0.46), (0.75, 0.66, 0.56), (1.25, 1.22, 1.2))),
     "speckle": Generator(speckle, (4.0, 4.0), (256, 256), ((0.3, 0.3, 0.31), (0.62, 0.56, 0.52), (1.6, 1.6, 1.6)), variants=4),

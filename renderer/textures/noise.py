@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.kernel import entry
 
 Field = NDArray[np.floating[Any]]
@@ -66,7 +67,7 @@ def _gain(shape: Shape, low: float, high: float, slope: float, stretch: tuple[fl
     fy = np.fft.fftfreq(height, 1.0 / height).astype(np.float32)[:, None] * np.float32(stretch[1])
     square = fx * fx + fy * fy
     square[0, 0] = 1e6
-    gain = np.exp(-square / np.float32(high * high)) * square ** np.float32(-0.5 * slope)
+    gain = el.exp(-square / np.float32(high * high)) * el.power(square, np.float32(-0.5 * slope))
     gain[square < low * low] = 0.0
     gain[0, 0] = 0.0
     power = float((gain.astype(np.float64) ** 2).sum())
@@ -147,6 +148,12 @@ def _fill_ramp(low: np.float32, high: np.float32, value: NDArray[np.float32], ra
     for k in range(len(value)):
         t = min(max((value[k] - low) * scale, np.float32(0.0)), np.float32(1.0))
         ramp[k] = t * t * (np.float32(3.0) - np.float32(2.0) * t)
+
+
+def covered(distance: Field, half_width: float, texel: float) -> Field:
+    """Return which share of a texel lies within ``half_width`` of a line, given the distance of its middle, all in one unit."""
+    share: Field = np.clip((half_width - distance) / texel + 0.5, 0.0, min(1.0, 2.0 * half_width / texel)).astype(np.float32)
+    return share
 
 
 def per_cell(rng: np.random.Generator, index: NDArray[np.integer], count: int) -> Field:

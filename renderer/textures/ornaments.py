@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.kernel import entry
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
@@ -52,12 +53,12 @@ def _put(weights: NDArray[np.float32], first_row: int, first_column: int, color:
 
 def _flower(stamp: _Stamp, x: float, y: float, size: float, turn: float, petals: int, colors: tuple[int, int]) -> None:
     first, du, dv = stamp.near(x, y, 1.1 * size)
-    radius, angle = np.sqrt(du * du + dv * dv), np.arctan2(dv, du) + turn
+    radius, angle = np.sqrt(du * du + dv * dv), el.arctan2(dv, du) + turn
     soft = 0.045 * size
-    lobe = np.abs(np.cos(0.5 * petals * angle))
-    outer = size * (0.62 + 0.38 * lobe**0.6)
+    lobe = np.abs(el.cos(0.5 * petals * angle))
+    outer = size * (0.62 + 0.38 * el.power(lobe, 0.6))
     stamp.put(first, colors[0], smooth_step(outer + soft, outer - soft, radius) * (0.78 + 0.22 * smooth_step(0.2, 0.7, radius / size)))
-    veins = smooth_step(0.16, 0.02, np.abs(np.sin(0.5 * petals * angle))) * smooth_step(0.75 * size, 0.3 * size, radius)
+    veins = smooth_step(0.16, 0.02, np.abs(el.sin(0.5 * petals * angle))) * smooth_step(0.75 * size, 0.3 * size, radius)
     stamp.put(first, colors[1], 0.45 * veins)
     stamp.put(first, colors[1], smooth_step(0.26 * size + soft, 0.26 * size - soft, radius))
 
@@ -68,7 +69,7 @@ def _leaf(stamp: _Stamp, x: float, y: float, size: float, turn: float, color: in
     across = (-du * math.sin(turn) + dv * math.cos(turn)) / size
     half = 0.30 * np.clip(1.0 - along**2, 0.0, 1.0) * (1.0 - 0.35 * along)
     inside = smooth_step(0.03, -0.03, np.abs(across) - half) * (np.abs(along) < 1.0)
-    rib = smooth_step(0.05, 0.015, np.abs(across)) + 0.5 * smooth_step(0.12, 0.02, np.abs(np.sin(9.0 * (along - 1.2 * np.abs(across)))))
+    rib = smooth_step(0.05, 0.015, np.abs(across)) + 0.5 * smooth_step(0.12, 0.02, np.abs(el.sin(9.0 * (along - 1.2 * np.abs(across)))))
     stamp.put(first, color, inside * (1.0 - 0.45 * np.clip(rib, 0.0, 1.0)))
 
 
@@ -80,7 +81,7 @@ def floral(rng: np.random.Generator, request: Request, count: int, leaves: int) 
         tries = rng.random((12, 2))
         if places:
             gap = np.abs((tries[:, None] - np.array(places)[None] + 0.5) % 1.0 - 0.5)
-            tries = tries[np.argsort(-np.linalg.norm(gap, axis=2).min(axis=1))]
+            tries = tries[np.argsort(-np.linalg.norm(gap, axis=2).min(axis=1), kind="stable")]
         places.append((float(tries[0, 0]), float(tries[0, 1])))
     petals = int(rng.integers(5, 9))
     size = 0.32 / math.sqrt(count)
@@ -102,7 +103,7 @@ def foliage(rng: np.random.Generator, request: Request) -> Pattern:
     stems = int(rng.integers(2, 4))
     for s in range(stems):
         x0, phase, sway = (s + 0.5) / stems, float(rng.uniform(0, 2 * math.pi)), 0.22 / stems
-        center = x0 + sway * np.sin(2 * math.pi * v + phase)
+        center = x0 + sway * el.sin(2 * math.pi * v + phase)
         line = smooth_step(0.009, 0.004, np.abs((u - center + 0.5) % 1.0 - 0.5))
         stamp.weights[s % 2] = np.maximum(stamp.weights[s % 2], line)
         count = 11
@@ -123,9 +124,9 @@ def damask(rng: np.random.Generator, request: Request) -> Pattern:
         x = np.abs((u + 0.5 * k) % 1.0 - 0.5)
         y = (v + 0.5 * k) % 1.0 - 0.5
         ornament = np.maximum(ornament, _palmette(x, y * 1.15, lobes))
-    frame = np.abs(np.abs(((u + 0.25) % 0.5) - 0.25) - (0.125 + wave * np.cos(2 * math.pi * v) * np.where(u % 1.0 < 0.5, 1.0, 1.0)))
+    frame = np.abs(np.abs(((u + 0.25) % 0.5) - 0.25) - (0.125 + wave * el.cos(2 * math.pi * v) * np.where(u % 1.0 < 0.5, 1.0, 1.0)))
     band = smooth_step(0.016, 0.010, frame) + 0.8 * smooth_step(0.006, 0.003, np.abs(frame - 0.026))
-    beads = smooth_step(0.006, 0.003, np.abs(frame - 0.040)) * (np.sin(2 * math.pi * 28 * v) > 0.0)
+    beads = smooth_step(0.006, 0.003, np.abs(frame - 0.040)) * (el.sin(2 * math.pi * 28 * v) > 0.0)
     total = np.clip(np.maximum(ornament, np.maximum(band, 0.7 * beads) * (ornament < 0.05)), 0.0, 1.0)
     printed = _printed(rng, request, (total,))
     return printed._replace(roughness=(-0.22 * total), height=_added(printed.height, 0.5 * total))
@@ -141,7 +142,7 @@ def _palmette(x: Field, y: Field, lobes: int) -> Field:
             along = x * math.sin(lean) + (y - origin) * math.cos(lean) * way
             across = x * math.cos(lean) - (y - origin) * math.sin(lean) * way
             share = np.clip(along / (length * (1.0 if way > 0 else 0.8)), 0.0, 1.0)
-            half = 0.155 * length * np.sin(math.pi * share**1.4) * (1.0 - 0.3 * np.abs(np.sin(9.0 * share)))
+            half = 0.155 * length * el.sin(math.pi * el.power(share, 1.4)) * (1.0 - 0.3 * np.abs(el.sin(9.0 * share)))
             curl = across + 0.05 * share**2 * (1.0 if k else 0.0)
             leaf = smooth_step(0.004, -0.004, np.abs(curl) - half) * (share > 0.02) * (share < 0.995)
             vein = smooth_step(0.0065, 0.003, np.abs(curl))
@@ -162,7 +163,7 @@ def lattice(rng: np.random.Generator, request: Request) -> Pattern:
     if kind == 0:
         field = np.minimum(np.abs((u + v) % 1.0 - 0.5), np.abs((u - v) % 1.0 - 0.5))
     elif kind == 1:
-        field = np.abs(np.abs(np.sin(math.pi * u)) * 0.5 - np.abs((v + 0.25 * np.sin(2 * math.pi * u)) % 1.0 - 0.5))
+        field = np.abs(np.abs(el.sin(math.pi * u)) * 0.5 - np.abs((v + 0.25 * el.sin(2 * math.pi * u)) % 1.0 - 0.5))
     elif kind == 2:
         field = np.abs(((v * 2.0 + 0.9 * np.abs((2.0 * u) % 1.0 - 0.5)) % 1.0) - 0.5)
     else:
@@ -204,7 +205,7 @@ def spines(rng: np.random.Generator, request: Request) -> Pattern:
             bands = np.maximum(bands, smooth_step(0.014, 0.008, np.abs(local - float(place))))
         start = float(rng.uniform(0.2, 0.4))
         stop = start + float(rng.uniform(0.25, 0.4))
-        letters = ((local > start) & (local < stop) & middle) * (0.5 + 0.5 * np.sign(np.sin(90.0 * local + 7.0 * line)))
+        letters = ((local > start) & (local < stop) & middle) * (0.5 + 0.5 * np.sign(el.sin(90.0 * local + 7.0 * line)))
         label = ((local > start - 0.05) & (local < stop + 0.05)) if style == 1 else np.zeros_like(local)
         book = slice(k * wide, (k + 1) * wide)
         first[:, book] = np.clip((style != 3) * bands * (1.0 - label) + letters, 0.0, 1.0)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.kernel import entry
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Color, Generator, Picture, Request
@@ -133,7 +134,7 @@ def _ridge(rng: np.random.Generator, count: int, rough: float) -> Field:
     """Return a skyline (1, count) of mean 0 and about unit height."""
     spectrum = rng.standard_normal(count // 2 + 1) + 1j * rng.standard_normal(count // 2 + 1)
     frequency = np.arange(count // 2 + 1, dtype=np.float64)
-    spectrum[1:] /= frequency[1:] ** rough
+    spectrum[1:] /= el.power(frequency[1:], rough)
     spectrum[0] = 0.0
     spectrum[60:] = 0.0
     line = np.fft.irfft(spectrum, count)
@@ -147,7 +148,7 @@ def landscape(rng: np.random.Generator, request: Request) -> Picture:
     dusk, haze = inks[1 + int(rng.integers(len(request.colors)))], _mix(inks[0], (0.95, 0.75, 0.5), float(rng.uniform(0.0, 0.7)))
     canvas = Canvas(request, (0.5, 0.5, 0.5))
     horizon = canvas.height * float(rng.uniform(0.32, 0.55))
-    up = np.clip((canvas.y - horizon) / (canvas.height - horizon), 0.0, 1.0) ** 0.7
+    up = el.power(np.clip((canvas.y - horizon) / (canvas.height - horizon), 0.0, 1.0), 0.7)
     canvas.rgb = np.broadcast_to(_mix(haze, _mix(dusk, (0.35, 0.5, 0.7), 0.35), up), canvas.rgb.shape).copy()
     clouds = smooth_step(0.2, 1.8, noise(rng, request.shape, 1.0, 20.0, 1.4, (2.5, 1.0))) * smooth_step(0.05, 0.4, up)
     canvas.paint(0.55 * clouds, (0.95, 0.92, 0.88))
@@ -158,7 +159,7 @@ def landscape(rng: np.random.Generator, request: Request) -> Picture:
     near = _mix(dusk, (0.03, 0.06, 0.05), 0.75)
     for k in range(layers):
         depth = (k + 1) / layers
-        line = horizon * (1.05 - 0.75 * depth**1.3) + canvas.height * (0.085 - 0.035 * depth) * _ridge(rng, request.shape[1], 1.2)
+        line = horizon * (1.05 - 0.75 * el.power(depth, 1.3)) + canvas.height * (0.085 - 0.035 * depth) * _ridge(rng, request.shape[1], 1.2)
         tone = _mix(_mix(haze, dusk, 0.4), near, depth)
         canvas.paint(canvas.below(line), _mix(tone, haze, 0.25 * np.clip((line - canvas.y) * -0.0 + (1.0 - depth), 0.0, 1.0)))
     stroke = noise(rng, request.shape, 8.0, 90.0, 0.5, (2.5, 1.0))
@@ -176,7 +177,7 @@ def abstract(rng: np.random.Generator, request: Request) -> Picture:
         ink = inks[1 + k % (len(inks) - 1)]
         dx, dy = (canvas.x - x) / rx, (canvas.y - y) / ry
         power = float(rng.choice([2.0, 2.0, 5.0]))
-        reach = (np.abs(dx) ** power + np.abs(dy) ** power) ** (1.0 / power) + 0.10 * blur
+        reach = el.power(el.power(np.abs(dx), power) + el.power(np.abs(dy), power), 1.0 / power) + 0.10 * blur
         soft = canvas.soft / min(rx, ry)
         canvas.paint(float(rng.uniform(0.75, 1.0)) * smooth_step(1.0 + soft, 1.0 - soft, reach), ink)
     for _ in range(int(rng.integers(1, 4))):
@@ -341,7 +342,7 @@ def desktop(rng: np.random.Generator, request: Request) -> Picture:
     hue = rng.random(3)
     canvas = Canvas(request, (0.0, 0.0, 0.0))
     slope = 0.6 * canvas.x / canvas.width + 0.4 * canvas.y / canvas.height
-    wave = 0.16 * np.sin(7.0 * canvas.x + 2.0 * np.sin(4.0 * canvas.y + 6.0 * float(rng.random())))
+    wave = 0.16 * el.sin(7.0 * canvas.x + 2.0 * el.sin(4.0 * canvas.y + 6.0 * float(rng.random())))
     canvas.rgb = np.broadcast_to(_mix(0.30 * hue + 0.02, 0.5 * np.roll(hue, 1) + 0.08, slope + wave), canvas.rgb.shape).copy()
     for _ in range(int(rng.integers(1, 4))):
         w, h = canvas.width * float(rng.uniform(0.35, 0.62)), canvas.height * float(rng.uniform(0.42, 0.72))

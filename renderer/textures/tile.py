@@ -15,6 +15,7 @@ either.  So rooms share tiles.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -76,7 +77,7 @@ class TileCache(Generic[Item]):
 
 
 CACHED_BYTES = 48 * 2**20
-"""How much memory the tiles that are kept for the next rooms may take; one has at most 2.8 MB, a room some twenty."""
+"""How much memory the tiles that are kept for the next rooms may take; one has at most 5.6 MB, a room some twenty."""
 
 
 class TextureTile(NamedTuple):
@@ -170,7 +171,7 @@ def image_tile(maps: ImageMaps) -> TextureTile:
         wanted = 2 if name in ("roughness", "metallic") else 3
         if image.dtype != np.uint8 or image.ndim != wanted or 0 in image.shape or (wanted == 3 and image.shape[2] != 3):
             raise ValueError(f"texture {name}: expected uint8 (h, w{', 3' if wanted == 3 else ''}), got {image.dtype} {image.shape}")
-    height, width = (min(2048, 1 << max(0, round(np.log2(max(image.shape[axis] for image in given.values()))))) for axis in (0, 1))
+    height, width = (min(2048, 1 << max(0, round(math.log2(max(image.shape[axis] for image in given.values()))))) for axis in (0, 1))
     full = np.ones((CHANNELS, height, width), np.float32)
     for name, image in given.items():
         values = _resampled(image.astype(np.float32) / 255.0, height, width)[::-1]

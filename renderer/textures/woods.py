@@ -8,12 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from renderer.core.kernel import entry
-from renderer.textures.noise import Field, Shape, coordinates, noise, per_cell, smooth_step
+from renderer.textures.noise import Field, Shape, coordinates, covered, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
 WOOD_TINTS = ((0.60, 0.54, 0.48), (0.26, 0.21, 0.18), (1.12, 1.05, 0.96))
 GRAIN_SHAPE = (512, 512)
+_ODD_BOARDS, _EASED = 0.125, 2.5
+"""Share of boards that differ most, and how much wider than a joint what is eased about it is."""
 
 
 class Grain(NamedTuple):
@@ -25,12 +28,20 @@ class Grain(NamedTuple):
 
 
 class Boards(NamedTuple):
-    """Which board a texel lies on, how far along and across it in board widths, and its distance to the board's edge, in board widths."""
+    """Which board a texel lies on, how far along and across it in board widths, and its distances to the board's sides and ends.
+
+    ``sides``, ``ends``: distance and the size of a texel in its direction, in board widths.
+    """
 
     number: NDArray[np.integer]
     along: Field
     across: Field
-    edge: Field
+    sides: tuple[Field, float]
+    ends: tuple[Field, float]
+
+    def joint(self, half_width: float) -> Field:
+        """Return which share of each texel is joint."""
+        return np.maximum(covered(self.sides[0], half_width, self.sides[1]), covered(self.ends[0], half_width, self.ends[1]))
 
 
 def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Grain:
@@ -39,7 +50,7 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
     center = float(rng.uniform(0.35, 0.65))
     off = np.abs(((v - center + 0.5) % 1.0) - 0.5)
     flow = noise(rng, shape, 0.5, 5.0, 1.6, (3.0, 1.0))
-    dip = 0.16 + 0.09 * np.cos(2.0 * math.pi * (u + float(rng.random()))) + 0.02 * flow
+    dip = 0.16 + 0.09 * el.cos(2.0 * math.pi * (u + float(rng.random()))) + 0.02 * flow
     phase = rings * np.sqrt(off * off + dip * dip) * 1.7
     dark = np.zeros(shape, np.float32)
     for _ in range(knots):
@@ -47,14 +58,14 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
         dv = (v - float(rng.random()) + 0.5) % 1.0 - 0.5
         size = float(rng.uniform(0.012, 0.03))
         distance = np.sqrt(du * du + dv * dv * 1.4)
-        phase = phase + 2.4 * np.exp(-distance / (2.2 * size)) * (1.0 + 0.15 * flow)
+        phase = phase + 2.4 * el.exp(-distance / (2.2 * size)) * (1.0 + 0.15 * flow)
         dark = np.maximum(dark, smooth_step(1.25 * size, 0.7 * size, distance))
     wander = noise(rng, shape, 2.0, 40.0, 1.0, (14.0, 1.0))
     phase = phase + 0.10 * wander
     ring = np.floor(phase).astype(np.int32)
     part = phase - np.floor(phase)
     strength = per_cell(rng, ring % 256, 256)
-    late = (part**2.2) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
+    late = (el.power(part, 2.2)) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
     fibre = noise(rng, shape, 20.0, 160.0, 0.2, (16.0, 1.0))
     pores = smooth_step(1.35, 2.3, fibre) * (0.35 + 0.5 * late)
     broad = noise(rng, shape, 0.5, 3.0, 1.0, (2.0, 1.0))
@@ -73,6 +84,8 @@ def wood(rng: np.random.Generator, request: Request) -> Pattern:
 def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, gap: float, spread: float) -> Pattern:
     """Draw boards cut from one piece of grain: each at another place, darker or lighter, with a joint round it.
 
+    Boards differ in tone by ``spread``, one of eight by twice that.
+
     ``along_texels`` is how many texels of grain a board width spans along the board, ``gap`` the half width of a joint in board widths.
     """
     found = grain(rng, GRAIN_SHAPE, int(rng.integers(18, 34)), int(rng.integers(1, 4)))
@@ -80,11 +93,12 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
     count = int(boards.number.max()) + 1
     starts = np.stack([rng.integers(0, width, count), rng.integers(0, height, count)], axis=1).astype(np.int32)
     tones = rng.random((count, 2), np.float32)
-    tones[:, 0] = 1.0 + spread * (tones[:, 0] - np.float32(0.5))
+    odd = rng.random(count) < _ODD_BOARDS
+    tones[:, 0] = 1.0 + spread * np.where(odd, 2.0, 1.0) * (tones[:, 0] - np.float32(0.5))
     shape = boards.number.shape
     fields = np.empty((6, *shape), np.float32)
-    numbers = np.array([along_texels, 0.16 * height, gap], np.float32)
-    places = np.stack([boards.along, boards.across, boards.edge]).astype(np.float32)
+    numbers = np.array([along_texels, 0.16 * height], np.float32)
+    places = np.stack([boards.along, boards.across, boards.joint(gap), boards.joint(_EASED * gap)]).astype(np.float32)
     _lay_boards(boards.number.astype(np.int32), places, starts, tones, np.stack(found).astype(np.float32), numbers, fields)
     return Pattern((fields[0], fields[1], fields[2]), fields[3], fields[4], fields[5])
 
@@ -101,24 +115,20 @@ def _lay_boards(
 ) -> None:
     """Fill three weights, shade, roughness and height (6, h, w) of boards cut from the grain ``found`` (3, h, w).
 
-    ``places`` (3, h, w): how far along and across its board a texel lies, and off its edge, in widths; ``starts`` (n, 2): where each board
-    is cut, column and row; ``tones`` (n, 2): its shade and how much warmer it is; ``numbers``: texels of grain along and across a board's
-    width, half width of a joint.
+    ``places`` (4, h, w): how far along and across its board a texel lies, in widths, and which share of it is joint, and eased edge;
+    ``starts`` (n, 2): where each board is cut, column and row; ``tones`` (n, 2): its shade and how much warmer it is; ``numbers``: texels
+    of grain along and across a board's width.
     """
-    one, zero, two, three = np.float32(1.0), np.float32(0.0), np.float32(2.0), np.float32(3.0)
+    one = np.float32(1.0)
     _, tall, wide = found.shape
-    per_along, per_across, gap = numbers
+    per_along, per_across = numbers
     for row in range(number.shape[0]):
         for column in range(number.shape[1]):
             board = number[row, column]
             x = (starts[board, 0] + int(places[0, row, column] * per_along)) % wide
             y = (starts[board, 1] + int(places[1, row, column] * per_across)) % tall
             late, dark, shade = found[0, y, x], found[1, y, x], found[2, y, x]
-            rim = places[2, row, column]
-            t = min(max((np.float32(2.2) * gap - rim) / (np.float32(1.6) * gap), zero), one)
-            joint = t * t * (three - two * t)
-            t = min(max((np.float32(4.0) * gap - rim) / (np.float32(4.0) * gap), zero), one)
-            groove = t * t * (three - two * t)
+            joint, groove = places[2, row, column], places[3, row, column]
             free = (one - joint) * (one - dark)
             fields[0, row, column] = np.float32(0.55) * late * free
             fields[1, row, column] = max(np.float32(0.75) * dark, np.float32(0.85) * joint)
@@ -143,9 +153,9 @@ def planks(rng: np.random.Generator, request: Request) -> Pattern:
     local = np.where(second, place - cut[row], place)
     end = np.minimum(local, lengths - local) * length
     across = np.broadcast_to(across, end.shape)
-    edge = np.minimum(np.minimum(across, 1.0 - across), end * 0.8)
-    boards = Boards(index, (local * length), across, edge)
-    return floor_boards(rng, boards, 16.0, 0.012, float(rng.uniform(0.1, 0.32)))
+    height, width = request.shape
+    boards = Boards(index, (local * length), across, (np.minimum(across, 1.0 - across), rows / height), (end, length / width))
+    return floor_boards(rng, boards, 16.0, 0.0042, float(rng.uniform(0.1, 0.22)))
 
 
 def herringbone(rng: np.random.Generator, request: Request) -> Pattern:
@@ -163,9 +173,9 @@ def herringbone(rng: np.random.Generator, request: Request) -> Pattern:
     first = np.where(lying, i - steps, i) % (2 * ratio)
     other = np.where(lying, j, j - steps) % (2 * ratio)
     index = (first * 2 * ratio + other) * 2 + lying
-    edge = np.minimum(np.minimum(across, 1.0 - across), np.minimum(along, ratio - along))
-    boards = Boards(index, along, across, edge)
-    return floor_boards(rng, boards, 22.0, 0.016, float(rng.uniform(0.15, 0.4)))
+    texel = 2.0 * ratio / request.shape[0]
+    boards = Boards(index, along, across, (np.minimum(across, 1.0 - across), texel), (np.minimum(along, ratio - along), texel))
+    return floor_boards(rng, boards, 22.0, 0.0075, float(rng.uniform(0.12, 0.25)))
 
 
 def basket(rng: np.random.Generator, request: Request) -> Pattern:
@@ -180,9 +190,9 @@ def basket(rng: np.random.Generator, request: Request) -> Pattern:
     strip = np.floor(side).astype(np.int32)
     across = side - np.floor(side)
     index = (row * (count // strips) + column) * strips + strip
-    edge = np.minimum(np.minimum(across, 1.0 - across), np.minimum(along, strips - along))
-    boards = Boards(index, along, across, edge)
-    return floor_boards(rng, boards, 24.0, 0.02, float(rng.uniform(0.15, 0.4)))
+    texel = count / request.shape[0]
+    boards = Boards(index, along, across, (np.minimum(across, 1.0 - across), texel), (np.minimum(along, strips - along), texel))
+    return floor_boards(rng, boards, 24.0, 0.014, float(rng.uniform(0.12, 0.25)))
 
 
 GENERATORS = {

@@ -54,9 +54,18 @@ def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> I
         OSError: it cannot be read.
     """
     with BagReader(path) as reader:
-        files, faults = [LocalFile(file) for file in reader.summary.files], reader.faults
-    for fault in faults:
-        report(fault)
+        for fault in reader.faults:
+            report(fault)
+        return open_files(reader, report)
+
+
+def open_files(reader: BagReader, report: Callable[[str], None]) -> IndexedBag:
+    """Return the files that a reader has, of one bag or of several shards; ``report`` is not told again what the reader knows.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    files, faults = [LocalFile(file) for file in reader.summary.files], tuple(reader.faults)
     return IndexedBag(files, BlockCache(CACHE_SIZE), lambda line: None if line in faults else report(line))
 
 

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from scene_description import SceneSynthError, error_line
+from scene_description.strict import whole_number
 from scene_synth_ros.cluster.ray_task import make_on_node
 from scene_synth_ros.shards.completion import ShardError
 from scene_synth_ros.shards.plan import DatasetPlan
@@ -125,10 +126,11 @@ def refuse_no_ray(address: str) -> None:
     if address in (LOCAL, AUTO):
         return
     host, colon, port = address.rpartition(":")
-    if not colon or not port.isdigit() or "/" in host:
+    number = whole_number(port)
+    if not colon or number is None or "/" in host:
         raise ShardError(f"--ray {address}: expected HOST:PORT of a cluster's head, auto, or no address; run this on a node of the cluster")
     try:
-        socket.create_connection((host, int(port)), _KNOCK_S).close()
+        socket.create_connection((host, number), _KNOCK_S).close()
     except (OSError, OverflowError) as error:
         raise ShardError(f"--ray {address}: cannot be reached ({error}); see that ray start --head runs there") from None
 

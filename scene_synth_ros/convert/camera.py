@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from renderer.camera.lenses import LENSES
 from scene_description import CameraPose
 from scene_description.poses import world_from_optical
+from scene_description.products import matmul, norm
 from scene_synth_ros.convert.writer import ConvertError
 from scene_synth_ros.dataset import Camera, Frame
 from scene_synth_ros.messages.image_reader import MAX_PIXELS
@@ -116,7 +117,7 @@ def camera_pose(frame: Frame) -> CameraPose:
     """Return the pose of a frame's optical frame in the map, with a quaternion of exactly unit length."""
     x, y, z = (float(item) for item in frame.pose[0])
     turn = np.asarray(frame.pose[1], np.float64)
-    qx, qy, qz, qw = (turn / np.linalg.norm(turn)).tolist()
+    qx, qy, qz, qw = (turn / norm(turn)).tolist()
     return CameraPose(stamp_ns=frame.stamp_ns, position_m=(x, y, z), orientation=(qx, qy, qz, qw))
 
 
@@ -130,13 +131,13 @@ def camera_from_world(pose: CameraPose) -> NDArray[np.float64]:
     forth = world_from_camera(pose)
     back = np.eye(4)
     back[:3, :3] = forth[:3, :3].T
-    back[:3, 3] = -forth[:3, :3].T @ forth[:3, 3]
+    back[:3, 3] = matmul(-forth[:3, :3].T, forth[:3, 3])
     return back
 
 
 def world_from_opengl(pose: CameraPose) -> NDArray[np.float64]:
     """Return the matrix (4, 4) that takes points of OpenGL's camera (x right, y up, z backward) to the map."""
-    return np.asarray(world_from_camera(pose) @ _OPTICAL_FROM_OPENGL)
+    return np.asarray(matmul(world_from_camera(pose), _OPTICAL_FROM_OPENGL))
 
 
 def row_time_s(frame: Frame) -> float:

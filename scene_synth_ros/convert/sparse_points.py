@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import CameraPose
+from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, world_from_camera
 
 CELL_PX = 16
@@ -65,7 +66,7 @@ def glimpse(lens: Lens, cells: Cells, pose: CameraPose, depth_m: NDArray[np.floa
         there = np.isfinite(depth) & (depth > 0.0)
     matrix = world_from_camera(pose)
     optical = cells.rays[there] * depth[there, None]
-    points = optical @ matrix[:3, :3].T + matrix[:3, 3]
+    points = matmul(optical, matrix[:3, :3].T) + matrix[:3, 3]
     return Glimpse(lens, pose, depth_m, cells.pixels[there], points, color[rows[there], columns[there]])
 
 
@@ -100,7 +101,7 @@ class SparsePoints:
 def _visible(points_m: NDArray[np.float64], frame: Glimpse) -> Seen:
     """Return which points a frame sees."""
     matrix = camera_from_world(frame.pose)
-    optical = points_m @ matrix[:3, :3].T + matrix[:3, 3]
+    optical = matmul(points_m, matrix[:3, :3].T) + matrix[:3, 3]
     numbers = np.flatnonzero(optical[:, 2] > 0.0)
     pixels = frame.lens.project(optical[numbers])
     height, width = frame.depth_m.shape

@@ -203,7 +203,7 @@ def cost_of_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int,
 def _middle(scene: SceneDescription, frames: int) -> SceneDescription:
     """Return a room with neighbouring frames from the middle of its path."""
     first = max(0, len(scene.camera_path) - frames) // 2
-    return replace(scene, camera_path=scene.camera_path[first : first + frames])
+    return replace(scene, camera_path=scene.camera_path[first : first + frames], motion=None)
 
 
 def _sizes(bag: Path) -> tuple[int, int]:

@@ -13,6 +13,7 @@ from evaluation.metrics.detections import Boxes
 from evaluation.metrics.instance import Instances
 from evaluation.metrics.poses import Trajectory
 from evaluation.tasks import TASKS
+from scene_description.strict import whole_number
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS, check_pair, read_for_task
@@ -140,7 +141,7 @@ def _trajectory(poses: Sequence[StampedPose]) -> Trajectory:
 
 
 def _boxes(found: BoxList, class_ids: Mapping[str, int], *, truth: bool) -> Boxes:
-    classes = [int(name) if name.isdecimal() else class_ids.get(name, -1) for name in found.class_ids]
+    classes = [class_ids.get(name, -1) if (number := whole_number(name)) is None else number for name in found.class_ids]
     if -1 in classes:
         got = found.class_ids[classes.index(-1)]
         raise EstimateError(f"expected the class of a detection as an id such as '5', or as a name of the labels, got '{got[:40]}'")

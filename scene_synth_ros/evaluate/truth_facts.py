@@ -11,6 +11,7 @@ from typing import Any
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo
 
+from scene_description.strict import whole_number
 from scene_synth_ros.bags.run_info import NodeValues
 from scene_synth_ros.messages.cdr import json_object
 from scene_synth_ros.messages.stamps import CdrBytes
@@ -40,7 +41,8 @@ def read_class_names(data: CdrBytes) -> dict[int, str]:
     """Return class id -> name of serialised JSON labels; empty if they are none."""
     labels = json_object(data).get("labels")
     rows = labels.items() if isinstance(labels, Mapping) else ()
-    return {int(key): str(row["name"]) for key, row in rows if key.isdecimal() and isinstance(row, Mapping) and "name" in row}
+    named = ((whole_number(key), str(row["name"])) for key, row in rows if isinstance(row, Mapping) and "name" in row)
+    return {number: name for number, name in named if number is not None}
 
 
 def run_facts(nodes: NodeValues) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -32,4 +33,5 @@ def sample_room(rules: SceneSynthesizer, settings: OfflineSettings, index: int) 
     Raises:
         SceneSynthError: it cannot be sampled.
     """
+    rules = replace(rules, motion=settings.grammar["motion"])
     return rules.synthesize(settings.grammar["scene"], settings.run.seed, index, times_of_room(settings.run, index))

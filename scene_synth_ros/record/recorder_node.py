@@ -127,6 +127,9 @@ class RecorderNode(SuiteNode):
         self._collector.step()
 
     def _on_status(self, status: NodeStatus) -> None:
+        if status.role == "grammar" and self.token and status.token not in ("", self.token):
+            self.warn(f"{status.node} of another run is in this namespace: what it says is left alone; end it, or run in another namespace")
+            return
         self._inputs.take_status(status)
         if status.role in ("renderer", "grammar"):
             self._collector.ask(status.node)

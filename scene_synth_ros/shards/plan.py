@@ -88,9 +88,11 @@ class DatasetPlan:
         Raises:
             OSError, SceneSynthError: a parameter does not fit, or a file of the user's cannot be read.
         """
-        portable = all(groups["render"].portable for groups in self.settings_of(0).renderers.values())
+        renders = [groups["render"] for groups in self.settings_of(0).renderers.values()]
         words = {name: getattr(self, name) for name in ("frames", "seed", "namespace", "parameters")}
-        return provenance_of(words, portable=portable)
+        return provenance_of(
+            words, portable=all(render.portable for render in renders), denoised=any(render.denoise != "none" for render in renders)
+        )
 
     def settings_of(self, shard: int) -> OfflineSettings:
         """Return the parameters of a shard: those of a run of its rooms alone (``grammar_node.first_index``, ``rooms``).

@@ -15,11 +15,11 @@ from typing import Annotated, Any
 
 import llvmlite.binding
 import lz4
-import numba
 import zstandard
 from PIL import features
 
 from grammar.spec.grammar_file import grammar_sources
+from kernel_cache.processor import AVX512, COMMON
 from scene_description import Limits, SceneSynthError, from_mapping
 from scene_description.share import config_path
 from scene_synth_ros.bags.run_info import PACKAGES, versions
@@ -55,7 +55,8 @@ class Provenance:
         program: package -> digest of its source files.
         configuration: what was read -> its digest: the plan's parameters, files and folders of ``config/``, the user's own.
         versions: what changes bytes -> its version: this package, Python, libraries, the codecs within them.
-        processor: ``features`` -> name and digest of what the processor can do; ``portable`` where every renderer is.
+        processor: ``features`` -> ``AVX2`` or ``AVX-512``, by which of them rays are traced, all else being the same on processors with
+            AVX2; name of the processor and digest of what it can do where it has none, or where pictures are denoised.
     """
 
     program: _Facts
@@ -79,7 +80,7 @@ class Provenance:
         return asdict(self)
 
 
-def provenance_of(words: Mapping[str, Any], *, portable: bool) -> Provenance:
+def provenance_of(words: Mapping[str, Any], *, portable: bool, denoised: bool) -> Provenance:
     """Return the provenance of what this process makes.
 
     Files are read once a process, as rooms are made by what was read once.
@@ -87,6 +88,7 @@ def provenance_of(words: Mapping[str, Any], *, portable: bool) -> Provenance:
     Args:
         words: of the plan that decide the bytes of rooms, with ``parameters``.
         portable: whether every renderer is.
+        denoised: whether any renderer denoises, with a library that has code of its own for every kind of processor.
 
     Raises:
         OSError, SceneSynthError: a file of the user's cannot be read.
@@ -99,7 +101,7 @@ def provenance_of(words: Mapping[str, Any], *, portable: bool) -> Provenance:
         program=_program(),
         configuration={"parameters": parameters, **_shipped(), **own},
         versions=_versions(),
-        processor={"features": "portable" if portable else _processor()},
+        processor={"features": _processor() if denoised or not COMMON else "AVX-512" if AVX512 and not portable else "AVX2"},
     )
 
 
@@ -172,10 +174,8 @@ def _versions() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def _processor() -> str:
-    """Return the processor that kernels are compiled for, and a digest of what it can do, by which Embree chooses its code, too."""
-    name = numba.config.CPU_NAME or llvmlite.binding.get_host_cpu_name()
-    can = numba.config.CPU_FEATURES or llvmlite.binding.get_host_cpu_features().flatten()
-    return f"{name} {_digest([can.encode()])}"
+    """Return the processor's name and a digest of what it can do."""
+    return f"{llvmlite.binding.get_host_cpu_name()} {_digest([llvmlite.binding.get_host_cpu_features().flatten().encode()])}"
 
 
 def _digest_of(path: Path) -> str:

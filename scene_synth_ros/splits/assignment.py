@@ -20,6 +20,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from scene_description import SceneSynthError
+from scene_description.strict import whole_number
 
 STEP = 0.618_033_988_749_894_9
 """The golden ratio's fractional part: of all numbers the worst to approximate by fractions."""
@@ -123,10 +124,10 @@ def read_ranges(words: str) -> Ranges:
     """
     ranges = {}
     for name, value in _pairs("--ranges", words).items():
-        first, colon, last = value.partition(":")
-        if not (colon and first.isdecimal() and last.isdecimal() and int(first) < int(last)):
+        first, last = (whole_number(end) for end in value.partition(":")[::2])
+        if first is None or last is None or first >= last:
             raise SplitError(f"--ranges {words}: {name}: expected FIRST:END, indices of rooms with FIRST before END, got '{value}'")
-        ranges[name] = (int(first), int(last))
+        ranges[name] = (first, last)
     ordered = sorted(ranges.items(), key=lambda item: item[1])
     for (one, (_, end)), (other, (next_first, _)) in pairwise(ordered):
         if next_first < end:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description.labels import instance_labels
+from scene_description.products import matmul
 from scene_synth_ros.splits.assignment import SplitError
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def small_luma(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
     rows, columns = _edges(color.shape[0], GRID[0]), _edges(color.shape[1], GRID[1])
     sums = np.add.reduceat(np.add.reduceat(color.astype(np.uint32), rows[:-1], axis=0), columns[:-1], axis=1)
     counts = np.diff(rows)[:, None] * np.diff(columns)[None, :]
-    return np.asarray(np.rint(sums @ _LUMA / counts), np.uint8)
+    return np.asarray(np.rint(matmul(sums, _LUMA) / counts), np.uint8)
 
 
 def small_ids(ids: NDArray[np.uint16]) -> NDArray[np.uint16]:

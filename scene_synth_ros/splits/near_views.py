@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 
+from scene_description.products import norm
 from scene_synth_ros.splits.assignment import SplitError
 from scene_synth_ros.splits.frame_facts import FrameFacts
 
@@ -64,7 +65,7 @@ class KeptViews:
 
 def nearly_equal(one: FrameFacts, other: FrameFacts, near: Nearness) -> bool:
     """Return whether two views are nearly equal; of pictures that are not recorded nothing is asked."""
-    if float(np.linalg.norm(one.position_m - other.position_m)) > near.distance_m or turn_rad(one, other) > near.angle_rad:
+    if float(norm(one.position_m - other.position_m)) > near.distance_m or turn_rad(one, other) > near.angle_rad:
         return False
     if one.ids is not None and other.ids is not None:
         if one.ids.shape != other.ids.shape or float(np.mean(one.ids == other.ids)) < near.ids_equal:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -45,8 +46,8 @@ class GrammarNode(SuiteNode):
     Services (std_srvs/Trigger): ``~/next_room`` (in lock-step once the peers have finished theirs), ``~/pause`` and ``~/resume`` (no rooms
     go out in between), ``~/reset`` (the run begins again with its first room, in lock-step when the present one is finished; simulated time
     goes on).
-    Parameters: the fields of ``RunConfig``, and of ``SceneRequest`` under ``scene.``; those that change live take effect with the next
-    room that is synthesised: the one prepared ahead is made again.
+    Parameters: the fields of ``RunConfig``, of ``SceneRequest`` under ``scene.``, of ``MotionConfig`` under ``motion.``; those that change
+    live take effect with the next room that is synthesised: the one prepared ahead is made again.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -178,7 +179,8 @@ class GrammarNode(SuiteNode):
             self._finish()
         order = self._run.order(now_s) if self._ahead.idle and not self._obstacle else None
         if order is not None:
-            job = RoomJob(self._synthesizer, self._settings["scene"], self._config.seed, order.index, order.times, order.generation)
+            rules = replace(self._synthesizer, motion=self._settings["motion"])
+            job = RoomJob(rules, self._settings["scene"], self._config.seed, order.index, order.times, order.generation)
             self._ahead.prepare(job)
         if step is Step.SEND:
             self._send_prepared()

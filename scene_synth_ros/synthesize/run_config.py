@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from grammar import SceneRequest
+from grammar.camera.motion_config import MotionConfig
 from scene_description import Limits, SceneSynthError
 
 _PEERS_FIXED = "the run's peers are counted once"
@@ -70,5 +71,5 @@ class RunConfig:
             raise SceneSynthError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")
 
 
-GRAMMAR_GROUPS: dict[str, type] = {"": RunConfig, "scene": SceneRequest}
+GRAMMAR_GROUPS: dict[str, type] = {"": RunConfig, "scene": SceneRequest, "motion": MotionConfig}
 """Prefix of a grammar node's parameters -> dataclass that defines them."""

@@ -94,17 +94,19 @@ SAMPLES = {
     "normal": (lambda rng, rooms: rng.normal(3.0, 1.0, rooms), 3.0),
     "lognormal 0.5": (lambda rng, rooms: rng.lognormal(0.0, 0.5, rooms), np.exp(0.125)),
     "lognormal 1": (lambda rng, rooms: rng.lognormal(0.0, 1.0, rooms), np.exp(0.5)),
+    "exponential": (lambda rng, rooms: rng.exponential(1.0, rooms), 1.0),
+    "uniform": (lambda rng, rooms: rng.uniform(0.0, 1.0, rooms), 0.5),
 }
 
 
-@pytest.mark.parametrize("rooms", [5, 8, 16, 32])
+@pytest.mark.parametrize("rooms", [5, 8, 16])
 @pytest.mark.parametrize("kind", SAMPLES)
 def test_intervals_hold_the_truth_as_often_as_they_say(kind, rooms):
     draw, truth = SAMPLES[kind]
     rng = np.random.default_rng(rooms)
     hits = 0
-    for _ in range(2000):
+    for _ in range(3000):
         sample = draw(rng, rooms)
         found = mean_interval(sample.mean(), sample, "error", draws=500)
         hits += found.low <= truth <= found.high
-    assert 0.93 <= hits / 2000 <= 0.97
+    assert 0.93 <= hits / 3000 <= 0.97

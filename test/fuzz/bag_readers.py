@@ -21,14 +21,16 @@ from rclpy.serialization import serialize_message
 from room_bag import write_room_bag
 from sensor_msgs.msg import CompressedImage, PointCloud2, PointField
 
+from evaluation.evaluation_file import TruthRecord
 from scene_description.annotations import ANNOTATIONS_SCHEMA, annotations_from_json
+from scene_description.strict import from_mapping, to_mapping
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_repair import repair_bag
 from scene_synth_ros.dataset import open_dataset
 from scene_synth_ros.dataset.camera import read_camera
-from scene_synth_ros.evaluate.bag_index import read_class_names
 from scene_synth_ros.evaluate.readings import read_message
+from scene_synth_ros.evaluate.truth_facts import camera_facts, label_facts, read_class_names
 from scene_synth_ros.messages.cdr import CdrWriter, read_text
 from scene_synth_ros.messages.detections import encode_detections, read_annotations
 from scene_synth_ros.messages.image_reader import decode_pixels, read_image
@@ -154,8 +156,13 @@ def detections(type_name: str) -> list[bytes]:
     return [encode_detections(type_name, annotations_from_json(text), "eye") for text in annotations()]
 
 
-def row(make: Callable[[], Iterable[bytes]], read: Callable[[bytes, Path], object], share: float = 0.5) -> Reader:
-    return Reader(kind="bytes", make=lambda: list(make()), read=read, share=share)
+def as_record(facts: dict[str, Any]) -> TruthRecord:
+    """Return the facts of a truth, read as they are written into an evaluation."""
+    return from_mapping(TruthRecord, to_mapping(TruthRecord(**facts)), "truth")
+
+
+def row(make: Callable[[], Iterable[bytes]], read: Callable[[bytes, Path], object], share: float = 0.5, **more: Any) -> Reader:
+    return Reader(kind="bytes", make=lambda: list(make()), read=read, share=share, **more)
 
 
 BAG_READERS: dict[str, Reader] = {
@@ -169,6 +176,8 @@ BAG_READERS: dict[str, Reader] = {
         lambda: [compressed("png", "I;16", bytes(12))], lambda data, _: decode_pixels(f"{TOPIC}/compressedDepth", data, (6, 8))
     ),
     "camera_info": row(lambda: messages_of(INFO_TYPE), lambda data, _: read_camera("camera", data)),
+    "camera_facts": row(lambda: messages_of(INFO_TYPE), lambda data, _: as_record(camera_facts(data)), refusals=()),
+    "label_facts": row(labels, lambda data, _: as_record(label_facts(data)), refusals=()),
     "class_names": row(labels, lambda data, _: read_class_names(data)),
     "labels": row(labels, lambda data, _: read_labels(data)),
     "text": row(labels, lambda data, _: read_text(data)),

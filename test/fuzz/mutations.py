@@ -18,7 +18,7 @@ TOKENS = (
     "0", "1", "-1", "2147483648", "9223372036854775808", "18446744073709551616", "1e308", "-1e308", "1e999", "5e-324", "0.1", "-0.0", "nan",
     "inf", "-inf", ".nan", ".inf", "0x7fffffff", "1_0", "1:30", "true", "null", "~", "''", '""', "[]", "{}", "[[]]", "{a: {}}",
     "*a", "&a", "<<", "!!python/none", "!whole", "2024-01-01", "../../../../etc/passwd", "/dev/zero", "\x00", "\ufeff", "\u2028", "ß", "%",
-    "9" * 400, "x" * 5000,
+    "9" * 400, "9" * 5000, "²", "x" * 5000,
 )  # fmt: skip
 JUNK: tuple[Any, ...] = (
     *NUMBERS, 1e308, -1e308, 5e-324, 0.5, float("nan"), float("inf"), 10**400, True, False, None, "", "0", "x" * 300, "\ud800", "\x00\n",
@@ -188,7 +188,7 @@ def _nest(container: Any, key: Any, rng: random.Random) -> None:
 
 def _rename(container: Any, key: Any, rng: random.Random) -> None:
     if isinstance(container, dict):
-        container[str(rng.choice(("", "x", key, f"{key} ", "*", "a/b", "\n", "é" * 40)))] = container.pop(key)
+        container[str(rng.choice(("", "x", key, f"{key} ", "*", "a/b", "\n", "é" * 40, "9" * 5000, "²")))] = container.pop(key)
     else:
         container.reverse()
 

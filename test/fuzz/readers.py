@@ -17,7 +17,7 @@ import evaluation_files
 import numpy as np
 import small_grammar
 import trimesh
-from fuzz.bag_readers import BAG_READERS, annotations
+from fuzz.bag_readers import BAG_READERS, annotations, as_record
 from fuzz.cases import Kind, Reader
 from glb_files import pack_glb, triangle_tree
 from PIL import Image
@@ -36,6 +36,7 @@ from renderer.scene.environment_map import read_rgbe
 from scene_description import FileReading, read_scene, scene_to_json
 from scene_description.annotations import annotations_from_json
 from scene_description.share import config_path
+from scene_description.tum_trajectory import trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, read_manifest
 from scene_synth_ros.bags.bag_metadata import BagMetadata, FileInfo, TopicInfo, metadata_file, read_metadata
 from scene_synth_ros.bags.dataset_files import (
@@ -49,14 +50,17 @@ from scene_synth_ros.bags.dataset_files import (
     SPLITS_SCHEMA,
 )
 from scene_synth_ros.bags.qos_metadata import OfferedQos, qos_text, read_qos
+from scene_synth_ros.bags.run_info import read_parameters
 from scene_synth_ros.cli.commands.sample_command import parse_constraints
 from scene_synth_ros.cli.parameters.run_profile import apply_overrides, load_profile
-from scene_synth_ros.convert.tum_trajectory import trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.dataset.folders import open_folder
 from scene_synth_ros.dataset.places import find_bags, read_split
 from scene_synth_ros.dataset.rooms import RoomInfo
+from scene_synth_ros.evaluate.truth_facts import run_facts
 from scene_synth_ros.messages.frame_settings import FrameSettings, StreamConfig, settings_from_json, settings_to_json
 from scene_synth_ros.report.sweep_file import read_sweep as read_sweep_report
+from scene_synth_ros.shards.completion import read_completion, sealed
+from scene_synth_ros.shards.open_store import open_store
 from scene_synth_ros.shards.plan import read_plan
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.sweep.sweep_file import read_sweep
@@ -161,6 +165,7 @@ PLAN = {
 }  # fmt: skip
 TRAIN = [{"room": 0, "scene": "ab", "copy": 0, "frames": [0, 1]}, {"room": 1, "frames": None}]
 SPLITS = {"schema": SPLITS_SCHEMA, "splits": {"train": TRAIN}}
+BALANCED = {"classes": {"train": {"bed": {"frames": 2, "objects": 3}}}, "splits": {"train": [{**TRAIN[0], "weights": [0.5, 1.5]}]}}
 SWEEP_JSON = {
     "schema": "scene_synth_sweep/1", "spec": {"design": "grid"},
     "factors": [{"name": "light", "label": "Light", "unit": "lx", "attribute": "", "base": 1.0, "values": [1.0, 2.0]}],
@@ -185,9 +190,21 @@ def read_splits(path: Path) -> object:
     return read_split(open_folder(path.parent), "train", (room, replace(room, index=1)))
 
 
+def read_shard(data: bytes, folder: Path) -> object:
+    """Read a completion file whose seal fits what became of it, where it is still a mapping."""
+    (folder / SHARDS_NAME).mkdir(exist_ok=True)
+    try:
+        data = json.dumps(sealed(json.loads(data))).encode()
+    except (ValueError, TypeError, RecursionError):
+        pass
+    (folder / SHARDS_NAME / "00000.json").write_bytes(data)
+    return read_completion(open_store(str(folder)), read_plan(encoded(PLAN)[0], PLAN_NAME), 0)
+
+
 def evaluations() -> list[bytes]:
     frames = [evaluation_files.frame("0000", 0, {"light": 1.0}, {"abs_rel": 0.5, "delta_1": None})]
-    return encoded(evaluation_files.document(frames))
+    truth = {"image_width": 64, "camera_model": "plumb_bob", "intrinsics": [60.0, 60.0, 32.0, 24.0], "distortion": [0.1], "seed": 7}
+    return encoded(evaluation_files.document(frames), evaluation_files.document(frames, truth=truth))
 
 
 def with_picture(tree: dict[str, Any], binary: bytearray) -> tuple[dict[str, Any], bytes]:
@@ -310,6 +327,7 @@ READERS: dict[str, Reader] = {
     "parameters": row("yaml", lambda: shipped("runs/demo.yaml", "rigs/stereo.yaml"), in_file("run.yaml", load_profile)),
     "override": row("yaml", lambda: [b"5", b"[1, a]", b"{a: 1.5}"], as_text(with_override)),
     "constraint": row("yaml", lambda: [b"[bed, desk]", b"[]"], as_text(with_constraint)),
+    "run_facts": row("yaml", lambda: shipped("runs/demo.yaml"), lambda data, _: as_record(run_facts(read_parameters(data))), refusals=()),
     "look": row("yaml", lambda: [look.encode() for look in LOOKS], as_text(lambda text: read_looks((text,)))),
     "grammar": row("yaml", lambda: [GRAMMAR.encode()], in_file("closet.yaml", grammar_at), share=0.5),
     "shipped_grammar": row("yaml", lambda: shipped("grammars/hallway.yaml", "learned/bathroom.yaml"), in_file("hall.yaml", grammar_at),
@@ -330,7 +348,8 @@ READERS: dict[str, Reader] = {
     "plan": row("json", lambda: encoded(PLAN), lambda data, folder: read_plan(data, PLAN_NAME)),
     "completion": row("json", lambda: encoded(COMPLETION), dataset(f"{SHARDS_NAME}/00000.json")),
     "dataset_manifest": row("json", dataset_manifests, dataset(DATASET_MANIFEST_NAME)),
-    "splits": row("json", lambda: encoded(SPLITS), in_file(f"splits/{SPLITS_NAME}", read_splits)),
+    "sealed_completion": row("json", lambda: encoded({**COMPLETION, "provenance": PLAN["provenance"][0]}), read_shard, refusals=()),
+    "splits": row("json", lambda: encoded(SPLITS, SPLITS | BALANCED), in_file(f"splits/{SPLITS_NAME}", read_splits)),
     "bag_manifest": row("json", manifests, lambda data, folder: read_manifest(data)),
     "layouts": row("json", layouts, in_file("rooms.jsonl", layouts_at)),
     "trajectory": row("text", trajectories, as_text(trajectory_from_tum)),

@@ -283,19 +283,28 @@ def wait_until(condition: Callable[[], object], timeout_s: float, what: str, chi
         time.sleep(0.05)
 
 
-def node_pids(marker: str) -> dict[str, int]:
-    """Return node name -> process id of the running nodes whose command line or environment holds ``marker``."""
-    found = {}
+def marked_processes(marker: str) -> list[Path]:
+    """Return the folders below ``/proc`` of the processes whose environment holds ``marker``."""
+    found = []
     for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if marker.encode() in (process / "environ").read_bytes():
+                found.append(process)
+    return found
+
+
+def node_pids(marker: str) -> dict[str, int]:
+    """Return node name -> process id of the running nodes whose environment holds ``marker``."""
+    found = {}
+    for process in marked_processes(marker):
         try:
             words = (process / "cmdline").read_bytes().decode().split("\0")
-            surroundings = (process / "environ").read_bytes().decode(errors="replace")
         except OSError:
             continue
         modules = [word for word in words if word.startswith("scene_synth_ros.")]
         programs = [Path(word).name for word in words if Path(word).parent.name == "scene_synth_ros"]  # of an installed copy
         name = next((word.rsplit(".", 1)[-1] for word in (*modules, *programs)), "")
-        if name and marker in surroundings:
+        if name:
             found[name] = int(process.name)
     return found
 

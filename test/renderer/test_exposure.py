@@ -7,7 +7,7 @@ from box_room import box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig
 from renderer.exposure import METER_CONSTANT, exposed, meter
-from renderer.film.tone import Exposure
+from renderer.film.tone import MOST_BLACK, Exposure, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from scene_description.color_temperature import D65_XY, color_of_temperature
 
@@ -105,3 +105,15 @@ def test_a_bright_part_of_the_view_is_not_burnt_out() -> None:
     aside = pose((0.0, 0.0, 1.0), (1.0, 1.2, 1.0))
     ev100 = meter(scene(shell, wall), CAMERA, RenderConfig(threads=1), 5, [aside]).ev100
     assert ev100 == pytest.approx(math.log2(1000.0 / 1.2) - 1.5, abs=1 / 16)
+
+
+def test_black_is_what_the_darkest_of_the_view_has_less_than_and_never_much() -> None:
+    """Half of what is seen has 0.01 of the light of the rest: 0.8 of that is black, or 0.016 of white where that is less."""
+    shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(0.5, 0.5, 0.5))
+    wall = quad((1.9, -2, 0), (0, 0, 2), (0, 4, 0), color=(0.0, 0.0, 0.0), emission=(50.0, 50.0, 50.0))
+    metered = meter(scene(shell, wall), CAMERA, RenderConfig(threads=1), 5, [pose((0.0, 0.0, 1.0), (1.0, 1.2, 1.0))])
+    white = white_luminance(metered.ev100)
+    assert metered.black == pytest.approx(0.8 * 0.5 / white, rel=2.0 ** (1 / 16) - 1.0 + 1e-6)
+    by_hand = exposed(RenderConfig(exposure_ev100=metered.ev100 + 1.0), metered)
+    assert by_hand.black == pytest.approx(0.5 * metered.black)
+    assert exposed(RenderConfig(exposure_ev100=metered.ev100 - 4.0), metered).black == MOST_BLACK

@@ -139,8 +139,8 @@ def test_exposure_can_be_replaced():
     with Renderer(furnished_room(), SMALL, QUICK, 5) as renderer:
         configured = renderer.render(VIEW, 0, ("color",))
         darker = renderer.render(VIEW, 0, ("color",), exposure=Exposure(9.0))
-    assert np.array_equal(configured.layers["color"], to_display(configured.radiance, Exposure(QUICK.exposure_ev100), "filmic"))
-    assert np.array_equal(darker.layers["color"], to_display(configured.radiance, Exposure(9.0), "filmic"))
+    assert np.array_equal(configured.layers["color"], to_display(configured.radiance, Exposure(QUICK.exposure_ev100), "camera"))
+    assert np.array_equal(darker.layers["color"], to_display(configured.radiance, Exposure(9.0), "camera"))
 
 
 def test_a_cancelled_render_stops_and_the_renderer_lives_on():

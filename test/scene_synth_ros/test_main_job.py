@@ -21,11 +21,11 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription, scene_from_json
 from scene_description.poses import rotation_from_quaternion
+from scene_description.tum_trajectory import trajectory_from_tum
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import message_digest, verify_bag
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
-from scene_synth_ros.convert.tum_trajectory import trajectory_from_tum
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings

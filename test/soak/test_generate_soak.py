@@ -20,6 +20,7 @@ from typing import NamedTuple
 import pytest
 from ray_cluster import NODE, ray_cluster
 from s3_server import BUCKET, s3_server
+from scene_synth_ros_suite import marked_processes
 
 from scene_synth_ros.bags.dataset_files import DATASET_MANIFEST_NAME
 from scene_synth_ros.shards.completion import faults_of, read_completion
@@ -74,14 +75,7 @@ class Run:
 
     def left(self) -> list[int]:
         """Return the processes of the run that live."""
-        pids = []
-        for path in Path("/proc").glob("[0-9]*/environ"):
-            try:
-                if self.marker.encode() in path.read_bytes().split(b"\0"):
-                    pids.append(int(path.parent.name))
-            except OSError:
-                pass
-        return pids
+        return [int(process.name) for process in marked_processes(self.marker)]
 
 
 class Place(NamedTuple):

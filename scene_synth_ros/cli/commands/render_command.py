@@ -27,11 +27,11 @@ from renderer.standpoint import standpoint
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, read_at_most, read_scene
 from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
+from scene_description.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.cli.files.frame_files import write_frame, write_scans
 from scene_synth_ros.cli.options import UsageError, refuse_missing_folder
 from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.parameters.render_settings import add_arguments as add_settings
-from scene_synth_ros.convert.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 
@@ -160,7 +160,7 @@ def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
     """Return the scene, with the path and the environment that the options ask for."""
     scene = read_scene(arguments.scene)
     if arguments.trajectory is not None:
-        scene = replace(scene, camera_path=tuple(_read_trajectory(arguments.trajectory)))
+        scene = replace(scene, camera_path=tuple(_read_trajectory(arguments.trajectory)), motion=None)
     if arguments.environment is not None:
         picture = EnvironmentMap(
             file=arguments.environment,

@@ -113,14 +113,14 @@ def read_plan(file: Path, tell: Callable[[str], None] = lambda line: None) -> Sw
 
 def _settings(spec: SweepSpec, parameters: Mapping[str, object]) -> OfflineSettings:
     """Return the parameters of a run of the sweep, with some of a room or a variant."""
-    run = {"grammar_node.rate_hz": spec.run.rate_hz} if spec.run.rate_hz is not None else {}
+    told = {"rate_hz": spec.run.rate_hz, "frames_per_room": spec.run.frames}
+    run = {f"grammar_node.{name}": value for name, value in told.items() if value is not None}
     scene = {f"grammar_node.scene.{name}": value for name, value in spec.grammar.items()}
     own = {name if name.partition(".")[0].endswith("_node") else f"renderer_node.{name}": value for name, value in spec.parameters.items()}
     words = RunWords(
         params=Path(spec.run.params),
         overlay=tuple(map(Path, spec.run.overlays)),
         overrides=tuple(f"{name}:={flow_yaml(value)}" for name, value in (run | scene | own | dict(parameters)).items()),
-        frames=spec.run.frames,
         record=_BAG,
     )
     return read_settings(run_parameters(words), NAMESPACE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from renderer.lidar.mount import Floats, along_path, mounted_scanner
 from renderer.lidar.scan import Scan
 from scene_description import CameraPose, SceneDescription
 from scene_description.label_standards import StandardName
+from scene_description.products import matmul
 from scene_synth_ros.cli.pictures.picture_grid import png_bytes
 
 
@@ -100,8 +102,8 @@ def beam_rays(config: ScanConfig, path: Sequence[CameraPose], stamp_ns: int) -> 
     steps = np.arange(config.beams, dtype=np.float64)
     placed = mounted_scanner(config, along_path(path, stamp_ns, steps * config.time_increment_s))
     angles = config.angle_min_rad + steps * config.angle_increment_rad
-    beams = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
-    return placed.position_m, np.einsum("nij,nj->ni", placed.rotation, beams)
+    beams = np.array([(math.cos(angle), math.sin(angle), 0.0) for angle in angles.tolist()])
+    return placed.position_m, matmul(placed.rotation, beams[:, :, None])[..., 0]
 
 
 def scan_picture(scene: SceneDescription, scan: Scan, origins_m: Floats, directions: Floats) -> bytes:

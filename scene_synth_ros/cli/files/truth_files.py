@@ -29,7 +29,7 @@ from scene_description import CameraPose, Opening, SceneDescription, SceneObject
 from scene_description.label_standards import STANDARDS, label_standard
 from scene_description.labels import instance_labels, part_ids
 from scene_description.strict import to_mapping
-from scene_synth_ros.convert.tum_trajectory import trajectory_to_tum
+from scene_description.tum_trajectory import trajectory_to_tum
 
 MAP_IMAGE = "map.pgm"
 _NUMBERS = re.compile(r"\[\n[-+0-9.eE,\s]+\]")

@@ -15,7 +15,7 @@ from renderer import LAYERS
 from renderer.film.false_color import OBJECTS
 from scene_description import FieldError, SceneSynthError, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
-from scene_synth_ros.bags.indexed_bag import IndexedBag, open_bag
+from scene_synth_ros.bags.indexed_bag import IndexedBag, open_files
 from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
@@ -65,7 +65,7 @@ class BagContents:
             self._try(message.topic, self._readers[message.topic], message, stamp)
             if number % 16 == 0:
                 progress(number)
-        self._take_images(open_bag(reader.path, self.note), lambda images: progress(number + images))
+        self._take_images(open_files(reader, self.note), lambda images: progress(number + images))
         for room in self.rooms:
             color_ids(room)
 

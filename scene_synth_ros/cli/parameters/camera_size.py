@@ -25,7 +25,7 @@ def resized_camera(
         scale: whether the lens, and the side that was not given, are scaled with the image.
     """
     old, new = _size(before), _size(after)
-    if old == new or not all(isinstance(side, int) for side in (*old, *new)):
+    if old == new or not all(isinstance(side, int) and side > 0 for side in (*old, *new)):
         return dict(after), ""
     lens = {name: before[name] for name in _LENS if before.get(name, 0) not in (0, -1) and name not in given}
     if not scale:

@@ -10,6 +10,7 @@ from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from renderer.lidar.config import ScanConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
+from scene_description.strict import whole_number
 from scene_synth_ros.cli.options import UsageError, add_field
 from scene_synth_ros.cli.parameters.run_parameters import add_overlay
 from scene_synth_ros.cli.parameters.run_profile import ProfileError, apply_overrides, load_profile
@@ -71,10 +72,10 @@ def read_settings(arguments: argparse.Namespace) -> Settings:
         values |= _of_groups(load_profile(overlay).get(NODE, {}), str(overlay), strict=False)
     values |= {f"render.{name}": value for name, value in _shortcuts(arguments).items()}
     if arguments.size is not None:
-        width, _, height = arguments.size.partition("x")
-        if not (width.isdigit() and height.isdigit()):
-            raise UsageError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
-        values |= {"camera.width": int(width), "camera.height": int(height)}
+        width, height = (whole_number(side) for side in arguments.size.partition("x")[::2])
+        if width is None or height is None:
+            raise UsageError(f"--size: expected WIDTHxHEIGHT, got {arguments.size:.100}")
+        values |= {"camera.width": width, "camera.height": height}
     own = apply_overrides({NODE: {}}, [f"{NODE}.{text}" for text in arguments.parameters])[NODE]
     values |= _of_groups(own, "-p", strict=True)
     groups: list[Any] = [

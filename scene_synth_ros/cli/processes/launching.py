@@ -18,6 +18,7 @@ from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
 from scene_description.share import config_path
+from scene_description.strict import whole_number
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.parameters.run_profile import find_profile, load_profile
 from scene_synth_ros.cli.processes.supervisor import describe_end
@@ -50,9 +51,10 @@ class Arguments:
     def number(self, name: str) -> int:
         """Return a whole number."""
         text = self.text(name)
-        if not text.lstrip("-").isdigit():
-            raise UsageError(f"{name}: expected a whole number, got '{text}'")
-        return int(text)
+        number = whole_number(text.removeprefix("-"))
+        if number is None:
+            raise UsageError(f"{name}: expected a whole number, got '{text:.100}'")
+        return -number if text.startswith("-") else number
 
     def new_folder(self, name: str) -> str:
         """Return the path of a folder that does not exist yet."""

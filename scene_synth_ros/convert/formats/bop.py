@@ -20,6 +20,7 @@ from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.annotations.silhouettes import Silhouette, Silhouettes
 from renderer.camera.config import CameraConfig
 from renderer.scene.flatten import flatten
+from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, refuse_rolling_shutter
 from scene_synth_ros.convert.files import depth_steps, ply_mesh, write_json, write_picture, write_png
 from scene_synth_ros.convert.formats.bop_models import ModelLibrary, ObjectPose
@@ -171,8 +172,8 @@ def silhouette_info(visible: NDArray[np.bool_], whole: Silhouette, depth: NDArra
 
 def _pose_row(thing: ObjectPose, camera_from_map: NDArray[np.float64]) -> dict[str, Any]:
     """Return an object's row of ``scene_gt.json``."""
-    rotation = camera_from_map[:3, :3] @ thing.rotation
-    place = camera_from_map[:3, :3] @ thing.place_m + camera_from_map[:3, 3]
+    rotation = matmul(camera_from_map[:3, :3], thing.rotation)
+    place = matmul(camera_from_map[:3, :3], thing.place_m) + camera_from_map[:3, 3]
     return {"cam_R_m2c": rotation.ravel().tolist(), "cam_t_m2c": (place * _MM).tolist(), "obj_id": thing.model}
 
 

@@ -18,6 +18,7 @@ from renderer.scene.flat_scene import FlatScene
 from scene_description import SceneDescription
 from scene_description.label_standards import label_standard
 from scene_description.poses import rotation_from_quaternion
+from scene_description.products import matmul
 
 _SAME_M = 1e-4
 """Vertices of equal models differ by less: they were moved into the world and back in float32."""
@@ -104,12 +105,12 @@ def _local(flat: FlatScene, key: int, rotation: NDArray[np.float64]) -> tuple[Me
     own = flat.parts.object_id[flat.face_part] == key
     used, places = np.unique(flat.mesh.faces[own], return_inverse=True)
     faces = places.reshape(-1, 3)
-    turned = flat.mesh.vertices[used].astype(np.float64) @ rotation
+    turned = matmul(flat.mesh.vertices[used].astype(np.float64), rotation)
     middle = 0.5 * (turned.min(axis=0) + turned.max(axis=0))
-    normals = flat.mesh.normals[used].astype(np.float64) @ rotation
+    normals = matmul(flat.mesh.normals[used].astype(np.float64), rotation)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     linear = flat.materials.base_color[flat.parts.material[flat.face_part[own]]]
     colors = np.zeros((len(used), 3), np.uint8)
     colors[faces] = np.rint(255.0 * np.clip(srgb_from_linear(linear), 0.0, 1.0)).astype(np.uint8)[:, None]
     local = Mesh((turned - middle).astype(np.float32), normals.astype(np.float32), faces.astype(np.uint32))
-    return local, colors, rotation @ middle
+    return local, colors, matmul(rotation, middle)

@@ -10,6 +10,7 @@ function), there they are read off histograms.
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.products import matmul, norm
 from scene_synth_ros.convert.writer import ConvertError
 
 VERSION = "v3.0"
@@ -191,17 +193,17 @@ def camera_twists(world_from_optical: NDArray[np.float64], fps: int) -> NDArray[
     """
     twists = np.zeros((len(world_from_optical), 6))
     rotations, places = world_from_optical[:, :3, :3], world_from_optical[:, :3, 3]
-    twists[:-1, :3] = np.einsum("kji,kj->ki", rotations[:-1], np.diff(places, axis=0)) * fps
+    twists[:-1, :3] = matmul(np.diff(places, axis=0)[:, None], rotations[:-1])[:, 0] * fps
     for number, (before, after) in enumerate(pairwise(rotations)):
-        twists[number, 3:] = rotation_vector(before.T @ after) * fps
+        twists[number, 3:] = rotation_vector(matmul(before.T, after)) * fps
     return twists
 
 
 def rotation_vector(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return axis times angle (rad) of a rotation matrix (3, 3) that turns by less than half a turn."""
     axis = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
-    sine, cosine = float(np.linalg.norm(axis)) / 2.0, (float(np.trace(rotation)) - 1.0) / 2.0
-    angle = float(np.arctan2(sine, cosine))
+    sine, cosine = float(norm(axis)) / 2.0, (float(np.trace(rotation)) - 1.0) / 2.0
+    angle = math.atan2(sine, cosine)
     return axis / 2.0 * (angle / sine if sine > 1e-12 else 1.0)
 
 
@@ -243,15 +245,15 @@ def _stats(values: NDArray[np.float64], count: int) -> Stats:
 
 def _merged(parts: Sequence[Stats]) -> Stats:
     counts = np.array([part["count"][0] for part in parts], np.float64)
-    weights = counts / counts.sum()
+    weights = (counts / counts.sum()).reshape(-1, *[1] * parts[0]["mean"].ndim)
     means = np.stack([part["mean"] for part in parts])
     squares = np.stack([part["std"] ** 2 for part in parts])
-    mean = np.tensordot(weights, means, 1)
+    mean = (weights * means).sum(axis=0)
     merged: Stats = {
         "min": np.min([part["min"] for part in parts], axis=0),
         "max": np.max([part["max"] for part in parts], axis=0),
         "mean": mean,
-        "std": np.sqrt(np.tensordot(weights, squares + (means - mean) ** 2, 1)),
+        "std": np.sqrt((weights * (squares + (means - mean) ** 2)).sum(axis=0)),
         "count": np.array([int(counts.sum())], np.int64),
     }
     for name, share in QUANTILES.items():

@@ -131,6 +131,18 @@ def test_views_are_deep_and_show_furniture() -> None:
             assert (cosine > math.cos(0.6)).sum() >= 2, "several things in view"
 
 
+def test_a_lone_frame_looks_at_the_best_there_is() -> None:
+    """Things stand along one side of a room: a single picture shows three and more of them, and so does the first of a path."""
+    boxes = np.array([solid(0.4, y, 0.5, 0.4, 0.8) for y in (0.5, 1.1, 1.7, 2.3, 2.9)])
+    for seed in range(10):
+        for frames in (1, 8):
+            first = sample(seed, boxes=boxes, frames=frames)[0]
+            to_boxes = boxes[:, :2] - np.array(first.position_m[:2])
+            forward = rotation_from_quaternion(first.orientation)[:2, 2]
+            cosine = to_boxes @ forward / np.linalg.norm(to_boxes, axis=1) / np.linalg.norm(forward)
+            assert (cosine > math.cos(0.5 * CONFIG.field_of_view_rad + 0.05)).sum() >= 3, (seed, frames)
+
+
 def test_many_frames_walk_on_at_walking_speed() -> None:
     path = sample(3, frames=900, rate_hz=30.0)
     check_motion(path, CONFIG, max(CONFIG.speed_m_s / 30.0, CONFIG.path_length_m / 899))

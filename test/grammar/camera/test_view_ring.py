@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from grammar.camera.path_config import ViewWeights
-from grammar.camera.view_ring import RING_COLUMNS, best_columns, cast_ring, column_azimuth_rad, view_values
+from grammar.camera.view_ring import RING_COLUMNS, Ring, best_columns, cast_ring, column_azimuth_rad, view_values
 
 ROOM = np.array([(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)])
 EYE = np.array([2.0, 1.0, 1.5])
@@ -17,8 +18,9 @@ QUARTER = RING_COLUMNS // 4
 
 
 def test_rays_in_an_empty_room_end_at_walls_floor_and_ceiling() -> None:
-    distance, hit = cast_ring(ROOM, 2.5, np.zeros((0, 8)), EYE, np.array([0.0, -math.pi / 4, math.pi / 4]))
+    distance, hit, plane = cast_ring(ROOM, 2.5, np.zeros((0, 8)), EYE, np.array([0.0, -math.pi / 4, math.pi / 4]))
     assert (hit == -1).all()
+    assert plane[::QUARTER].tolist() == [[1, 4, 5], [2, 4, 5], [3, 4, 5], [0, 0, 0]], "four walls, floor, ceiling"
     np.testing.assert_allclose(distance[::QUARTER, 0], [4.0, 3.0, 2.0, 1.0])
     np.testing.assert_allclose(distance[::QUARTER, 1], math.sqrt(2.0) * np.array([1.5, 1.5, 1.5, 1.0]))
     np.testing.assert_allclose(distance[::QUARTER, 2], math.sqrt(2.0) * np.array([1.0, 1.0, 1.0, 1.0]))
@@ -27,23 +29,67 @@ def test_rays_in_an_empty_room_end_at_walls_floor_and_ceiling() -> None:
 def test_rays_stop_at_the_nearest_box_and_name_it() -> None:
     turned = math.pi / 4
     boxes = np.array([[5.0, 1.0, 0.0, 2.0, 0.5, 0.5, 1.0, 0.0], [4.0, 1.0, 1.0, 2.0, 0.5, 0.5, math.cos(turned), math.sin(turned)]])
-    distance, hit = cast_ring(ROOM, 2.5, boxes, EYE, np.array([0.0, -0.2]))
+    distance, hit, plane = cast_ring(ROOM, 2.5, boxes, EYE, np.array([0.0, -0.2]))
     assert distance[0, 0] == pytest.approx(2.0 - 0.5 * math.sqrt(2.0))
     assert hit[0].tolist() == [1, 1]
+    assert plane[0, 0] in (9, 10), "a side of the second box, three planes each after walls, floor and ceiling"
     below = cast_ring(ROOM, 2.5, boxes, EYE, np.array([-0.45]))
     assert below[1][0, 0] == 0, "passes below the hanging box"
     assert below[0][0, 0] == pytest.approx(2.5 / math.cos(0.45))
     assert hit[2 * QUARTER].tolist() == [-1, -1], "boxes behind the eye are not seen"
 
 
+def ring_of(distance: NDArray[np.float64], hit: NDArray[np.int64]) -> Ring:
+    """Return a ring whose rays all meet planes of their own, one a column."""
+    return Ring(distance, hit, np.broadcast_to(np.arange(RING_COLUMNS)[:, None], hit.shape).copy())
+
+
+PLAIN = ViewWeights(
+    near_m=0.8,
+    far_m=4.0,
+    least_depth_m=0.0,
+    most_share=0.35,
+    depth=1.0,
+    objects=2.0,
+    near=3.0,
+    filled=0.0,
+    missing=0.0,
+    light=0.0,
+    line=0.0,
+)
+DARK = np.zeros(2, np.bool_)
+
+
 def test_value_of_a_view_is_its_formula() -> None:
     distance = np.full((RING_COLUMNS, 1), 2.0)
     hit = np.full((RING_COLUMNS, 1), -1)
     distance[9:12], hit[9], hit[10], hit[11] = 0.5, 0, 1, 0
-    values = view_values(distance, hit, 2, 3, ViewWeights(near_m=0.8, far_m=4.0, depth=1.0, objects=2.0, near=3.0))
+    ring = ring_of(distance, hit)
+    values = view_values(ring, DARK, 0, 3, PLAIN)
     assert values[30] == pytest.approx(0.5)
     assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8**2) - 3.0)
     assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - 0.8) - 3.0 / 3)
+    # what each of the other terms adds
+    filled = view_values(ring, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values
+    assert filled[10] == pytest.approx(-1.5 * (2 / 3 - 0.35)) and filled[30] == 0.0, "two of three rays meet the first box"
+    wide = ring._replace(plane=np.zeros_like(hit))
+    assert (view_values(wide, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values)[30] == pytest.approx(-1.5 * 0.65), "a plane"
+    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-0.5, -1.0, -1.5])
+    assert (view_values(ring, np.array([False, True]), 0, 3, PLAIN._replace(light=0.7)) - values)[[10, 12, 30]] == pytest.approx(
+        [0.7, 0, 0]
+    )
+    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(least_depth_m=1.0)) - values)[[10, 12]] == pytest.approx([-5.0, 0.0]), "refused"
+
+
+def test_where_it_is_narrow_the_longest_free_line_counts() -> None:
+    distance = np.full((RING_COLUMNS, 1), 3.0)
+    distance[QUARTER] = distance[3 * QUARTER] = 0.9
+    distance[0] = 6.0
+    ring = ring_of(distance, np.full((RING_COLUMNS, 1), -1))
+    more = view_values(ring, DARK, 0, 3, PLAIN._replace(line=0.8)) - view_values(ring, DARK, 0, 3, PLAIN)
+    assert more[[0, 5]] == pytest.approx([0.8, 0.4]), "1.8 m wide"
+    distance[QUARTER] = 2.5
+    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(line=0.8)) == view_values(ring, DARK, 0, 3, PLAIN)).all()
 
 
 def test_best_turns_agree_with_enumeration() -> None:

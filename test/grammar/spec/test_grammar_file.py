@@ -204,7 +204,9 @@ def test_addresses_that_point_in_a_circle_are_refused(tmp_path):
     ("text", "words"),
     [
         ("nodes: [1, 2}", r"closet\.yaml: line 1, column 13: expected YAML, got"),
-        ("nodes: " + 200_000 * "[", r"closet\.yaml: line 1, column 107: expected YAML, got nesting deeper than 100"),
+        ("nodes: " + 500 * "[", r"closet\.yaml: line 1, column 107: expected YAML, got nesting deeper than 100"),
+        # A newer libyaml has a bound of its own and is the first to refuse this one.
+        ("nodes: " + 200_000 * "[", r"closet\.yaml: line 1, column 10?07: expected YAML, got .*nesting de"),
         ("root: a\nroot: b\n", r"key 'root' twice"),
         ("- 1\n", r"document: expected a mapping, got list"),
         ("extends: ../closet.yaml\n", r"extends: expected the name of a file in the same folder"),

@@ -127,7 +127,7 @@ def test_geometric_normals_follow_the_winding():
 def test_a_steady_scene_shows_the_first_of_faces_at_one_distance(portable: bool):
     """Whatever else is there: a square of two triangles lies twice in one plane, behind and beside other triangles.
 
-    Portable, and on processors without AVX-512, rays come to the filter one by one.
+    Portable, and on processors without AVX-512, the filter sees half a packet.
     """
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
     halves = np.array([[0, 1, 2], [0, 2, 3], [1, 2, 3], [0, 1, 3]], np.uint32)  # cut along both diagonals

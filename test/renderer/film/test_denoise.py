@@ -33,6 +33,21 @@ def test_noise_falls_and_the_edge_of_the_albedo_stays():
     assert result[:, 47].mean() < 100.0 < 200.0 < result[:, 48].mean()
 
 
+def test_fine_texture_of_the_albedo_is_kept():
+    """A weave of one pixel that noise of a quarter drowns comes back from the albedo, which is noisy itself."""
+    pytest.importorskip("pyoidn")
+    rng = np.random.default_rng(2)
+    weave = np.where(np.indices((96, 128)).sum(axis=0) % 2, 0.55, 0.45)[..., None].repeat(3, axis=2).astype(np.float32)
+    normals = np.zeros_like(weave)
+    normals[..., 2] = 1.0
+    noisy = (300.0 * weave * rng.gamma(16.0, 1 / 16, weave.shape[:2])[..., None]).astype(np.float32)
+    cleaner = denoise.Denoiser(2)
+    result = cleaner.clean(noisy, weave + rng.normal(0.0, 0.005, weave.shape).astype(np.float32), normals)
+    cleaner.close()
+    shown = np.corrcoef(result[..., 1].ravel(), weave[..., 1].ravel())[0, 1]
+    assert shown > 0.75 and result.std() > 0.5 * (300.0 * weave).std()
+
+
 def test_denoised_colour_is_nearer_to_many_samples_and_the_noisy_one_is_kept():
     pytest.importorskip("pyoidn")
     plain, denoised, reference = render("none"), render("oidn"), render("none", 512).radiance

@@ -3,7 +3,19 @@
 import numpy as np
 import pytest
 
-from renderer.film.tone import FILMIC_KNEE, FILMIC_WHITE, TONE_CURVES, Exposure, encode_srgb, filmic, to_display, white_luminance
+from renderer.film.tone import (
+    CAMERA_WHITE,
+    FILMIC_KNEE,
+    FILMIC_WHITE,
+    TONE_CURVES,
+    Exposure,
+    camera_curve,
+    encode_srgb,
+    filmic,
+    from_display,
+    to_display,
+    white_luminance,
+)
 from renderer.film.white_balance import adaptation
 
 
@@ -52,6 +64,26 @@ def test_codes_follow_the_filmic_curve():
     assert np.array_equal(encode_srgb(linear, "filmic")[between], np.rint(exact[between]))
 
 
+def test_the_camera_keeps_middle_grey_is_white_at_six_times_white_and_black_at_its_black():
+    assert camera_curve(np.array([0.0, 0.18, CAMERA_WHITE])) == pytest.approx([0.0, 0.18, 1.0], abs=1e-12)
+    assert camera_curve(np.array([0.0, 0.01, 0.012]))[2] > 0.0 == camera_curve(np.array([0.012]), 0.012)[0]
+    light = np.geomspace(1e-3, CAMERA_WHITE, 10_000)
+    shown = camera_curve(light)
+    assert (np.diff(shown) > 0.0).all()
+    slope = np.diff(np.log(shown)) / np.diff(np.log(light))
+    assert slope[0] == pytest.approx(1.5, abs=0.01) and (np.diff(slope) < 1e-9).all(), "steep in the dark, ever flatter towards white"
+
+
+@pytest.mark.parametrize("curve", TONE_CURVES)
+@pytest.mark.parametrize("black", [0.0, 0.004, 0.016])
+def test_what_is_shown_can_be_turned_back_into_light(curve, black):
+    exposure = Exposure(5.0, (0.40, 0.38), black)
+    codes = np.stack([np.arange(1, 255)] * 3, axis=-1)[None].astype(np.uint8)
+    light = from_display(codes, exposure, curve)
+    assert np.array_equal(to_display(light, exposure, curve), codes)
+    assert (np.diff(light[0, :, 1]) > 0.0).all()
+
+
 @pytest.mark.parametrize("curve", TONE_CURVES)
 def test_codes_count_the_thresholds_that_values_reach(curve):
     steps = np.diff(encode_srgb(np.geomspace(1e-5, 200.0, 4_000_000).astype(np.float32), curve).astype(int))
@@ -59,7 +91,8 @@ def test_codes_count_the_thresholds_that_values_reach(curve):
     rng = np.random.default_rng(3)
     values = np.stack([rng.integers(0, 0x7F800000, 300_000, np.int32).view(np.float32), rng.uniform(-1.0, 2.0, 300_000).astype(np.float32)])
     values = values.T[:, ::-1]
-    shown = values if curve == "srgb" else filmic(np.clip(values, 0.0, 2 * FILMIC_WHITE))
+    curves = {"srgb": lambda light: light, "filmic": filmic, "camera": camera_curve}
+    shown = curves[curve](np.clip(values.astype(np.float64), 0.0, 2 * FILMIC_WHITE))
     shown = np.clip(shown.astype(np.float64), 0.0, 1.0)
     exact = 255 * np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
     between = np.abs(exact - np.floor(exact) - 0.5) > 1e-3

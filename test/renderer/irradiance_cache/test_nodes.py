@@ -6,6 +6,7 @@ from box_room import box, quad, scene
 
 from renderer.irradiance_cache.atlas import build_atlas
 from renderer.irradiance_cache.charts import find_charts
+from renderer.irradiance_cache.close_nodes import share_noise
 from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, places, smooth_nodes, widen
 
 SPACING = np.float32(0.1)
@@ -70,3 +71,38 @@ def test_who_smooths_needs_what_lies_within_reach():
     widen(atlas.grid, place, grids, REACH, np.array([middle]), wanted)
     apart = np.abs(atlas.position - atlas.position[middle]).max(axis=1)
     assert np.array_equal(wanted, apart < (REACH + 0.5) * 0.1)
+
+
+def close(atlas, light):
+    light.open_m[:] = 0.1
+    rows = np.zeros((len(atlas.face), ROW), np.float32)
+    share_noise(atlas, *places(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
+    return rows[:, 0]
+
+
+def test_noise_of_nodes_close_to_others_becomes_less_and_edges_of_shadows_stay():
+    _, atlas, light = sheet()
+    left = atlas.position[:, 0] < 0.45
+    light.indirect[:] = np.where(left, 2.0, 3.0)[:, None]
+    np.testing.assert_allclose(close(atlas, light), np.where(left, 2.0, 3.0), rtol=1e-6)
+    light.indirect[:] *= np.random.default_rng(1).normal(1.0, 0.05, (len(left), 1)).astype(np.float32)
+    noise = close(atlas, light) / np.where(left, 2.0, 3.0)
+    assert noise[:121].std() < 0.5 * 0.05 and noise[:121].mean() == pytest.approx(1.0, abs=0.01)
+
+
+def test_nodes_close_to_others_share_nothing_through_what_stands_between():
+    _, atlas, light = sheet()
+    light.indirect[:121:2] = 2.2
+    light.indirect[1:121:2] = 2.0
+    shared = close(atlas, light)[:121]
+    assert 2.0 < shared.min() and shared.max() < 2.2
+    atlas.cuts[:] = 0.5
+    np.testing.assert_array_equal(close(atlas, light), light.indirect[:, 0])
+
+
+def test_nodes_in_the_open_are_left_as_they_are():
+    _, atlas, light = sheet()
+    light.open_m[:] = 0.29
+    rows = np.ones((len(atlas.face), ROW), np.float32)
+    share_noise(atlas, *places(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
+    assert (rows == 1.0).all()

@@ -116,10 +116,20 @@ def test_rough_gloss_shows_a_lamp_as_bright_as_the_path_tracer_does(metallic, ro
     assert cached.mean() == pytest.approx(traced.mean(), rel=0.1)
 
 
-@pytest.mark.parametrize(("alpha", "reach", "step", "count"), [(0.2, 10, 2, 25), (0.02, 6, 1, 36)])
-def test_all_samples_that_are_mixed_for_a_pixel_are_different_ones(alpha, reach, step, count):
+@pytest.mark.parametrize(("by_blocks", "reach", "step", "count"), [(True, 10, 2, 25), (False, 6, 1, 36)])
+def test_all_samples_that_are_mixed_for_a_pixel_are_different_ones(by_blocks, reach, step, count):
     for x, y in ((0, 0), (7, 3), (20, 11)):
         left, top = x - x % step, y - y % step
         places = [(left + i, top + j) for i in range(0, reach, step) for j in range(0, reach, step)]
-        points = {from_python(lobe_point)(*place, np.float32(alpha)) for place in places}
+        points = {from_python(lobe_point)(*place, by_blocks) for place in places}
         assert len(points) == count
+
+
+def test_brushed_metal_shows_no_blocks():
+    """A steel wall mirrors a stripe that glows: neighbours differ as much within blocks of 2 x 2 pixels as between them."""
+    wall = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.6, 0.6, 0.6), metallic=1.0, roughness=0.35)
+    stripe = quad((0.25, -1, -2), (-0.5, 0, 0), (0, 0, 4), glow_cd_m2=100.0, color=(1, 1, 1))
+    image = look_up(scene(wall, stripe), AHEAD, camera=CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)).radiance[..., 1]
+    steps = np.abs(np.diff(image.astype(float), axis=1)).mean(axis=0)
+    within, between = steps[::2].mean(), steps[1::2].mean()
+    assert image.std() > 1.0 and between == pytest.approx(within, rel=0.25)

@@ -51,12 +51,30 @@ def test_a_body_turned_inside_out_is_lit_like_any_other():
 
 def test_hits_between_nodes_within_something_are_lit_and_counted():
     """A post with a square hole that is less wide than nodes are apart stands on the floor: all nodes of that cell lie within its walls."""
-    walls = [((-0.3, -0.3), (0.3, -0.02)), ((-0.3, 0.02), (0.3, 0.3)), ((-0.3, -0.02), (-0.02, 0.02)), ((0.02, -0.02), (0.3, 0.02))]
+    # Nodes of the floor, 4 m wide, lie 0.09875 m apart from its middle on.
+    walls = [((-0.3, -0.3), (0.3, 0.03)), ((-0.3, 0.07), (0.3, 0.3)), ((-0.3, 0.03), (0.03, 0.07)), ((0.07, 0.03), (0.3, 0.07))]
     posts = [box((*low, 0), (*high, 0.03), object_id=3 + i, name=f"{3 + i}/post") for i, (low, high) in enumerate(walls)]
     lamp = quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2)
     flat = scene(box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0), lamp, *posts)
-    view = pose((0.001, 0, 0.2), (0, 0, 0))
+    view = pose((0.051, 0.05, 0.2), (0.05, 0.05, 0))
     with Renderer(flat, CameraConfig(width=32, height=24, horizontal_fov_rad=0.15), CACHED, 5) as renderer:
         image = renderer.render(view, 0, ("radiance",)).radiance
         assert renderer.cached().strays == image[..., 0].size
     assert image.min() > 0.2 * image.max() > 0.0
+
+
+def test_what_no_node_knows_is_not_black_in_a_mirror():
+    """A sheet is covered but for a hole that lies between its nodes; a mirror above shows the sheet in the hole."""
+    walls = [((-0.3, -0.3), (0.3, -0.02)), ((-0.3, 0.02), (0.3, 0.3)), ((-0.3, -0.02), (-0.02, 0.02)), ((0.02, -0.02), (0.3, 0.02))]
+    posts = [box((*low, 0), (*high, 0.05), object_id=3 + i, name=f"{3 + i}/post") for i, (low, high) in enumerate(walls)]
+    sheet = quad((-0.15, -0.15, 0.01), (0.3, 0, 0), (0, 0.3, 0), object_id=7)
+    mirror = quad((-0.05, -0.05, 0.5), (0, 0.1, 0), (0.1, 0, 0), object_id=8, metallic=1.0, roughness=0.0, color=(1, 1, 1))
+    lamp = quad((-1, -1, 2.4), (0, 2, 0), (2, 0, 0), emission=(1e3,) * 3, object_id=2)
+    flat = scene(box((-2, -2, 0), (2, 2, 2.5), inside=True, object_id=0), lamp, *posts, sheet, mirror)
+    camera, view = CameraConfig(width=8, height=6, horizontal_fov_rad=0.02), pose((-0.006, 0, 0.2), (0, 0, 0.5))
+    with Renderer(flat, camera, CACHED, 5) as renderer:
+        image = renderer.render(view, 0, ("radiance",)).radiance
+        store = renderer.cached()._store
+        upper = (flat.face_part[store.coarse.face] == len(flat.part_names) - 2) & (store.coarse.normal[:, 2] > 0.0)
+        assert upper.any() and not store.geometry.known[upper].any()
+    assert (image > 0.0).all()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -12,6 +14,8 @@ from scene_synth_ros.evaluate.estimates_bag import _detections
 from scene_synth_ros.evaluate.measuring import TruthFrame, measure_frame, measure_room, needed_layers
 from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
 from scene_synth_ros.evaluate.topics import TypedTopic
+from scene_synth_ros.evaluate.truth_facts import read_class_names
+from scene_synth_ros.messages.cdr import CdrWriter
 from scene_synth_ros.messages.conversions import image_to_msg
 from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, IMAGE_TYPE
 
@@ -42,6 +46,16 @@ def test_detections_may_name_their_classes() -> None:
         EstimateError, match="expected the class of a detection as an id such as '5', or as a name of the labels, got 'sofa'"
     ):
         measure_frame("detections", frame, {"detections": found("bed", "sofa")})
+
+
+@pytest.mark.parametrize("digits", ["9" * 5000, "9" * 19, "\u00b2", "\u0664"])
+def test_digits_that_are_no_number_of_a_class_name_none(digits: str) -> None:
+    frame = truth(detections=_detections("detections", BoxList(("4", "5"), np.ones(2), BOXES, ("1", "2")), 1, "eye"))
+    with pytest.raises(EstimateError, match="expected the class of a detection"):
+        measure_frame("detections", frame, {"detections": found("bed", digits)})
+    labels = CdrWriter()
+    labels.text(json.dumps({"labels": {digits: {"name": "bed"}, "4": {"name": "bed"}}}))
+    assert read_class_names(labels.message()) == {4: "bed"}
 
 
 def test_objects_have_the_classes_that_are_estimated_beside_them() -> None:

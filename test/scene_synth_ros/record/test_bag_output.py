@@ -18,7 +18,7 @@ from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.messages.streams import IMAGE_TYPE
 from scene_synth_ros.record import bag_output
 from scene_synth_ros.record.bag_output import RecordingOptions
-from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.record.recording import MAX_EARLY, Recording
 
 POINT = "geometry_msgs/msg/PointStamped"
 COLOR = "/synth/camera/color/image_raw"
@@ -88,6 +88,17 @@ def test_a_bag_that_holds_nothing_at_the_end_is_removed_and_nothing_else(
     assert [path.name for path in (tmp_path / "new").iterdir()] == left
     assert [path.name for path in tmp_path.glob("new/bag/*") if path.suffix not in (".mcap", ".yaml")] == others
     assert (tmp_path / "before").is_dir()
+
+
+def test_that_messages_before_the_first_frame_are_too_many_is_said_once(tmp_path: Path) -> None:
+    told: list[str] = []
+    recording = Recording(BagWriter, warn=told.append)
+    recording.add_topic("/a", "std_msgs/msg/String", [QoSProfile(depth=10)])
+    recording.begin(tmp_path / "bag").result(DEADLINE_S)
+    for number in range(MAX_EARLY + 5):
+        recording.add("/a", bytes(serialize_message(String(data=str(number)))))
+    recording.close()
+    assert len(told) == 1 and recording.written["/a"] == MAX_EARLY
 
 
 def test_a_bag_of_what_was_asked_for_stays_whatever_it_is(tmp_path: Path) -> None:

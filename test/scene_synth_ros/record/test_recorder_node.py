@@ -2,14 +2,18 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
 from scene_synth_ros_suite import claim_domain, dds_context, wait_until
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header, String
@@ -144,3 +148,36 @@ def test_a_recorder_of_thousands_of_topics_is_understood(node: RecorderNode, pee
     node._inputs.known["/synth/camera_3/pose"] = -1
     peer.spin_until(lambda: heard and len(status_from_json(heard[-1]).counts) == len(cameras), "a status with the topics of the cameras")
     assert status_from_json(heard[-1]).counts["/synth/camera_3/pose"] == -1
+
+
+def test_nodes_without_a_name_or_that_answer_oddly_only_lack_their_parameters(
+    node: RecorderNode, peer: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(node, "warn", told.append)
+    answers = [GetParameters.Response(values=[ParameterValue(type=200)] * 2), GetParameters.Response()]
+
+    def names(_: object, response: ListParameters.Response) -> ListParameters.Response:
+        response.result.names = ["seed", "rooms"]
+        return response
+
+    for name in ("short", "odd"):
+        peer.other.create_service(ListParameters, f"{name}/list_parameters", names)
+        peer.other.create_service(GetParameters, f"{name}/get_parameters", lambda *_: answers.pop())
+    peer.executor.add_node(peer.other)
+    for name in ("no name", "/synth/" + "n" * 290, "/synth/short", "/synth/odd"):
+        node._on_status(NodeStatus(node=name, role="grammar", state="ready"))
+    peer.spin_until(lambda: len(told) == 4, "what becomes of the last")
+    assert all("are left out" in line for line in told) and not answers
+    assert node._collector.values == {} and node.faults.count == 0
+
+
+def test_the_end_of_a_run_of_others_in_the_namespace_ends_no_recording(node: RecorderNode, peer: Peer) -> None:
+    node.token, others = "own", NodeStatus(node="/synth/grammar_node", role="grammar", state="finished", run="others", token="others")
+    node.set_parameters([Parameter("exit_when_done", value=True)])
+    node._on_status(others)
+    node._tick()
+    assert node.exit_code is None and node._rooms.run == ""
+    node._on_status(replace(others, run="own", token="own"))
+    node._tick()
+    assert node.exit_code == 0

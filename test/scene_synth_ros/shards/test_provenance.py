@@ -29,8 +29,25 @@ def test_the_number_of_rooms_does_not_count_and_whatever_decides_their_bytes_doe
     assert tiny_plan(9, 3).provenance == PLAN.provenance
     other = tiny_plan(3, 2, "renderer_node.streams.uv:=true").provenance[0]
     assert OWN.difference(other) == "parameters (configuration)"
-    portable = tiny_plan(3, 2, "renderer_node.render.portable:=true").provenance[0]
-    assert portable.processor == {"features": "portable"} and OWN.processor["features"] != "portable"
+
+
+@pytest.mark.parametrize(
+    ("can", "word", "features"),
+    [
+        ((True, True), "portable:=true", "AVX2"),
+        ((True, True), "portable:=false", "AVX-512"),
+        ((True, False), "portable:=false", "AVX2"),
+        ((True, True), "denoise:=auto", "a name and a digest"),
+        ((False, False), "portable:=true", "a name and a digest"),
+    ],
+)
+def test_of_the_processor_counts_what_changes_bytes(
+    can: tuple[bool, bool], word: str, features: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "COMMON", can[0])
+    monkeypatch.setattr(module, "AVX512", can[1])
+    monkeypatch.setattr(module, "_processor", lambda: "a name and a digest")
+    assert tiny_plan(3, 2, f"renderer_node.render.{word}").provenance[0].processor == {"features": features}
 
 
 def test_every_file_of_the_configuration_that_a_room_is_made_by_counts() -> None:
@@ -58,7 +75,7 @@ def test_files_of_the_user_and_of_the_packages_count(tmp_path: Path, monkeypatch
     folder.mkdir()
     (folder / "catalog.yaml").write_text("models: []\n")
     words = {"parameters": {"grammar_node": {"grammar_file": str(grammar), "catalog_dir": str(folder)}}}
-    before = module.provenance_of(words, portable=True)
+    before = module.provenance_of(words, portable=True, denoised=False)
     assert {"grammar_file", "catalog_dir 0"} < set(before.configuration)
     base.write_text("extends: office.yaml\nroom_type: office\n")
     (folder / "catalog.yaml").write_text("models: [] \n")
@@ -66,7 +83,7 @@ def test_files_of_the_user_and_of_the_packages_count(tmp_path: Path, monkeypatch
     monkeypatch.setattr(module, "_digest_of_folder", lambda path, *kinds: "new" if path in (source / "renderer", folder) else "old")
     for cached in (module._own_files, module._program):
         cached.cache_clear()
-    after = module.provenance_of(words, portable=True)
+    after = module.provenance_of(words, portable=True, denoised=False)
     for cached in (module._own_files, module._program, module._shipped):
         cached.cache_clear()
     assert after.configuration["grammar_file"] != before.configuration["grammar_file"]

@@ -18,8 +18,8 @@ from renderer.scene.flatten import flatten
 from scene_description import ParseGraph, from_mapping, scene_from_json, scene_to_json
 from scene_description.label_standards import STANDARDS
 from scene_description.labels import NYU40, part_ids
+from scene_description.tum_trajectory import trajectory_from_tum
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.convert.tum_trajectory import trajectory_from_tum
 
 FILES = [
     "labels.json", "lights.json", "map.pgm", "map.yaml", "parse_graph.json", "parse_graph.svg", "scene.glb", "scene.json", "trajectory.txt",

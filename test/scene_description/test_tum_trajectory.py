@@ -4,7 +4,7 @@ import pytest
 from sample_scene import sample_scene
 
 from scene_description import CameraPose, FieldError
-from scene_synth_ros.convert.tum_trajectory import trajectory_from_tum, trajectory_to_tum
+from scene_description.tum_trajectory import trajectory_from_tum, trajectory_to_tum
 
 
 def test_a_path_reads_back_exactly() -> None:

@@ -9,9 +9,8 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 
-from scene_description import CameraPose
 from scene_description.strict import FieldError, shorten
-from scene_description.types import MAX_POSES
+from scene_description.types import MAX_POSES, CameraPose
 
 _SECOND_NS = 1_000_000_000
 _MOST_M = 1000.0
@@ -31,6 +30,12 @@ def stamp_text(stamp_ns: int) -> str:
     """Return a stamp in seconds, exact."""
     seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
     return f"{seconds}.{nanoseconds:09d}"
+
+
+def stamp_name(stamp_ns: int) -> str:
+    """Return a stamp as names of files have it: seconds with ten digits, so that they sort by time."""
+    seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
+    return f"{seconds:010d}.{nanoseconds:09d}"
 
 
 def trajectory_from_tum(text: str, name: str = "trajectory") -> tuple[CameraPose, ...]:

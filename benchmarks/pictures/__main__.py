@@ -1,0 +1,143 @@
+"""Pictures of unseen rooms beside photographs, and what views show.
+
+python -m benchmarks.pictures [--seed N] [--rooms N] [--types TYPE ...] [--size WIDTHxHEIGHT] [--preset NAME] [--pictures DIR]
+    [--of DIR] [--views N] [--json FILE] [--write]
+
+The seed is drawn from the clock unless it is given.  ``--of`` measures PNG files of a folder instead; ``--views`` judges the views of so
+many rooms of each type by primary rays, without light.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from benchmarks.pictures.statistics import FIGURES, figures
+from benchmarks.pictures.views import View, judge_views
+from benchmarks.sampled_rooms import TIMES, camera_of, preset_config
+from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
+from grammar import SceneRequest, room_types
+from grammar.synthesize import SceneSynthesizer
+from renderer import RenderConfig, Renderer, warm_up
+from renderer.exposure import exposed, meter
+from renderer.scene.flatten import flatten
+from renderer.scene.scene_key import scene_key
+
+PHOTOGRAPHS: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "photographs.json").read_text())
+"""Statistics of real frames: means, and the ranges of several sets."""
+
+
+def render_pictures(
+    seed: int, rooms: int, types: Sequence[str], size: tuple[int, int], preset: str
+) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+    """Yield the first view of ``rooms`` rooms of each type, with names."""
+    warm_up()
+    synthesizer, config = SceneSynthesizer.from_config(), preset_config(preset)
+    for index in range(rooms):
+        for room_type in types:
+            scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index, TIMES)
+            flat, key, camera = flatten(scene, Path.cwd()), scene_key(scene), camera_of(size)
+            exposure = exposed(RenderConfig(auto_exposure=True), meter(flat, camera, RenderConfig(), key, scene.camera_path))
+            with Renderer(flat, camera, config, key) as renderer:
+                frame = renderer.render(scene.camera_path[0], 0, ("color",), exposure=exposure)
+            yield f"{room_type}_{index}", np.asarray(frame.layers["color"], np.uint8)
+
+
+def tabulate(found: Sequence[dict[str, float]]) -> list[Row]:
+    """Return the means of figures beside those of photographs, and whether they lie in the range of these."""
+    rows = []
+    for name in FIGURES:
+        value, real = float(np.mean([row[name] for row in found])), PHOTOGRAPHS["mean"][name]
+        low, high = PHOTOGRAPHS["range"].get(name, (None, None))
+        measure = f"{real:g}" if low is None else f"{real:g} ({low:g} to {high:g})"
+        rows.append(Row(name, value, "", measure, None if low is None else low <= value <= high))
+    return rows
+
+
+def view_rows(views: dict[str, list[list[View]]]) -> list[Row]:
+    """Return what views show: of all frames, and of the first of each path."""
+    rows = []
+    for name, chosen in (
+        ("all frames", [view for rooms in views.values() for room in rooms for view in room]),
+        ("first frames", [room[0] for rooms in views.values() for room in rooms]),
+        ("hallways", [view for room in views.get("hallway", []) for view in room]),
+    ):
+        if chosen:
+            rows += [
+                at_most(f"{name} ({len(chosen)}): a plane > 60 %", 100.0 * float(np.mean([view.plane > 0.6 for view in chosen])), "%", 1.0),
+                Row("  a plane > 40 %", 100.0 * float(np.mean([view.plane > 0.4 for view in chosen])), "%"),
+                at_most("  fewer than 3 things", 100.0 * float(np.mean([view.things < 3 for view in chosen])), "%", 1.0),
+                Row("  nearer than 0.8 m on > 5 %", 100.0 * float(np.mean([view.near > 0.05 for view in chosen])), "%"),
+                Row("  median depth < 1.2 m", 100.0 * float(np.mean([view.depth_m < 1.2 for view in chosen])), "%"),
+            ]
+    return rows
+
+
+def find_views(seed: int, rooms: int, types: Sequence[str]) -> dict[str, list[list[View]]]:
+    """Return what the views of ``rooms`` rooms of each type show."""
+    synthesizer = SceneSynthesizer.from_config()
+    return {
+        room_type: [
+            judge_views(flatten(scene, Path.cwd()), scene.camera_path)
+            for scene in (synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index, TIMES) for index in range(rooms))
+        ]
+        for room_type in types
+    }
+
+
+def _measured(arguments: argparse.Namespace, seed: int) -> Iterator[tuple[str, dict[str, float]]]:
+    """Yield names and figures of the pictures that are rendered, or read, as they come."""
+    if arguments.of:
+        files = sorted(arguments.of.rglob("*.png"))
+        pictures: Iterator[tuple[str, NDArray[np.uint8]]] = ((path.stem, np.asarray(Image.open(path).convert("RGB"))) for path in files)
+    else:
+        width, height = map(int, arguments.size.split("x"))
+        pictures = render_pictures(seed, arguments.rooms, arguments.types, (width, height), arguments.preset)
+    for name, picture in pictures:
+        print(name, flush=True)
+        if arguments.pictures:
+            arguments.pictures.mkdir(parents=True, exist_ok=True)
+            Image.fromarray(picture).save(arguments.pictures / f"{name}.png")
+        yield name, figures(picture)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.pictures")
+    parser.add_argument("--seed", type=int, help="of the rooms (default: drawn from the clock)")
+    parser.add_argument("--rooms", type=int, default=3, help="of each type (default: %(default)s)")
+    parser.add_argument("--types", nargs="+", choices=room_types(), default=list(room_types()), help="room types (default: all)")
+    parser.add_argument("--size", default="512x384", metavar="WIDTHxHEIGHT", help="(default: %(default)s)")
+    parser.add_argument("--preset", default="balanced", help="(default: %(default)s)")
+    parser.add_argument("--pictures", type=Path, metavar="DIR", help="write every picture there")
+    parser.add_argument("--of", type=Path, metavar="DIR", help="measure the PNG files of a folder instead of rendering")
+    parser.add_argument("--views", type=int, metavar="N", help="judge the views of N rooms of each type instead of rendering")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every picture or view to this file")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/cameras.md")
+    arguments = parser.parse_args()
+    seed = int(time.time()) if arguments.seed is None else arguments.seed
+    told: dict[str, Any] = {"seed": seed}
+    if arguments.views:
+        section, told["views"] = "views", find_views(seed, arguments.views, arguments.types)
+        title, rows = f"Views of unseen rooms, seed {seed}", view_rows(told["views"])
+    else:
+        section, told["pictures"] = "pictures", dict(_measured(arguments, seed))
+        rows = tabulate(list(told["pictures"].values()))
+        title = f"{len(told['pictures'])} pictures beside photographs: means, those of photographs, ranges of their sets; seed {seed}"
+    print(render_table(title, rows))
+    if arguments.write:
+        write_section(DOCS / "cameras.md", section, f"{title}:\n\n{markdown_table(rows)}")
+    if arguments.json:
+        arguments.json.write_text(json.dumps(told, indent=1))
+
+
+if __name__ == "__main__":
+    main()

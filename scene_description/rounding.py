@@ -1,0 +1,32 @@
+"""Numbers of a description with as many digits as mean something."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar, cast
+
+Value = TypeVar("Value")
+
+_DIGITS, _DECIMALS = 12, 14
+
+
+def rounded(value: Value) -> Value:
+    """Return a description whose numbers have 12 significant digits and 14 decimals at most, and none is -0.
+
+    The last digits depend on the C library, on the version of numpy and scipy and on that of Python, whose ``sum`` is one of them; what is
+    rendered of a description must not.  A rounded one stays as it is.
+    """
+    return cast(Value, _rounded(value))
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(float(f"{value:.{_DIGITS}g}"), _DECIMALS) + 0.0
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return type(value)(**{field.name: _rounded(getattr(value, field.name)) for field in fields(value)})
+    return value
