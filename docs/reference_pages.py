@@ -61,11 +61,21 @@ TOPIC_CONTENT = {
     "settings": "JSON: what the frame was rendered with; below the renderer's name, repeated with every frame",
     "scan": "a planar laser scan as the scanner reads it ([scan.md](scan.md))",
     "scan_ideal": "the same scan without noise and losses ([scan.md](scan.md))",
-    "clock": "simulated time; absolute name `/clock`",
+    "imu/data": "rate and specific force as the device reads them ([body.md](body.md))",
+    "imu/ideal": "the same as they truly are, and the orientation in the map ([body.md](body.md))",
+    "odom": "odometry of the wheels, with a covariance that covers its error ([body.md](body.md))",
+    "odom/ideal": "true pose and velocity of the body, at its own rate and with every frame ([body.md](body.md))",
+    "joint_states": "angles of the wheels, in steps of their encoders ([body.md](body.md))",
+    "robot_description": "URDF of the body, its sensors and wheels; once a room ([body.md](body.md))",
+    "clock": "simulated time; absolute name `/clock`; of a body it ticks with the fastest stream",
     "tf": "world -> `<camera>_link` -> `<camera>_optical_frame`; absolute name `/tf`, live where tf2_msgs is installed, always in bags",
     "tf_static": "transforms that stay; absolute name `/tf_static`, live where tf2_msgs is installed, always in bags",
 }
 """Name of a role -> what its messages say."""
+
+SENSES = dict.fromkeys(("imu/data", "imu/ideal"), "imu") | dict.fromkeys(("odom", "joint_states"), "wheels")
+SENSES |= dict.fromkeys(("odom/ideal", "robot_description"), "body")
+"""Name of a role between frames -> what must be enabled, where that is not the scanner."""
 
 OTHER_TOPICS = (
     ("`scene/next`", "std_msgs/msg/String", "the room after the present one, so that a renderer in real time makes it ahead; latched"),
@@ -86,7 +96,7 @@ def commands_page() -> str:
         "# Commands",
         MADE,
         "`scene_synth` is in `.venv/bin` after `make setup`; in a colcon workspace `ros2 run scene_synth_ros scene_synth` is the "
-        "same ([install.md](install.md)). Shipped profiles, presets, cameras, rigs, scanners and sweeps go by their names, wherever "
+        "same ([install.md](install.md)). Shipped profiles, presets, cameras, rigs, scanners, IMUs and sweeps go by their names, wherever "
         "the package is installed: `--params main --overlay kinect_v1`. Exit status: 0, 1 where something was found to be wrong, 2 for "
         "input that cannot be used, which is told in one line.",
         index,
@@ -175,14 +185,16 @@ def _topic(role: Role) -> str:
 
 
 def _frame(role: Role) -> str:
-    return {"optical": "`<camera>_optical_frame`", "world": "`map`", "laser": "`laser`", "": "none"}[role.frame]
+    return {"optical": "`<camera>_optical_frame`", "world": "`map`", "laser": "`laser`", "imu": "`imu_link`", "odom": "`odom`", "": "none"}[
+        role.frame
+    ]
 
 
 def _published(role: Role) -> str:
     """Return when a topic is there: by its switch, from what it is made, whether it is latched or has a rate of its own."""
     says = [f"with `streams.{role.switch}`"] if role.switch else []
     says += ["with `streams.<layer>`"] if role.of == "layer" else []
-    says += ["with `scan.enabled`, at its own rate"] if role.own_stamps else []
+    says += [f"with `{SENSES.get(role.name, 'scan')}.enabled`, at its own rate"] if role.own_stamps else []
     says += ["latched"] if role.latched else []
     return ", ".join(says) or "always"
 

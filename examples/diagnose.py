@@ -1,6 +1,6 @@
 """Run a worked example of docs/examples.md: rooms and their variants, two algorithms judged on them, and a report.
 
-python examples/diagnose.py rgbd_odometry|stereo_matching|orb_odometry [FOLDER]
+python examples/diagnose.py rgbd_odometry|stereo_matching|orb_odometry|stereo_study [FOLDER]
 
 Prints the commands that it runs; FOLDER is runs/NAME unless it is given.
 A second run makes only the variants that are missing, and judges all anew.
@@ -14,11 +14,12 @@ import sys
 from pathlib import Path
 
 EXAMPLES = {
-    "rgbd_odometry": ("--task poses", ("Hybrid", "Color")),
-    "stereo_matching": ("--task depth --camera left", ("SemiGlobal", "Block")),
-    "orb_odometry": ("--task poses", ("Orb", "Equalized")),
+    "rgbd_odometry": ("rgbd_odometry.py", ("Hybrid", "Color"), "--task poses"),
+    "stereo_matching": ("stereo_matching.py", ("SemiGlobal", "Block"), "--task depth --camera left"),
+    "orb_odometry": ("orb_odometry.py", ("Orb", "Equalized"), "--task poses"),
+    "stereo_study": ("stereo_matching.py", ("SemiGlobal",), "--task depth --camera left"),
 }
-"""Name of the sweep and of the Python file -> what is judged, and the classes of the file; the first is the one that is looked into."""
+"""Name of the sweep -> the Python file, its classes, the first of which is the one that is looked into, and what is judged."""
 SCENE_SYNTH = (sys.executable, "-m", "scene_synth_ros")
 
 
@@ -32,14 +33,14 @@ def scene_synth(line):
 
 def diagnose(name, folder):
     """Make the bags, the evaluations and the report of an example in a folder."""
-    task, algorithms = EXAMPLES[name]
-    file, out = shlex.quote(os.path.relpath(Path(__file__).with_name(f"{name}.py"))), shlex.quote(str(folder))
+    module, algorithms, task = EXAMPLES[name]
+    file, out = shlex.quote(os.path.relpath(Path(__file__).with_name(module))), shlex.quote(str(folder))
     scene_synth(f"sweep {name} --out {out} --workers 2")
     evaluations = [f"{out}/evaluation.json", *(f"{out}/evaluation_{other.lower()}.json" for other in algorithms[1:])]
     for algorithm, evaluation in zip(algorithms, evaluations, strict=True):
         estimates = f"{out}/estimates_{algorithm.lower()}"
         shutil.rmtree(folder / f"estimates_{algorithm.lower()}", ignore_errors=True)
-        command = f"evaluate {out} {task} --algorithm {file}:{algorithm} --title {algorithm} --json {evaluation}"
+        command = f"evaluate {out} {task} --algorithm {file}:{algorithm} --title {algorithm} --json {evaluation} --workers 2"
         scene_synth(f"{command} --estimates-out {estimates}" if "depth" in task else command)
     scene_synth(f"report {' '.join(evaluations)} --out {out}/report.html")
 

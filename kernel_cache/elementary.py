@@ -7,12 +7,12 @@ float64, rounded.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from kernel_cache.compiling import compiled
 
 _EXP, _EXPM1, _LOG, _LOG2, _LOG1P, _SIN, _COS, _TAN, _ARCCOS = range(9)
 
@@ -44,8 +44,13 @@ def _of_two(is_power: bool, x: NDArray[np.float64], y: NDArray[np.float64], out:
         out[i] = x[i] ** y[i] if is_power else np.arctan2(x[i], y[i])
 
 
-_SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-_one, _two = compiled(_of_one, **_SETTINGS), compiled(_of_two, **_SETTINGS)
+@cache
+def _compiled(function: Callable[..., None]) -> Callable[..., None]:
+    """Return one of these as a kernel; programs that never call it start without the compiler."""
+    from kernel_cache.compiling import compiled
+
+    kernel: Callable[..., None] = compiled(function, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
+    return kernel
 
 
 def exp(x: ArrayLike) -> Any:
@@ -111,13 +116,13 @@ def _mapped(which: int, x: ArrayLike) -> Any:
     given = np.asarray(x)
     flat = np.ascontiguousarray(given, np.float64).reshape(-1)
     out = np.empty(flat.size)
-    _one(which, flat, out)
+    _compiled(_of_one)(which, flat, out)
     return out.reshape(given.shape).astype(_precision(given.dtype), copy=False)[()]
 
 
 def _mapped_two(is_power: bool, x: ArrayLike, y: ArrayLike) -> Any:
-    precision = _precision(np.result_type(x, y))
+    precision = _precision(np.result_type(*(item if np.isscalar(item) else np.asarray(item) for item in (x, y))))
     a, b = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
     out = np.empty(a.size)
-    _two(is_power, np.ascontiguousarray(a).reshape(-1), np.ascontiguousarray(b).reshape(-1), out)
+    _compiled(_of_two)(is_power, np.ascontiguousarray(a).reshape(-1), np.ascontiguousarray(b).reshape(-1), out)
     return out.reshape(a.shape).astype(precision, copy=False)[()]

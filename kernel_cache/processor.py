@@ -22,6 +22,7 @@ AVX512 = {"+avx512f", "+avx512dq", "+avx512cd", "+avx512bw", "+avx512vl"} <= _FE
 
 
 def compile_for_all() -> None:
-    """Have numba do so, before it compiles anything."""
+    """Have numba do so, before it compiles anything: by its variables, which it reads again whenever one has changed."""
     if COMMON:
-        config.CPU_NAME, config.CPU_FEATURES = _NAME, ""
+        os.environ.update(NUMBA_CPU_NAME=_NAME, NUMBA_CPU_FEATURES="")
+        config.reload_config()

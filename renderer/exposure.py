@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.camera.config import CameraConfig, LensModel, SensorConfig
 from renderer.camera.lenses import LENSES
 from renderer.core.color import LUMINANCE

@@ -27,7 +27,7 @@ def ceiling_planes(room: Room) -> NDArray[np.float64]:
 
 def ceiling_height_m(room: Room, x: float, y: float) -> float:
     """Return the height of the ceiling over a point of the floor."""
-    slopes: list[float] = (matmul(ceiling_planes(room), (x, y, 1.0))).tolist()
+    slopes: list[float] = matmul(ceiling_planes(room), (x, y, 1.0)).tolist()
     return min([room.height_m, *slopes])
 
 

@@ -52,7 +52,7 @@ def color_of_temperature(temperature_k: float) -> Rgb:
 def luminance_rgb(temperature_k: float, luminance_cd_m2: float) -> Rgb:
     """Return the linear RGB luminance in cd/m2 of light with this colour temperature and (photometric) luminance."""
     color = np.array(color_of_temperature(temperature_k))
-    red, green, blue = (float(c) for c in color * luminance_cd_m2 / (matmul(xyz_from_rgb()[1], color)))
+    red, green, blue = (float(c) for c in color * luminance_cd_m2 / matmul(xyz_from_rgb()[1], color))
     return red, green, blue
 
 

@@ -32,6 +32,8 @@ _BASIS = (
     / 120.0
 )
 """Row j: coefficients of 1, u, ... u^5 of the uniform B-spline that belongs to control point i + j, u in [0, 1] of segment i."""
+_ROUNDING = 1e-6
+"""Share of the time between knots by which a time may lie beyond a curve's end and still be its end."""
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -65,6 +67,12 @@ def kinematics(motion: Motion, times_s: ArrayLike) -> Kinematics:
         turn = _curve(np.array(motion.turns), motion.spacing_s, times)
         smooth = Kinematics(place[0], *_rotation(turn)[:1], place[1], place[2], *_rotation(turn)[1:])
     return _shaken(motion, smooth, times) if motion.tremor else smooth
+
+
+def driven_way(drive: Drive, spacing_s: float, times_s: ArrayLike) -> tuple[Floats, Floats]:
+    """Return distance gone (m) and heading (rad) of a base, (n, 2), and their rates."""
+    value, first, _ = _curve(_controls(drive), spacing_s, np.asarray(times_s, np.float64))
+    return value, first
 
 
 def mounted_kinematics(body: Kinematics, position_m: Sequence[float], quaternion: Sequence[float]) -> Kinematics:
@@ -157,7 +165,7 @@ def _curve(controls: Floats, spacing_s: float, times: Floats) -> tuple[Floats, F
     along = np.clip(times / spacing_s, 0.0, last)
     segment = np.minimum(along.astype(np.int64), last - 1)
     u = along - segment
-    rests = (times < 0.0) | (times > last * spacing_s)
+    rests = np.abs(times / spacing_s - along) > _ROUNDING
     found = []
     basis = _BASIS
     for order in range(3):
@@ -168,7 +176,7 @@ def _curve(controls: Floats, spacing_s: float, times: Floats) -> tuple[Floats, F
                 weight = weight * u + coefficient
             value = value + weight[:, None] * controls[segment + j]
         if order:
-            value = np.where(rests[:, None], 0.0, value / spacing_s**order)
+            value = np.where(rests[:, None], 0.0, value / math.pow(spacing_s, order))
         found.append(value)
         basis = basis[:, 1:] * np.arange(1, basis.shape[1])
     return found[0], found[1], found[2]
@@ -189,7 +197,7 @@ def _rotation(curve: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats, Flo
 
 def _driven(drive: Drive, spacing_s: float, times: Floats) -> Kinematics:
     """Return the kinematics of a base: its place is the integral of speed along its heading."""
-    controls = np.column_stack([drive.distances_m, drive.headings_rad])
+    controls = _controls(drive)
     (value, first, second), zero = _curve(controls, spacing_s, times), np.zeros(len(times))
     count = len(controls) - DEGREE
     knots = np.concatenate([np.zeros((1, 2)), np.cumsum(_travelled(controls, spacing_s, np.arange(count), np.ones(count)), axis=0)])
@@ -207,6 +215,10 @@ def _driven(drive: Drive, spacing_s: float, times: Floats) -> Kinematics:
         np.column_stack([zero, zero, turning]),
         np.column_stack([zero, zero, second[:, 1]]),
     )
+
+
+def _controls(drive: Drive) -> Floats:
+    return np.column_stack([drive.distances_m, drive.headings_rad])
 
 
 def _travelled(controls: Floats, spacing_s: float, segment: NDArray[np.int64], share: Floats) -> Floats:
@@ -252,8 +264,9 @@ def _ramp(motion: Motion, times: Floats) -> _Three:
     """Return how strong the tremor is: 0, then a rise with three continuous derivatives, then 1."""
     x = np.clip((times - motion.tremor_from_s) / motion.tremor_ramp_s, 0.0, 1.0)[:, None]
     rise = x * x * x * x * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
-    slope = 140.0 * (x * (1.0 - x)) ** 3 / motion.tremor_ramp_s
-    bend = 420.0 * (x * (1.0 - x)) ** 2 * (1.0 - 2.0 * x) / motion.tremor_ramp_s**2
+    inside = x * (1.0 - x)
+    slope = 140.0 * inside * inside * inside / motion.tremor_ramp_s
+    bend = 420.0 * inside * inside * (1.0 - 2.0 * x) / motion.tremor_ramp_s**2
     return rise, slope, bend
 
 

@@ -23,7 +23,8 @@ from scene_description.types import MAX_OBJECTS, Material, ModelReference, Openi
 SCHEMA: Final = "scene_synth/1"
 MAX_TEXT_LENGTH = 32_000_000
 MIN_EDGE_M = 0.001
-SURFACES = ("floor", "wall", "ceiling", "skirting")
+SURFACES = ("floor", "wall", "ceiling")
+"""What every room has a material for; ``skirting`` is there where it has one."""
 
 
 def scene_to_json(scene: SceneDescription) -> str:

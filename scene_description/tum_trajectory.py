@@ -32,6 +32,12 @@ def stamp_text(stamp_ns: int) -> str:
     return f"{seconds}.{nanoseconds:09d}"
 
 
+def stamp_name(stamp_ns: int) -> str:
+    """Return a stamp as names of files have it: seconds with ten digits, so that they sort by time."""
+    seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
+    return f"{seconds:010d}.{nanoseconds:09d}"
+
+
 def trajectory_from_tum(text: str, name: str = "trajectory") -> tuple[CameraPose, ...]:
     """Read a trajectory; lines that begin with # and empty ones are skipped, quaternions near unit length are made so.
 

@@ -204,7 +204,7 @@ class Room:
     wall_thickness_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
     openings: Annotated[tuple[Opening, ...], Limits(max_length=64)]
     surfaces: Annotated[tuple[Part, ...], Limits(min_length=1, max_length=8)]
-    """Materials of the parts ``floor``, ``wall``, ``ceiling`` and ``skirting``."""
+    """Materials of the parts ``floor``, ``wall``, ``ceiling``, and of ``skirting`` where there are such boards."""
     slopes: Annotated[tuple[Slope, ...], Limits(min_length=1, max_length=8)] | None = None
 
 

@@ -1,7 +1,7 @@
 """Pictures of unseen rooms beside photographs, and what views show.
 
 python -m benchmarks.pictures [--seed N] [--rooms N] [--types TYPE ...] [--size WIDTHxHEIGHT] [--preset NAME] [--pictures DIR]
-    [--of DIR] [--views N] [--json FILE]
+    [--of DIR] [--views N] [--json FILE] [--write]
 
 The seed is drawn from the clock unless it is given.  ``--of`` measures PNG files of a folder instead; ``--views`` judges the views of so
 many rooms of each type by primary rays, without light.
@@ -23,7 +23,7 @@ from PIL import Image
 from benchmarks.pictures.statistics import FIGURES, figures
 from benchmarks.pictures.views import View, judge_views
 from benchmarks.sampled_rooms import TIMES, camera_of, preset_config
-from benchmarks.table import Row, at_most, render_table
+from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import SceneRequest, room_types
 from grammar.synthesize import SceneSynthesizer
 from renderer import RenderConfig, Renderer, warm_up
@@ -93,6 +93,22 @@ def find_views(seed: int, rooms: int, types: Sequence[str]) -> dict[str, list[li
     }
 
 
+def _measured(arguments: argparse.Namespace, seed: int) -> Iterator[tuple[str, dict[str, float]]]:
+    """Yield names and figures of the pictures that are rendered, or read, as they come."""
+    if arguments.of:
+        files = sorted(arguments.of.rglob("*.png"))
+        pictures: Iterator[tuple[str, NDArray[np.uint8]]] = ((path.stem, np.asarray(Image.open(path).convert("RGB"))) for path in files)
+    else:
+        width, height = map(int, arguments.size.split("x"))
+        pictures = render_pictures(seed, arguments.rooms, arguments.types, (width, height), arguments.preset)
+    for name, picture in pictures:
+        print(name, flush=True)
+        if arguments.pictures:
+            arguments.pictures.mkdir(parents=True, exist_ok=True)
+            Image.fromarray(picture).save(arguments.pictures / f"{name}.png")
+        yield name, figures(picture)
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.pictures")
@@ -105,34 +121,20 @@ def main() -> None:
     parser.add_argument("--of", type=Path, metavar="DIR", help="measure the PNG files of a folder instead of rendering")
     parser.add_argument("--views", type=int, metavar="N", help="judge the views of N rooms of each type instead of rendering")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every picture or view to this file")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/cameras.md")
     arguments = parser.parse_args()
     seed = int(time.time()) if arguments.seed is None else arguments.seed
+    told: dict[str, Any] = {"seed": seed}
     if arguments.views:
-        views = find_views(seed, arguments.views, arguments.types)
-        told: Any = {"seed": seed, "views": views}
-        print(render_table(f"Views of unseen rooms, seed {seed}", view_rows(views)))
+        section, told["views"] = "views", find_views(seed, arguments.views, arguments.types)
+        title, rows = f"Views of unseen rooms, seed {seed}", view_rows(told["views"])
     else:
-        found: dict[str, dict[str, float]] = {}
-        if arguments.of:
-            pictures: Iterator[tuple[str, NDArray[np.uint8]]] = (
-                (path.stem, np.asarray(Image.open(path).convert("RGB"))) for path in sorted(arguments.of.rglob("*.png"))
-            )
-        else:
-            width, height = map(int, arguments.size.split("x"))
-            pictures = render_pictures(seed, arguments.rooms, arguments.types, (width, height), arguments.preset)
-        for name, picture in pictures:
-            found[name] = figures(picture)
-            print(name, flush=True)
-            if arguments.pictures:
-                arguments.pictures.mkdir(parents=True, exist_ok=True)
-                Image.fromarray(picture).save(arguments.pictures / f"{name}.png")
-        told = {"seed": seed, "pictures": found}
-        print(
-            render_table(
-                f"{len(found)} pictures beside photographs: mean, that of photographs (range of their sets); seed {seed}",
-                tabulate(list(found.values())),
-            )
-        )
+        section, told["pictures"] = "pictures", dict(_measured(arguments, seed))
+        rows = tabulate(list(told["pictures"].values()))
+        title = f"{len(told['pictures'])} pictures beside photographs: means, those of photographs, ranges of their sets; seed {seed}"
+    print(render_table(title, rows))
+    if arguments.write:
+        write_section(DOCS / "cameras.md", section, f"{title}:\n\n{markdown_table(rows)}")
     if arguments.json:
         arguments.json.write_text(json.dumps(told, indent=1))
 

@@ -22,6 +22,7 @@ FLAT_DEVIATION = 2.0
 FLAT_GRADIENT, EDGE_GRADIENT = 1.0, 12.0
 """Gradient of luma in codes a pixel below which a pixel counts as flat, and above which as an edge."""
 
+_LEAST_POWER = 1e-12
 _LUMA = np.array([0.299, 0.587, 0.114])
 _PLANE = np.stack(np.meshgrid(np.arange(TILE), np.arange(TILE)), axis=-1).reshape(-1, 2)
 _BASIS = np.linalg.qr(np.column_stack([_PLANE, np.ones(TILE * TILE)]).astype(np.float64))[0]
@@ -69,7 +70,7 @@ def _slope(seen: _Seen) -> float:
     radius = np.rint(np.hypot(frequency[:, None], frequency[None]) * edge).astype(int).ravel()
     radial = np.bincount(radius, power.ravel()) / np.maximum(np.bincount(radius), 1)
     at = np.arange(int(0.15 * edge), int(0.45 * edge))
-    return float(np.polyfit(np.log(at), np.log(radial[at]), 1)[0])
+    return float(np.polyfit(np.log(at), np.log(radial[at] + _LEAST_POWER), 1)[0])
 
 
 def _corners(seen: _Seen) -> float:

@@ -234,7 +234,7 @@ def sample_downlights(
     """
     if config is None or rng.random() >= config.probability:
         return ()
-    spacing, flux_lm = float(rng.uniform(*config.spacing_m)), math.exp(rng.uniform(*map(math.log, config.flux_lm)))
+    spacing, flux_lm = float(rng.uniform(*config.spacing_m)), _log_uniform(rng, config.flux_lm)
     temperature_k, beam = float(rng.uniform(*config.color_temperature_k)), math.radians(float(rng.uniform(*config.beam_deg)))
     on = bool(rng.random() < (config.on_in_dark if dark else config.on_by_day))
     # keep the points of a grid that are off the walls and off hanging lamps

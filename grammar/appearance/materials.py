@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from scene_description import Limits, Material, Texture
 from scene_description.products import matmul
 from scene_description.types import Color

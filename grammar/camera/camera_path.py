@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+import kernel_cache.elementary as el
 from grammar.camera.directions import Gaze, choose_gaze, sample_directions
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.sights import Sights
@@ -21,7 +22,6 @@ from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import NO_BOXES
-from kernel_cache import elementary as el
 from scene_description import CameraPose
 from scene_description.poses import look_at
 

@@ -132,7 +132,7 @@ def _sways(rng: np.random.Generator, times: Floats) -> Floats:
     """Return (2, c, 3) sums of sines, as many an octave everywhere, each number with standard deviation 1."""
     low, high = _SWAY_HZ
     total = np.zeros((2, len(times), 3))
-    edges = np.geomspace(low, high, _SWAY_LINES + 1)
+    edges = [low * math.pow(high / low, k / _SWAY_LINES) for k in range(_SWAY_LINES + 1)]
     share = math.sqrt(2.0 / _SWAY_LINES)
     for k in range(_SWAY_LINES):
         hertz, phase = rng.uniform(edges[k], edges[k + 1], (2, 1, 3)), rng.uniform(0.0, 2.0 * math.pi, (2, 1, 3))

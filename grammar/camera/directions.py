@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.view_ring import RING_COLUMNS, Ring, Views, best_columns, column_azimuth_rad
 from grammar.camera.walk import Walk, position_at
 from grammar.geometry.arrays import Floats, Ints
-from kernel_cache import elementary as el
 
 _KEY_SPACING_M = 0.3
 _YAW_SHARE = 0.75
@@ -75,7 +75,7 @@ def _scores(config: CameraPathConfig, keys_m: Floats, values: Floats, *, moves: 
     step = 2.0 * math.pi / RING_COLUMNS
     counts = np.where(keys == 0, config.first_weight, 1.0)
     sweeps = [begin + sense * config.sweep_rad_per_m * keys_m for sense in (-1.0, 1.0) for begin in azimuth]
-    worth = [counts @ values[keys, np.rint(sweep / step).astype(np.int64) % RING_COLUMNS] for sweep in sweeps]
+    worth = [float((counts * values[keys, np.rint(sweep / step).astype(np.int64) % RING_COLUMNS]).sum()) for sweep in sweeps]
     sweep_to = sweeps[int(np.argmax(worth))]
     scores = moves * values + config.sweep_weight * el.cos(azimuth[None, :] - sweep_to[:, None])
     scores[0] += (config.first_weight - 1.0) * moves * values[0]

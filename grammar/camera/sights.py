@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -35,4 +36,4 @@ def find_sights(room: Room, owners: Ints, lights: Sequence[Light]) -> Sights:
 def _slab(room: Room, opening: Opening) -> Boxes:
     x, y, yaw = opening_frame(room, opening)
     low, high = opening.sill_m, opening.sill_m + opening.height_m
-    return np.array([x, y, low, high, _SLAB_M, 0.5 * opening.width_m, np.cos(yaw), np.sin(yaw)])
+    return np.array([x, y, low, high, _SLAB_M, 0.5 * opening.width_m, math.cos(yaw), math.sin(yaw)])

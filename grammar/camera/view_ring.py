@@ -106,7 +106,7 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_w
     level = ring.distance_m[:, level_row]
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
-    return values + weights.line * narrow * level / level.max()
+    return np.asarray(values + weights.line * narrow * level / level.max())
 
 
 @entry

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y, footprint_penetration
 from grammar.geometry.solids import object_solids, whole_box
@@ -17,7 +18,6 @@ from grammar.geometry.zones import opening_frame, side_rectangle
 from grammar.spec.categories import BACK_GAP_M, Categories, Role
 from grammar.spec.grammar_file import room_needs
 from grammar.spec.room_rules import RoomNeeds
-from kernel_cache import elementary as el
 from scene_description import Opening, Room, SceneObject
 
 STRAIGHT_RAD = math.radians(15.0)

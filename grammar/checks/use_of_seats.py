@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.checks.furnished import Furnished, face_covered, in_boxes, outside, taken_share, wall_distance, world_points
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import (
@@ -26,7 +27,6 @@ from grammar.geometry.boxes import (
 from grammar.geometry.solids import whole_box
 from grammar.geometry.zones import opening_frame
 from grammar.layout.frames import aslant
-from kernel_cache import elementary as el
 from scene_description import SceneObject
 
 VIEW_RAD, VIEW_M = math.radians(60.0), 8.0

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from grammar.derivation.drafts import Draft
 from grammar.derivation.free_rows import Standing, free_slots, juts_clear
 from grammar.derivation.hung_rows import hang_rows, hangs_in_row
@@ -25,7 +26,6 @@ from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.walls import LENGTH
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, UnitRowRule
-from kernel_cache import elementary as el
 from scene_description import Room
 
 _TRIES, _HOPELESS = 60, 24

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+import kernel_cache.elementary as el
 from grammar.geometry.arrays import Floats
 from grammar.geometry.kernels import entry, making_arrays
-from kernel_cache import elementary as el
 from scene_description.types import Point2
 
 START_X, START_Y, ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, WALL_YAW, REFLEX = range(9)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.camera.cameras import PosedCamera, bearing_table, place_on_image
 from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES

@@ -150,7 +150,7 @@ def unproject(camera: CameraConfig, pose: CameraPose, pixels: NDArray[np.float64
     directions = bearings(camera, rows[:, :2])
     optical = directions * (rows[:, 2] / directions[:, 2])[:, None]
     world_from_camera = world_from_optical(pose.position_m, pose.orientation)
-    return matmul(optical, world_from_camera[:3, :3].T) + world_from_camera[:3, 3]
+    return np.asarray(matmul(optical, world_from_camera[:3, :3].T) + world_from_camera[:3, 3])
 
 
 def _coefficients(camera: CameraConfig) -> tuple[float, ...]:

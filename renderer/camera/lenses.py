@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 
 _STEPS = 60

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
 from renderer.core.kernel import entry, kernel

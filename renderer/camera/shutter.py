@@ -57,7 +57,7 @@ def motion_during(camera: CameraConfig, pose: CameraPose, path: Sequence[CameraP
     home = rotation_from_quaternion(pose.orientation)
     for row, time_s in zip(knots, times_s, strict=True):
         there = pose_at(path, pose.stamp_ns + time_s * _SECOND_NS)
-        row[:9] = (matmul(rotation_from_quaternion(there.orientation), home.T)).ravel()
+        row[:9] = matmul(rotation_from_quaternion(there.orientation), home.T).ravel()
         row[9:] = there.position_m
     per_knot = span_s / (KNOTS - 1)
     return Motion(knots, np.float32(camera.row_time_s / per_knot), np.float32(camera.shutter_s / per_knot))

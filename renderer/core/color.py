@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 
 Rgb = tuple[np.float32, np.float32, np.float32]
 """A colour in a kernel's registers."""

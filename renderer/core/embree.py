@@ -340,7 +340,7 @@ occluded1 = types.ExternalFunction("rtcOccluded1", _trace_ray)
 
 
 @kernel
-def intersect16(alive, scene, packet, arguments):  # type: ignore[no-untyped-def]
+def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
     """Find the nearest hit of the alive rays of a packet of :func:`make_packet`; all addresses.
 
     Without AVX-512 Embree takes 16 rays one by one, so each half of the packet is copied to the room behind it and traced as one of 8:
@@ -357,7 +357,7 @@ def intersect16(alive, scene, packet, arguments):  # type: ignore[no-untyped-def
 
 
 @kernel
-def occluded16(alive, scene, packet, arguments):  # type: ignore[no-untyped-def]
+def occluded16(alive: int, scene: int, packet: int, arguments: int) -> None:
     """Set TFAR to -inf for alive rays of a packet of :func:`make_packet` that hit anything; all addresses."""
     if _words_at(np.int64(arguments))[_HALVES] == 0:
         _occluded16(alive, scene, packet, arguments)
@@ -369,17 +369,17 @@ def occluded16(alive, scene, packet, arguments):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _room(packet):  # type: ignore[no-untyped-def]
+def _room(packet: int) -> np.int64:
     return np.int64(packet) + 4 * (PACKET_SIZE + LANES)
 
 
 @inlined
-def _half_alive(alive, half):  # type: ignore[no-untyped-def]
+def _half_alive(alive: int, half: int) -> np.int64:
     return np.int64(alive) + 4 * (LANES // 2) * half
 
 
 @inlined
-def _copy_half(alive, packet, half, fields):  # type: ignore[no-untyped-def]
+def _copy_half(alive: int, packet: int, half: int, fields: int) -> bool:
     """Copy the first fields of half a packet to the room behind it; return whether any of its rays is alive."""
     lives, rays, room = _words_at(_half_alive(alive, half)), _words_at(np.int64(packet)), _words_at(_room(packet))
     any_alive = 0
@@ -392,7 +392,7 @@ def _copy_half(alive, packet, half, fields):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _copy_back(packet, half, first, end):  # type: ignore[no-untyped-def]
+def _copy_back(packet: int, half: int, first: int, end: int) -> None:
     rays, room = _words_at(np.int64(packet)), _words_at(_room(packet))
     for field in range(first, end):
         for k in range(LANES // 2):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.export.scene_glb import split_parts
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import surface_area

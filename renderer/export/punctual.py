@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
@@ -130,5 +130,5 @@ def _falloff(inner: NDArray[np.float64], outer: NDArray[np.float64]) -> NDArray[
 def _misfit(profile: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the squared difference (k,) of intensities (k, STEPS) from a profile (STEPS,), all at a flux of 1."""
     weight = el.sin(_ANGLES)
-    one, many = profile / (matmul(profile, weight)), others / (matmul(others, weight))[:, None]
+    one, many = profile / matmul(profile, weight), others / matmul(others, weight)[:, None]
     return np.asarray(matmul((many - one) ** 2, weight))

@@ -114,7 +114,7 @@ def to_local(mesh: Mesh, position: NDArray[np.float64], yaw_rad: float) -> Mesh:
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     normals = matmul(mesh.normals.astype(np.float64), rotation)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return mesh._replace(vertices=(matmul(mesh.vertices - position, rotation)).astype(np.float32), normals=normals.astype(np.float32))
+    return mesh._replace(vertices=matmul(mesh.vertices - position, rotation).astype(np.float32), normals=normals.astype(np.float32))
 
 
 def part_primitive(writer: GlbWriter, mesh: Mesh, material: int, texture: AppliedTexture | None) -> dict[str, Any]:

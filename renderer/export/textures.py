@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import srgb_from_linear
 from renderer.textures.apply import AppliedTexture
 from scene_description import Material

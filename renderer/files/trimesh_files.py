@@ -219,7 +219,7 @@ def _piece(node: str, geometry: Any, names: Mapping[str, int]) -> Piece:
     return Piece(
         node=node,
         vertices=np.asarray(geometry.vertices, np.float64),
-        normals=np.round(np.asarray(geometry.vertex_normals, np.float64), _NORMAL_DECIMALS),
+        normals=np.asarray(np.round(geometry.vertex_normals, _NORMAL_DECIMALS), np.float64),
         faces=np.asarray(geometry.faces, np.int64),
         material=names.get(str(material)),
         uvs={0: np.asarray(uvs, np.float64) * (1.0, -1.0) + (0.0, 1.0)} if usable else {},

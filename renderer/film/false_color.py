@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from scene_description.labels import instance_palette, label_palette, occlusion_labels
 
 FAR_M = 6.0

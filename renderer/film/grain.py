@@ -41,7 +41,7 @@ def _deviates() -> NDArray[np.float32]:
 
 
 @entry
-def _fill_normal(deviates):  # type: ignore[no-untyped-def]
+def _fill_normal(deviates: NDArray[np.float32]) -> None:
     """Write standard normal numbers, keyed by their place."""
     for i in range(len(deviates)):
         first = mix_bits(np.uint32(np.uint32(i) + _STREAM))
@@ -49,7 +49,9 @@ def _fill_normal(deviates):  # type: ignore[no-untyped-def]
 
 
 @entry
-def _add_grain(codes, deviates, deviation, frame_key, grained):  # type: ignore[no-untyped-def]
+def _add_grain(
+    codes: NDArray[np.uint8], deviates: NDArray[np.float32], deviation: np.float32, frame_key: np.uint32, grained: NDArray[np.uint8]
+) -> None:
     """Write each code plus a deviate that the pixel's channels share and one of its own, rounded; weight 1 - (2 c - 1)^4 of c in [0, 1]."""
     last = np.uint32(len(deviates) - 1)
     for i in range(len(codes)):

@@ -40,7 +40,7 @@ def compress_base(light: NDArray[np.float32], span_stops: float) -> NDArray[np.f
 
 
 @entry
-def _take_stops(light, stops):  # type: ignore[no-untyped-def]
+def _take_stops(light: NDArray[np.float32], stops: NDArray[np.float64]) -> None:
     """Write the stops of luminance above middle grey."""
     for y in range(light.shape[0]):
         for x in range(light.shape[1]):
@@ -49,7 +49,7 @@ def _take_stops(light, stops):  # type: ignore[no-untyped-def]
 
 
 @entry
-def _guide(image, radius, edge, scratch):  # type: ignore[no-untyped-def]
+def _guide(image: NDArray[np.float64], radius: int, edge: float, scratch: NDArray[np.float64]) -> None:
     """Write the guided filter of an image by itself to scratch[0]; scratch (4, height, width)."""
     height, width = image.shape
     slope, offset, passing, row = scratch[0], scratch[1], scratch[2], scratch[3]
@@ -73,7 +73,7 @@ def _guide(image, radius, edge, scratch):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _box_mean(image, radius, passing, sums):  # type: ignore[no-untyped-def]
+def _box_mean(image: NDArray[np.float64], radius: int, passing: NDArray[np.float64], sums: NDArray[np.float64]) -> None:
     """Replace an image by the means over squares of 2 radius + 1 pixels, as far as they lie in it; sums run along rows, then columns."""
     height, width = image.shape
     for y in range(height):
@@ -96,7 +96,7 @@ def _box_mean(image, radius, passing, sums):  # type: ignore[no-untyped-def]
 
 
 @entry
-def _compress(light, base, most_stops, shown):  # type: ignore[no-untyped-def]
+def _compress(light: NDArray[np.float32], base: NDArray[np.float64], most_stops: float, shown: NDArray[np.float32]) -> None:
     """Write light times what its base is compressed by."""
     for y in range(light.shape[0]):
         for x in range(light.shape[1]):

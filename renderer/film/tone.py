@@ -12,19 +12,20 @@ IEEE PAMI 26, 2004).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
 from renderer.film.local_tone import compress_base
 from renderer.film.white_balance import Chromaticity, adaptation
 from scene_description.color_temperature import D65_XY
+from scene_description.products import inverse, matmul
 
 FILMIC_KNEE = 0.4
 """Display-linear value up to which the filmic curve is the identity."""
@@ -86,7 +87,7 @@ def from_display(codes: NDArray[np.uint8], exposure: Exposure, curve: str = "srg
     """
     light = _light_of(curve, linear_from_srgb(np.arange(256) / 255.0), exposure.black)
     balanced = light[codes].astype(np.float64) * white_luminance(exposure.ev100)
-    return (balanced @ np.linalg.inv(adaptation(exposure.white_xy)).T).astype(np.float32)
+    return np.asarray(matmul(balanced, inverse(adaptation(exposure.white_xy)).T), np.float32)
 
 
 def balance(radiance: NDArray[np.float32], exposure: Exposure) -> NDArray[np.float32]:
@@ -147,13 +148,13 @@ def _fit_shoulder() -> float:
 
 def camera_curve(light: NDArray[np.floating], black: float = 0.0) -> NDArray[np.float64]:
     """Return the camera's curve: 0 up to ``black``, 0.18 at 0.18 where black is 0, 1 at ``CAMERA_WHITE``, and further up beyond."""
-    power = (np.maximum(np.asarray(light, np.float64) - black, 0.0) / (1.0 - black)) ** CAMERA_STEEPNESS
+    power = el.power(np.maximum(np.asarray(light, np.float64) - black, 0.0) / (1.0 - black), CAMERA_STEEPNESS)
     return np.asarray(_CAMERA_GAIN * power / (power + _CAMERA_HALF))
 
 
 def _fit_camera() -> tuple[float, float]:
     """Return A and B of the camera's curve: y(grey) = grey and y(white) = 1 are linear in both."""
-    grey, white = (light**CAMERA_STEEPNESS for light in (CAMERA_GREY, CAMERA_WHITE))
+    grey, white = (math.pow(light, CAMERA_STEEPNESS) for light in (CAMERA_GREY, CAMERA_WHITE))
     half = grey * (1.0 - CAMERA_GREY) / (CAMERA_GREY - grey / white)
     return 1.0 + half / white, half
 
@@ -161,19 +162,23 @@ def _fit_camera() -> tuple[float, float]:
 def _unfilm(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
     del black
     over = np.maximum(shown - FILMIC_KNEE, 0.0)
-    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER)
+    return np.asarray(np.minimum(shown, FILMIC_KNEE) + _SHOULDER * el.expm1(over / _SHOULDER))
 
 
 def _unphotograph(shown: NDArray[np.float64], black: float) -> NDArray[np.float64]:
     power = _CAMERA_HALF * shown / (_CAMERA_GAIN - shown)
-    return black + (1.0 - black) * power ** (1.0 / CAMERA_STEEPNESS)
+    return np.asarray(black + (1.0 - black) * el.power(power, 1.0 / CAMERA_STEEPNESS))
 
 
 _SHOULDER = _fit_shoulder()
 _CAMERA_GAIN, _CAMERA_HALF = _fit_camera()
 _HALF_CODES = (np.arange(255) + 0.5) / 255.0
 _HALF_LIGHT = linear_from_srgb(_HALF_CODES)
-_INVERSES = {"camera": _unphotograph, "filmic": _unfilm, "srgb": lambda shown, black: shown}
+_INVERSES: dict[str, Callable[[NDArray[np.float64], float], NDArray[np.float64]]] = {
+    "camera": _unphotograph,
+    "filmic": _unfilm,
+    "srgb": lambda shown, black: shown,
+}
 """Name -> what light is shown as linear values in [0, 1], given the black."""
 
 
@@ -208,7 +213,7 @@ def thresholds(response: str, gamma: float, points: Sequence[float]) -> NDArray[
         "rec709": np.where(_HALF_CODES < 0.081, _HALF_CODES / 4.5, el.power((_HALF_CODES + 0.099) / 1.099, 1.0 / 0.45)),
         "gamma": el.power(_HALF_CODES, gamma),
     }
-    return light[response].astype(np.float32)
+    return np.asarray(light[response], np.float32)
 
 
 def encode(light: NDArray[np.float32], first: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from scene_description.color_temperature import D65_XY, black_body_chromaticity, xyz_from_rgb, xyz_of_xy
 from scene_description.products import inverse, matmul
 
@@ -34,7 +34,7 @@ def adaptation(white_xy: Chromaticity, degree: float = 1.0) -> NDArray[np.float6
     """
     rgb_to_xyz = xyz_from_rgb()
     to_cone = matmul(_BRADFORD, rgb_to_xyz)
-    gains = (matmul(_BRADFORD, xyz_of_xy(*D65_XY))) / (matmul(_BRADFORD, xyz_of_xy(*white_xy)))
+    gains = matmul(_BRADFORD, xyz_of_xy(*D65_XY)) / matmul(_BRADFORD, xyz_of_xy(*white_xy))
     return np.asarray(matmul(inverse(to_cone), el.power(gains[:, None], degree) * to_cone))
 
 
@@ -46,8 +46,8 @@ def chromaticity(rgb: NDArray[np.float64]) -> Chromaticity:
 
 def partly_adapted(white_xy: Chromaticity, degree: float) -> Chromaticity:
     """Return the chromaticity that must be shown as white to take away this degree of the tint of ``white_xy``."""
-    cone = (matmul(_BRADFORD, xyz_of_xy(*white_xy))) / (matmul(_BRADFORD, xyz_of_xy(*D65_XY)))
-    x, y, z = matmul(inverse(_BRADFORD), el.power(cone, degree) * (matmul(_BRADFORD, xyz_of_xy(*D65_XY))))
+    cone = matmul(_BRADFORD, xyz_of_xy(*white_xy)) / matmul(_BRADFORD, xyz_of_xy(*D65_XY))
+    x, y, z = matmul(inverse(_BRADFORD), el.power(cone, degree) * matmul(_BRADFORD, xyz_of_xy(*D65_XY)))
     return float(x / (x + y + z)), float(y / (x + y + z))
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from scene_description.products import dot, matmul
@@ -48,7 +48,7 @@ def block_uvs(points: Array, half: Array, center: Array, signs: Array, axes: NDA
     )
     u = np.where(rank == 0, local[..., 1], local[..., 0])
     v = np.where(rank == 0, local[..., 2], around)
-    flat: Array = np.stack([u, v], axis=2) + (matmul(center, SCATTER.T))[:, None, :]
+    flat: Array = np.stack([u, v], axis=2) + matmul(center, SCATTER.T)[:, None, :]
     return flat.reshape(-1, 2)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import CREASE_COSINE, lathe, make_mesh, merged, moved, rotated, sweep

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
 from renderer.geometry.mesh import UNMAPPED, Mesh
@@ -317,7 +317,7 @@ def sweep(path: ArrayLike, radius: float | Sequence[float] | Array, segments: in
     side = np.cross(tangent[0], (0.0, 0.0, 1.0) if abs(tangent[0, 2]) < 0.9 else (1.0, 0.0, 0.0))
     sides = np.empty_like(points)
     for i, direction in enumerate(tangent):
-        side = side - direction * (matmul(side, direction))
+        side = side - direction * matmul(side, direction)
         side = side / math.sqrt(matmul(side, side))
         sides[i] = side
     ups = np.cross(tangent, sides)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.lidar.config import ScanConfig
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, rotation_from_quaternion
 from scene_description.products import matmul

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.embree import LANES, SceneHandle, make_packet
 from renderer.core.random_numbers import make_frame_key
 from renderer.lidar.config import ScanConfig

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import grid_way
 from renderer.geometry.mesh import Mesh

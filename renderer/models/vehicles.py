@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh

@@ -105,7 +105,7 @@ def sampling_tables(bright: NDArray[np.float32]) -> tuple[NDArray[np.float32], N
     """Return pdf (h, w), rows (h,) and columns (h, w) of ``InfiniteLight`` for luminance (h, w, 3): by flux, pixel by pixel."""
     height, width = bright.shape[:2]
     angle = pixel_solid_angles(height, width)
-    flux = (matmul(bright.astype(np.float64), LUMINANCE)) * angle[:, None]
+    flux = matmul(bright.astype(np.float64), LUMINANCE) * angle[:, None]
     share = flux / flux.sum()
     by_row = share.sum(axis=1)
     rows = np.cumsum(by_row)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import inlined, kernel
 from renderer.core.layout import Layout

@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE

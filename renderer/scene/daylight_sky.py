@@ -24,7 +24,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.core.color import LUMINANCE
 from renderer.scene.equirectangular import map_directions, pixel_solid_angles
@@ -62,7 +62,7 @@ def sun_illuminance_lx(elevation_rad: float, turbidity: float, distance_au: floa
     aerosols = el.exp(-(0.04608 * turbidity - 0.04586) * mass * el.power(micrometres, -1.3))
     spectrum = el.power(_WAVELENGTHS_NM, -5.0) / el.expm1(_SECOND_CONSTANT_NM_K / (_WAVELENGTHS_NM * _TEMPERATURE_K))
     matching = matching_functions(_WAVELENGTHS_NM)
-    scale = EXTRATERRESTRIAL_LX / distance_au**2 / (matmul(matching[1], spectrum))
+    scale = EXTRATERRESTRIAL_LX / distance_au**2 / matmul(matching[1], spectrum)
     rgb = matmul(inverse(xyz_from_rgb()), matmul(matching, spectrum * rayleigh * aerosols) * scale)
     return np.asarray(np.maximum(rgb, 0.0))
 

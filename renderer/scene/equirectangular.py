@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 
 
 def pixel_solid_angles(height: int, width: int) -> NDArray[np.float64]:
     """Return the solid angle in steradian of the pixels of each row (height,) of an equirectangular map."""
     edges = el.sin(np.linspace(0.5 * np.pi, -0.5 * np.pi, height + 1))
-    return (edges[:-1] - edges[1:]) * (2.0 * np.pi / width)
+    return np.asarray((edges[:-1] - edges[1:]) * (2.0 * np.pi / width))
 
 
 def map_directions(height: int, width: int) -> Array:

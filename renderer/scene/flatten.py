@@ -36,9 +36,9 @@ from scene_description import Environment, Light, Luminaire, Material, ModelRefe
 from scene_description.labels import LABEL_ID, part_ids
 from scene_description.light_labels import light_ids
 from scene_description.products import matmul
+from scene_description.scene_json import SURFACES
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
-OPTIONAL_SURFACES = ("skirting",)
 MAX_SCENE_FACES = 20_000_000
 """Rec. 709 luminance of linear RGB."""
 
@@ -182,7 +182,7 @@ def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
         raise FlattenError(f"room: {error}") from error
     rows = []
     for name, mesh in shell.items():
-        if name not in surfaces and name in OPTIONAL_SURFACES:
+        if name not in surfaces and name not in SURFACES:
             continue
         if name not in surfaces:
             raise FlattenError(f"room: expected a material for surface '{name}', got only {_listed(surfaces)}")

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import kernel
 from renderer.geometry.mesh import UNMAPPED, Mesh

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.textures.noise import Field, cells, coordinates, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 from renderer.textures.pictures import Canvas

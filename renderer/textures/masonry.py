@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 from renderer.textures.noise import Field, cells, coordinates, covered, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
@@ -129,10 +129,10 @@ def formed_concrete(rng: np.random.Generator, request: Request) -> Pattern:
     tie = covered(hole, TIE_M / (2.0 * PANEL_M), texel)
     collar = covered(hole, 1.7 * TIE_M / (2.0 * PANEL_M), 2.0 * texel) - tie
     pores = smooth_step(2.35, 3.0, noise(rng, request.shape, 0.12 * width, 0.4 * width, 0.0, (1.0, 0.5)))
-    grain = noise(rng, request.shape, 4.0, 0.3 * width, 0.5, (1.0, 6.0))
+    grain = noise(rng, request.shape, 4.0, 0.3 * width, 0.3, (1.0, 2.5))
     grit = noise(rng, request.shape, 0.2 * width, 0.5 * width, 0.0, (1.0, 0.5))
     dark = np.clip(0.75 * pores + 0.9 * joint + tie, 0.0, 1.0)
-    shade = 1.0 + 0.022 * grain + 0.03 * grit - 0.06 * collar
+    shade = 1.0 + 0.014 * grain + 0.03 * grit - 0.06 * collar
     return Pattern((dark,), shade, 0.1 * dark + 0.02 * grain, 0.03 * grit - 0.5 * pores - joint - tie)
 
 

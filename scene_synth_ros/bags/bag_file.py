@@ -192,6 +192,10 @@ class BagFile:
         """Write the chunk in progress, then a metadata record."""
         self._mcap.add_metadata(name, data)
 
+    def add_attachment(self, name: str, data: bytes) -> None:
+        """Write the chunk in progress, then an attached file."""
+        self._mcap.add_attachment(name, data)
+
     def write(self, topic: str, log_ns: int, publish_ns: int, data: bytes) -> None:
         """Add a message to the chunk in progress, which is written when it is full."""
         if self._manifest is not None:

@@ -23,9 +23,11 @@ from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, Promise, read_promise
 from scene_synth_ros.bags.whole_frames import FRAME_TYPES, cameras, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
-from scene_synth_ros.messages.streams import SCENE, find_streams, has_own_stamps
+from scene_synth_ros.messages.streams import IMU_DATA, IMU_IDEAL, JOINT_STATES, ODOM, SCENE, find_streams, has_own_stamps, parse
 
 MAX_GAP_PERIODS = 1.5
+EVEN = (IMU_DATA, IMU_IDEAL, ODOM, JOINT_STATES)
+"""Roles of streams between frames whose stamps are evenly spaced within a room."""
 
 Stamps = NDArray[np.int64]
 
@@ -165,7 +167,9 @@ def _topic_report(topic: TopicInfo, tally: _Tally, stamps: Stamps, room_starts: 
     spacing = np.diff(stamps)
     period_ns = int(np.median(spacing)) if spacing.size else 0
     gaps = 0
-    if topic.type_name in FRAME_TYPES and not has_own_stamps(topic.name) and period_ns > 0:
+    stream = parse(topic.name, topic.type_name)
+    even = stream is not None and stream.role in EVEN
+    if (even or (topic.type_name in FRAME_TYPES and not has_own_stamps(topic.name))) and period_ns > 0:
         rooms = np.searchsorted(room_starts, stamps, side="right")
         gaps = int(np.count_nonzero((spacing > MAX_GAP_PERIODS * period_ns) & (np.diff(rooms) == 0)))
     return TopicReport(

@@ -32,6 +32,7 @@ from scene_description.strict import whole_number
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
+from scene_synth_ros.bags.verify_bodies import BodiesAgain
 from scene_synth_ros.bags.verify_scans import ScansAgain
 from scene_synth_ros.messages.cdr import read_text
 from scene_synth_ros.messages.conversions import msg_to_image
@@ -102,6 +103,7 @@ class _FramesAgain:
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
         self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
+        self.bodies = BodiesAgain(self._scene)
         quality = whole_number(reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, ""))
         self.jpeg_quality = quality if quality is not None and 1 <= quality <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()
@@ -123,6 +125,7 @@ class _FramesAgain:
         else:
             settings = settings_from_json(text)
             self.scans.take(settings)
+            self.bodies.take(settings)
             known = self._settings.setdefault(settings.stamp_ns, [])
             if settings not in known:
                 known.append(settings)
@@ -245,10 +248,11 @@ def _compare(message: BagMessage, frames: _FramesAgain, report: VerifyReport, pr
     if stamp is None or stream is None or stream.role is SETTINGS:
         return
     if stream.has_own_stamps:
-        again = frames.scans.message(message.topic.removeprefix(f"{frames.namespace}/"), stamp)
+        name = message.topic.removeprefix(f"{frames.namespace}/")
+        scan = frames.scans.message(name, stamp)
+        again = frames.bodies.message(name, stamp) if scan is None else (scan[0], scan[1].settings)
         if again is not None:
-            settings = again[1].settings
-            _judge(message, again[0], stamp, settings.scene, settings.frame, report)
+            _judge(message, again[0], stamp, again[1].scene, again[1].frame, report)
         return
     expected = frames.expected(stamp)
     if expected is None or base not in expected.messages:

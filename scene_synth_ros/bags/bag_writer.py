@@ -8,11 +8,11 @@ from __future__ import annotations
 import contextlib
 import os
 from collections import Counter, deque
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_file import ACTIVE_SUFFIX, BagFile, FileFormat
@@ -118,7 +118,7 @@ class BagWriter:
             raise BagWriteError(f"cannot make bag folder {self.directory}: {error.strerror or error}") from None
 
     def _open_file(self) -> BagFile:
-        """Begin the next file with what is known: topics, records.
+        """Begin the next file with what is known: topics, records, attachments.
 
         Raises:
             OSError: it cannot be written; nothing of it is left.
@@ -130,6 +130,8 @@ class BagWriter:
             file.add_record("rosbag2", {"serialized_metadata": file.metadata_record(self.custom_data)})
             for name, record in self._records.items():
                 file.add_record(name, record)
+            for name, data in self._attachments.items():
+                file.add_attachment(name, data)
         except BaseException:
             file.discard()
             raise
@@ -200,18 +202,24 @@ class BagWriter:
         Raises:
             BagWriteError: the disk refused it, or the bag is closed.
         """
-        self._refuse_closed()
-        if self._records.get(name) == data:
-            return
-        self._records[name] = dict(data)
-        try:
-            self._file.add_record(name, data)
-        except OSError as error:
-            self._give_up(error)
+        self._keep(self._records, name, dict(data), self._file.add_record)
 
     def set_attachment(self, name: str, data: bytes) -> None:
-        """Attach a file at the end of this file of the bag and of every later one."""
-        self._attachments[name] = data
+        """Attach a file to this file of the bag, now, so that it is there should nobody close the bag, and to every later one.
+
+        Raises:
+            BagWriteError: the disk refused it, or the bag is closed.
+        """
+        self._keep(self._attachments, name, data, self._file.add_attachment)
+
+    def _keep(self, kept: dict[str, Any], name: str, content: Any, add: Callable[[str, Any], None]) -> None:
+        self._refuse_closed()
+        if kept.get(name) != content:
+            kept[name] = content
+            try:
+                add(name, content)
+            except OSError as error:
+                self._give_up(error)
 
     def write(self, topic: str, cdr: bytes | bytearray | memoryview, log_ns: int, publish_ns: int) -> None:
         """Write a serialised message.

@@ -1,7 +1,7 @@
 """Leaves out frames of which something is missing, so that what is saved of a cut or damaged bag has whole frames only.
 
-The messages of a camera at one log time form a frame.  What it consists of is learned from all of them: the streams that nearly every one
-has.  Cameras whose log times are not their stamps, as those of other recorders, teach nothing and keep all.
+The messages of a camera at one log time form a frame.  What it consists of is learned from all of them: the streams and labels that nearly
+every one has.  Cameras whose log times are not their stamps, as those of other recorders, teach nothing and keep all.
 """
 
 from __future__ import annotations
@@ -96,12 +96,10 @@ class WholeFrames:
     def judge(self) -> None:
         """Find the frames of which something is missing, now that all messages are noted."""
         for camera, streams in self._cameras.items():
-            times = [np.unique(np.frombuffer(self._noted[topic], np.int64)) for topic in streams]
-            frames = np.unique(np.concatenate(times))
-            alone = len(frames) == 1
-            usual = [own for own in times if alone or len(own) > _USUAL * (len(frames) - 1)]
-            if alone:
-                usual += [np.frombuffer(self._noted[topic], np.int64) for topic in self._labels if self._bases.get(topic) == camera]
+            labels = [topic for topic in self._labels if self._bases.get(topic) == camera]
+            times = [np.unique(np.frombuffer(self._noted[topic], np.int64)) for topic in (*streams, *labels)]
+            frames = np.unique(np.concatenate(times[: len(streams)]))
+            usual = [own for own in times if len(frames) == 1 or len(own) > _USUAL * (len(frames) - 1)]
             lacking = frames[np.sum([np.isin(frames, own) for own in usual], axis=0) < len(usual)] if usual else frames[:0]
             self._torn[camera] = set() if camera in self._late else set(lacking.tolist())
 

@@ -111,6 +111,7 @@ class McapFile:
         self._channels: list[Channel] = []
         self._chunks = WrittenChunks()
         self._metadata_indexes: list[MetadataIndex] = []
+        self._attached: list[tuple[AttachmentIndex, bytes]] = []
         self._definitions: list[bytes] = []
         self._unsynced: list[bytes] = []
         self._counts: dict[int, int] = {}
@@ -230,6 +231,29 @@ class McapFile:
         self._append(record)
         self._metadata_indexes.append(MetadataIndex(offset=start, length=len(record), name=name))
 
+    def add_attachment(self, name: str, content: bytes) -> None:
+        """Write the chunk in progress, then an attachment; what it is is told by the end of its name."""
+        self.write_chunk()
+        record, index = self._attachment(name, content, self._file.size)
+        self._append(record)
+        self._attached.append((index, content))
+
+    def _attachment(self, name: str, content: bytes, offset: int) -> tuple[bytes, AttachmentIndex]:
+        """Return the record of an attachment, and what the index says of it at a place in the file."""
+        media = _MEDIA_TYPES.get(name.rpartition(".")[2], "application/octet-stream")
+        time_ns = (self.time_range_ns() or (0, 0))[1]
+        record = _encode(Attachment(create_time=time_ns, log_time=time_ns, name=name, media_type=media, data=content))
+        index = AttachmentIndex(
+            offset=offset,
+            length=len(record),
+            log_time=time_ns,
+            create_time=time_ns,
+            data_size=len(content),
+            name=name,
+            media_type=media,
+        )
+        return record, index
+
     def drop_last_chunk(self) -> int:
         """Give up the last written chunk and all that follows it; return how many messages it had.
 
@@ -241,6 +265,7 @@ class McapFile:
         offset, count = self._forget_last_chunk()
         self._file.cut(offset)
         self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._file.size]
+        self._attached = [(entry, content) for entry, content in self._attached if entry.offset < self._file.size]
         return count
 
     def _forget_last_chunk(self) -> tuple[int, int]:
@@ -257,7 +282,7 @@ class McapFile:
 
         Args:
             metadata: returns record name -> record, called when the last chunk is on disk.
-            attachments: returns file name -> content, called before ``metadata``; what they are is told by the end of their names.
+            attachments: returns file name -> content, called before ``metadata``; those that are in the file already are not repeated.
 
         Raises:
             OSError: the file ends after its last whole chunk; ``finish`` may be called again.
@@ -265,23 +290,13 @@ class McapFile:
         self.write_chunk()
         start = self._file.size
         indexes = list(self._metadata_indexes)
-        tail, attached = bytearray(), []
-        time_ns = (self.time_range_ns() or (0, 0))[1]
+        tail, attached = bytearray(), [index for index, _ in self._attached]
+        there = {index.name: content for index, content in self._attached}
         for name, content in attachments().items():
-            media = _MEDIA_TYPES.get(name.rpartition(".")[2], "application/octet-stream")
-            record = _encode(Attachment(create_time=time_ns, log_time=time_ns, name=name, media_type=media, data=content))
-            attached.append(
-                AttachmentIndex(
-                    offset=start + len(tail),
-                    length=len(record),
-                    log_time=time_ns,
-                    create_time=time_ns,
-                    data_size=len(content),
-                    name=name,
-                    media_type=media,
-                )
-            )
-            tail += record
+            if there.get(name) != content:
+                record, index = self._attachment(name, content, start + len(tail))
+                attached.append(index)
+                tail += record
         for name, data in metadata().items():
             record = _encode(Metadata(name=name, metadata=dict(data)))
             indexes.append(MetadataIndex(offset=start + len(tail), length=len(record), name=name))

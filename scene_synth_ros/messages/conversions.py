@@ -26,10 +26,12 @@ from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_description.poses import (
     LINK_FROM_OPTICAL,
+    Vec3,
     conjugate_quaternion,
     multiply_quaternions,
     quaternion_from_yaw,
 )
+from scene_description.poses import Quaternion as QuaternionXyzw
 from scene_synth_ros.messages.image_reader import ENCODINGS, raw_pixels
 from scene_synth_ros.messages.stamps import NANOSECONDS
 
@@ -130,20 +132,22 @@ def pose_to_msg(pose: CameraPose, frame_id: str) -> PoseStamped:
     return PoseStamped(header=header(pose.stamp_ns, frame_id), pose=_pose(pose.position_m, pose.orientation))
 
 
+def transform_to_msg(stamp_ns: int, parent: str, child: str, place_m: Vec3, rotation: QuaternionXyzw) -> TransformStamped:
+    """Return the pose of a frame in another as a transform."""
+    (x, y, z), (qx, qy, qz, qw) = place_m, rotation
+    transform = Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+    return TransformStamped(header=header(stamp_ns, parent), child_frame_id=child, transform=transform)
+
+
 def link_from_optical_to_msg(stamp_ns: int, link: str, optical: str) -> TransformStamped:
     """Return the transform camera link -> optical frame (x right, y down, z forward), which never changes (REP 103)."""
-    qx, qy, qz, qw = LINK_FROM_OPTICAL
-    transform = Transform(rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
-    return TransformStamped(header=header(stamp_ns, link), child_frame_id=optical, transform=transform)
+    return transform_to_msg(stamp_ns, link, optical, (0.0, 0.0, 0.0), LINK_FROM_OPTICAL)
 
 
 def world_from_link_to_msg(pose: CameraPose, world: str, link: str) -> TransformStamped:
     """Return the transform world -> camera link (x forward, y left, z up) of an optical pose."""
     rotation = multiply_quaternions(pose.orientation, conjugate_quaternion(LINK_FROM_OPTICAL))
-    x, y, z = pose.position_m
-    qx, qy, qz, qw = rotation
-    transform = Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
-    return TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=link, transform=transform)
+    return transform_to_msg(pose.stamp_ns, world, link, pose.position_m, rotation)
 
 
 def labels_to_msg(labels: LabelTable, stamp_ns: int, standard: StandardName = "nyu40") -> String:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
@@ -17,10 +18,11 @@ from scene_description import Limits
 from scene_description.color_temperature import D65_XY
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.rig_frames import RigFrame
+from scene_synth_ros.messages.senses import NO_SCAN, Senses
 
 MAX_TEXT_LENGTH = 20_000
 _LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks", "points", "points_sensed", "points_color")
-NO_SCAN = ScanConfig()
 Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
 
 
@@ -29,6 +31,7 @@ class FrameSettings:
     """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure, white and black used, and the configurations.
 
     ``sent``: topics that have stamps of their own, below the namespace -> stamp of the last message that went out before this frame.
+    ``frames``: those that are fixed to a body, and known to the renderer.
     ``asked``: the frame is the answer to a request of its pose, so simulated time does not pass with it.
     """
 
@@ -44,6 +47,10 @@ class FrameSettings:
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
     black: Annotated[float, Limits(ge=0.0, le=0.5)] = 0.0
     scan: ScanConfig = NO_SCAN
+    body: BodyConfig = NO_BODY
+    imu: ImuConfig = NO_IMU
+    wheels: WheelsConfig = NO_WHEELS
+    frames: Annotated[tuple[RigFrame, ...], Limits(max_length=64)] = ()
     sent: Annotated[Mapping[str, int], Limits(max_length=64)] = field(default_factory=dict)
     asked: bool = False
 
@@ -51,6 +58,11 @@ class FrameSettings:
     def exposure(self) -> Exposure:
         """Return exposure value, white and black together."""
         return Exposure(self.exposure_ev100, self.white_xy, self.black)
+
+    @property
+    def senses(self) -> Senses:
+        """Return what is sensed beside frames."""
+        return Senses(self.scan, self.body, self.imu, self.wheels)
 
 
 def settings_to_json(settings: FrameSettings) -> str:
@@ -62,7 +74,14 @@ def settings_to_json(settings: FrameSettings) -> str:
         if not getattr(settings.streams, name):
             del data["streams"][name]
     if not settings.scan.enabled:
-        del data["scan"], data["sent"]
+        del data["scan"]
+    if not settings.body.enabled:
+        del data["body"], data["frames"]
+    for name in ("imu", "wheels"):
+        if not getattr(settings, name).enabled:
+            del data[name]
+    if not (settings.scan.enabled or settings.senses.tells_body):
+        del data["sent"]
     if not settings.asked:
         del data["asked"]
     if settings.depth_sensor == IDEAL_DEPTH:

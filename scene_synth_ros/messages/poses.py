@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from scene_description import CameraPose, SceneSynthError
-from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, CdrWriter
+from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, CdrWriter, json_object
 
 Position = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -53,6 +53,51 @@ def read_pose(data: bytes | memoryview) -> TimedPose:
     except CdrReadError as error:
         raise PoseReadError(f"a pose cannot be read ({len(data)} bytes): {error}") from None
     return TimedPose(header.stamp_ns, header.frame_id, (x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
+
+
+def read_odometry_pose(data: bytes | memoryview) -> StampedTransform:
+    """Return the pose that a serialised nav_msgs/Odometry says, as a transform.
+
+    Raises:
+        PoseReadError: the bytes are no such message.
+    """
+    try:
+        reader = CdrReader(data)
+        header = reader.header()
+        child = reader.text()
+        x, y, z, *quaternion = reader.numbers("d", 7)
+    except CdrReadError as error:
+        raise PoseReadError(f"a pose cannot be read ({len(data)} bytes): {error}") from None
+    turn = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
+    return StampedTransform(header.stamp_ns, header.frame_id, child, (x, y, z), turn)
+
+
+def read_rig_frames(data: bytes | memoryview) -> tuple[StampedTransform, ...]:
+    """Return the frames that the settings of a frame, a serialised std_msgs/String of JSON, say are fixed to each other.
+
+    Raises:
+        PoseReadError: what it says of them is not what settings say.
+    """
+    if b'"frames"' not in bytes(data):
+        return ()
+    settings = json_object(data)
+    try:
+        return tuple(
+            StampedTransform(int(settings["stamp_ns"]), frame["parent"], frame["child"], _three(frame["place_m"]), _four(frame["turn"]))
+            for frame in settings.get("frames", ())
+        )
+    except (ValueError, TypeError, KeyError) as error:
+        raise PoseReadError(f"fixed frames cannot be read ({len(data)} bytes): {error}") from None
+
+
+def _three(values: Sequence[float]) -> Position:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _four(values: Sequence[float]) -> Quaternion:
+    x, y, z, w = (float(value) for value in values)
+    return x, y, z, w
 
 
 def encode_tf_message(transforms: Sequence[StampedTransform]) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan
 
@@ -13,7 +13,7 @@ from renderer.lidar.config import ScanConfig
 from renderer.lidar.scan import Scan
 from scene_description.types import CameraPose
 from scene_synth_ros.messages import streams
-from scene_synth_ros.messages.conversions import header, pose_to_msg
+from scene_synth_ros.messages.conversions import header, pose_to_msg, transform_to_msg
 from scene_synth_ros.messages.streams import Stream
 
 SCAN_STREAMS = (Stream("", streams.SCAN), Stream("", streams.SCAN_IDEAL), Stream(streams.LASER, streams.POSE))
@@ -49,8 +49,4 @@ def _scan_to_msg(
 
 def laser_pose_to_msgs(pose: CameraPose, world: str, laser: str) -> tuple[PoseStamped, TransformStamped]:
     """Return the pose of the scanner's frame ``laser`` in ``world``, and the same as a transform."""
-    x, y, z = pose.position_m
-    qx, qy, qz, qw = pose.orientation
-    transform = Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
-    stamped = TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=laser, transform=transform)
-    return pose_to_msg(pose, world), stamped
+    return pose_to_msg(pose, world), transform_to_msg(pose.stamp_ns, world, laser, pose.position_m, pose.orientation)

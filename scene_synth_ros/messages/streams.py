@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple
 STRING_TYPE, CLOCK_TYPE = "std_msgs/msg/String", "rosgraph_msgs/msg/Clock"
 IMAGE_TYPE, COMPRESSED_TYPE, INFO_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
 CLOUD_TYPE, SCAN_TYPE = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/LaserScan"
+IMU_TYPE, JOINTS_TYPE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/JointState"
 POSE_TYPE, ODOMETRY_TYPE, PATH_TYPE = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
 MAP_TYPE, MARKERS_TYPE, TF_TYPE = "nav_msgs/msg/OccupancyGrid", "visualization_msgs/msg/MarkerArray", "tf2_msgs/msg/TFMessage"
 LABEL_INFO_TYPE = "vision_msgs/msg/LabelInfo"
@@ -38,10 +39,11 @@ class Role:
         name: how its topics end, below what they are of.
         type_name: of its messages.
         of: what has one: each layer of a camera, each camera, or the run.
-        frame: that headers name: the optical one of the camera, the world's or the scanner's; empty of messages without a header.
+        frame: that headers name: the optical one of the camera, the world's, the scanner's, the inertial measurement unit's or that of
+            odometry; empty of messages without a header.
         encoding: of its images; empty where the layer decides, and of other messages.
         latched: late subscribers get the last message.
-        own_stamps: messages come at a rate of their own, and not with every frame; a scanner's pose does, too.
+        own_stamps: messages come at a rate of their own, or once a room, and not with every frame; a scanner's pose does, too.
         made_of: name of the role of whose messages a recording makes these; empty where they are recorded as they come.
         switch: parameter below ``streams.`` that publishes it; empty where something else decides.
         summary: of the switch, after "Publish"; empty of a switch that belongs to another role, too.
@@ -50,7 +52,7 @@ class Role:
     name: str
     type_name: str
     of: Literal["layer", "camera", "run"] = "layer"
-    frame: Literal["optical", "world", "laser", ""] = "optical"
+    frame: Literal["optical", "world", "laser", "imu", "odom", ""] = "optical"
     encoding: str = ""
     latched: bool = False
     own_stamps: bool = False
@@ -87,6 +89,12 @@ MAP = Role(name="map", type_name=MAP_TYPE, of="run", frame="world", latched=True
 SETTINGS = Role(name="settings", type_name=STRING_TYPE, of="run", frame="", latched=True)
 SCAN = Role(name="scan", type_name=SCAN_TYPE, of="run", frame="laser", own_stamps=True)
 SCAN_IDEAL = Role(name="scan_ideal", type_name=SCAN_TYPE, of="run", frame="laser", own_stamps=True)
+IMU_DATA = Role(name="imu/data", type_name=IMU_TYPE, of="run", frame="imu", own_stamps=True)
+IMU_IDEAL = Role(name="imu/ideal", type_name=IMU_TYPE, of="run", frame="imu", own_stamps=True)
+ODOM = Role(name="odom", type_name=ODOMETRY_TYPE, of="run", frame="odom", own_stamps=True)
+ODOM_IDEAL = Role(name="odom/ideal", type_name=ODOMETRY_TYPE, of="run", frame="odom", own_stamps=True)
+JOINT_STATES = Role(name="joint_states", type_name=JOINTS_TYPE, of="run", frame="", own_stamps=True)
+ROBOT_DESCRIPTION = Role(name="robot_description", type_name=STRING_TYPE, of="run", frame="", latched=True, own_stamps=True)
 CLOCK = Role(name="clock", type_name=CLOCK_TYPE, of="run", frame="")
 TF = Role(name="tf", type_name=TF_TYPE, of="run", frame="")
 TF_STATIC = Role(name="tf_static", type_name=TF_TYPE, of="run", frame="", latched=True)
@@ -96,7 +104,8 @@ ROLES: Mapping[str, Role] = {
     for role in (
         RAW, COMPRESSED, COMPRESSED_DEPTH, PICTURE, COMPRESSED_PICTURE, INFO, LABELS, LABEL_INFO,
         POSE, ANNOTATIONS, DETECTIONS_2D, DETECTIONS_3D, POINTS, POINTS_SENSED,
-        SCENE, MARKERS, MAP, SETTINGS, SCAN, SCAN_IDEAL, CLOCK, TF, TF_STATIC,
+        SCENE, MARKERS, MAP, SETTINGS, SCAN, SCAN_IDEAL,
+        IMU_DATA, IMU_IDEAL, ODOM, ODOM_IDEAL, JOINT_STATES, ROBOT_DESCRIPTION, CLOCK, TF, TF_STATIC,
     )
 }  # fmt: skip
 """Name -> role, every row of the vocabulary."""
@@ -164,7 +173,8 @@ class Stream(NamedTuple):
 
     def frame_id(self, prefix: str, world: str = "map") -> str:
         """Return the frame that headers name, empty for none; ``prefix`` stands before the camera's and the scanner's."""
-        frames = {"": "", "world": world, "laser": laser_frame(prefix), "optical": camera_frames(self.camera, prefix).optical}
+        own = {"laser": laser_frame(prefix), "imu": f"{prefix}imu_link", "odom": f"{prefix}odom"}
+        frames = {"": "", "world": world, "optical": camera_frames(self.camera, prefix).optical, **own}
         return frames[self.role.frame]
 
 

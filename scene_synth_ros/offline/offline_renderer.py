@@ -15,6 +15,8 @@ from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg
 from scene_synth_ros.messages.frame_messages import SERIALISED, FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
+from scene_synth_ros.messages.room_body import RoomBody
+from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.render.renderer_config import RendererNodeConfig, catalog_folder
 from scene_synth_ros.render.room import RenderedRoom, RoomMeter, frame_index, room_settings
 from scene_synth_ros.render.room_scans import RoomScans, scan_messages, scans_wanted
@@ -26,11 +28,12 @@ Message = tuple[str, object]
 
 
 class _Work(NamedTuple):
-    """The room at work, its scans, the camera's path through it, and the exposure of its frames."""
+    """The room at work, its scans, its body, the camera's path through it, and the exposure of its frames."""
 
     scene: SceneDescription
     rendered: RenderedRoom
     scans: RoomScans
+    body: RoomBody
     path: Sequence[CameraPose]
     exposure: Exposure
 
@@ -48,7 +51,8 @@ class OfflineRenderer:
         self._groups, self._is_recorded = groups, is_recorded
         self._catalog_dir = catalog_folder("renderer_node", groups)
         self._streams: StreamConfig = groups["streams"]
-        self.topics = stream_topics(self._streams, groups["camera"], groups["scan"])
+        self._senses = senses_of(groups)
+        self.topics = stream_topics(self._streams, groups["camera"], self._senses)
         self._messages = FrameMessages(self._streams, groups["camera"], SERIALISED)
         self._layers = {layer for name, topic in self.topics.items() if topic.layers and is_recorded(name) for layer in topic.layers}
         self._sent: dict[str, int] = {}
@@ -78,10 +82,11 @@ class OfflineRenderer:
         path, scan, meter = mounted_path(self._groups["camera"], scene.camera_path), self._groups["scan"], RoomMeter(self._groups)
         scans = RoomScans(scan, scene.camera_path, lambda: room.scanner(scan))
         meter.begin_room(self._groups["render"], metered or (lambda: room.metered))
-        self._work = _Work(scene, room, scans, path, meter.exposure(any(layer in PHOTOGRAPHS for layer in self._layers)))
+        body = RoomBody(scene, self._groups["camera"], self._streams, self._senses)
+        self._work = _Work(scene, room, scans, body, path, meter.exposure(any(layer in PHOTOGRAPHS for layer in self._layers)))
 
     def frame(self, index: int) -> Iterator[Message]:
-        """Render a frame of the room's path; yield its messages, and those of the scans that begin up to it.
+        """Render a frame of the room's path; yield its messages, and those of the scans that begin and of what the body senses up to it.
 
         Raises:
             SceneSynthError: it cannot be rendered.
@@ -90,9 +95,10 @@ class OfflineRenderer:
         assert work is not None
         camera, pose = self._groups["camera"], work.scene.camera_path[index]
         placed, number = mounted(camera, pose), frame_index(work.scene, pose)
-        if self._groups["scan"].enabled:
+        if self._senses.scan.enabled:
             work.scans.go(pose)
         frame = work.rendered.render(placed, number, self._layers, exposure=work.exposure, path=work.path)
+        yield from self._of_body(work.body, index, pose.stamp_ns)
         for due in work.scans.due(pose.stamp_ns, lambda: scans_wanted(self._is_recorded)):
             messages = list(scan_messages(due, self._groups["scan"], self._streams, self._is_recorded))
             self._sent = self._sent | {message.topic: message.stamp_ns for message in messages}
@@ -107,10 +113,25 @@ class OfflineRenderer:
             white_xy=work.exposure.white_xy,
             black=work.exposure.black,
             sent=self._sent,
-            **{group: self._groups[group] for group in ("camera", "render", "sensor", "depth_sensor", "streams", "scan")},
+            frames=work.body.frames,
+            **{group: self._groups[group] for group in ("camera", "render", "sensor", "depth_sensor", "streams")},
+            **self._senses._asdict(),
         )
         yield SETTINGS, String(data=settings_to_json(settings))
         yield from self._messages.of_frame(frame, placed, self._is_recorded)
+
+    def _of_body(self, body: RoomBody, index: int, stamp_ns: int) -> Iterator[Message]:
+        """Yield what a body says of itself before its first frame, and what it senses up to a frame."""
+        description = body.description
+        if index == 0 and description is not None:
+            yield description.topic, description.message
+        sent: dict[str, int] = {}
+        for message in body.due(stamp_ns, lambda topic: topic in self.topics and (topic == CLOCK or self._is_recorded(topic))):
+            sent[message.topic] = message.stamp_ns
+            yield message.topic, message.message
+        if CLOCK in sent:
+            sent[CLOCK] = stamp_ns  # its tick comes with the frame
+        self._sent = self._sent | sent
 
     def end_room(self) -> None:
         """Release what the room has taken, so that no more than one is in memory; harmless when repeated."""

@@ -5,7 +5,7 @@ Bags have them also where ``tf2_msgs`` and ``vision_msgs`` are not installed, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from rclpy.qos import QoSProfile
@@ -14,11 +14,21 @@ from scene_description.annotations import FrameAnnotations
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
 from scene_synth_ros.messages.detections import AnnotationsReadError, encode_detections, read_annotations
 from scene_synth_ros.messages.label_info import LabelReadError, TimedLabels, encode_label_info, is_labels, read_labels
-from scene_synth_ros.messages.poses import PoseReadError, StampedTransform, TimedPose, encode_tf_message, read_pose
+from scene_synth_ros.messages.poses import (
+    PoseReadError,
+    StampedTransform,
+    TimedPose,
+    encode_tf_message,
+    read_odometry_pose,
+    read_pose,
+    read_rig_frames,
+)
 from scene_synth_ros.messages.streams import (
     ANNOTATIONS,
     LASER,
+    ODOM_IDEAL,
     POSE,
+    SETTINGS,
     TF,
     TF_STATIC,
     CameraFrames,
@@ -58,17 +68,28 @@ _TF_STATIC = DerivedTopic(Stream("/", TF_STATIC).topic, TF_STATIC.type_name, lat
 
 
 class Deriver:
-    """Derives messages of those of one recording; it remembers the cameras that there are."""
+    """Derives messages of those of one recording; it remembers the cameras that there are.
+
+    Attributes:
+        has_body: whether the suite's body is recorded, from which the cameras' frames hang.
+    """
 
     def __init__(self, frame_prefix: str = "") -> None:
         self._prefix = frame_prefix
         self._cameras: dict[str, CameraFrames] = {}
+        self._frames: dict[str, StampedTransform] = {}
+        self.has_body = False
 
     def of_topic(self, topic: str, type_name: str, namespace: str) -> Derive | None:
         """Return what derives messages of a topic's, None where there is nothing; ``namespace`` of the suite ends with a slash."""
         stream = parse(topic, type_name)
         if stream is None:
             return None
+        if stream.role is ODOM_IDEAL:
+            self.has_body = self.has_body or topic.startswith(namespace)
+            return lambda data: self._of_body_pose(read_odometry_pose(data))
+        if stream.role is SETTINGS:
+            return lambda data: self._of_settings(read_rig_frames(data))
         if stream.role is POSE:
             if stream.camera == LASER:
                 return lambda data: self._of_laser_pose(read_pose(data))
@@ -80,7 +101,12 @@ class Deriver:
         return None
 
     def _of_camera_pose(self, pose: TimedPose, camera: str) -> Iterator[DerivedMessage]:
-        """Yield world -> link at every pose and, when a camera is new, link -> optical frame of all cameras so far."""
+        """Yield world -> link at every pose and, when a camera is new, link -> optical frame of all cameras so far.
+
+        On a body, whose pose and fixed frames say the same, nothing.
+        """
+        if self.has_body:
+            return
         link = camera_frames(camera, self._prefix).link
         rotation = multiply_quaternions(pose.quaternion, conjugate_quaternion(LINK_FROM_OPTICAL))
         moving = encode_tf_message([StampedTransform(pose.stamp_ns, pose.world, link, pose.position_m, rotation)])
@@ -92,6 +118,19 @@ class Deriver:
             ]
             yield DerivedMessage(_TF_STATIC.name, pose.stamp_ns, encode_tf_message(static), (_TF, _TF_STATIC))
         yield DerivedMessage(_TF.name, pose.stamp_ns, moving, (_TF, _TF_STATIC))
+
+    def _of_body_pose(self, pose: StampedTransform) -> Iterator[DerivedMessage]:
+        """Yield odom -> base."""
+        yield DerivedMessage(_TF.name, pose.stamp_ns, encode_tf_message([pose]), (_TF, _TF_STATIC), aside=True)
+
+    def _of_settings(self, frames: Sequence[StampedTransform]) -> Iterator[DerivedMessage]:
+        """Yield all fixed frames so far when one of them is new or has another place."""
+        new = {frame.child: frame._replace(stamp_ns=0) for frame in frames if self.has_body}
+        if any(self._frames.get(child) != frame for child, frame in new.items()):
+            self._frames.update(new)
+            stamp_ns = frames[0].stamp_ns
+            data = encode_tf_message([frame._replace(stamp_ns=stamp_ns) for _, frame in sorted(self._frames.items())])
+            yield DerivedMessage(_TF_STATIC.name, stamp_ns, data, (_TF, _TF_STATIC))
 
     def _of_laser_pose(self, pose: TimedPose) -> Iterator[DerivedMessage]:
         """Yield world -> scanner."""

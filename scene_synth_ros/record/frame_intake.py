@@ -9,6 +9,7 @@ from scene_synth_ros.bags.bag_writer import MAX_TIME_NS
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
 from scene_synth_ros.messages.streams import SCENE, has_own_stamps, parse
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
+from scene_synth_ros.record.frame_topics import CLOCK_TOPIC
 from scene_synth_ros.record.senders import Origin
 
 ROOMS_KEPT, ASKED_KEPT = 17, 200
@@ -102,7 +103,7 @@ class FrameIntake:
     def add_topic(self, topic: str, type_name: str, latched: bool, origin: Origin) -> None:
         """Get to know a topic."""
         self._types[topic], self._origins[topic] = type_name, origin
-        self._sorter.follow(topic, self._follows(topic))
+        self._place(topic)
         if latched:
             self._latched.add(topic)
 
@@ -111,7 +112,7 @@ class FrameIntake:
         released: list[OrderedMessage] = []
         if origin is not self._origins[topic]:
             self._origins[topic] = origin
-            self._sorter.follow(topic, self._follows(topic))
+            self._place(topic)
             for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
         return released
@@ -140,7 +141,7 @@ class FrameIntake:
         self._expected, self._alike = set(topics), alike
         released = self._sorter.configure(self._expected or None, alike)
         for topic in self._types:
-            self._sorter.follow(topic, self._follows(topic))
+            self._place(topic)
         return released
 
     def wait_for(self, stamp: int, sent: Mapping[str, int]) -> None:
@@ -159,7 +160,7 @@ class FrameIntake:
         if stamp is not None and not 0 <= stamp < MAX_TIME_NS:
             self._refuse(topic, stamp)
             return None
-        own = origin is Origin.SUITE and has_own_stamps(topic)
+        own = origin is Origin.SUITE and self._comes_between(topic)
         if stamp is not None and origin is Origin.OTHERS:
             stamp = self._stamp_of_others(stamp)
         elif stamp is not None and (own or topic in self._expected or topic in self._latched):
@@ -211,9 +212,18 @@ class FrameIntake:
             if topic not in self._latched:
                 self._begun.setdefault(topic, stamp)
 
+    def _place(self, topic: str) -> None:
+        """Tell the sorter of a topic's place."""
+        own = self._origins[topic] is Origin.SUITE
+        self._sorter.follow(topic, self._follows(topic), patient=own and self._comes_between(topic))
+
     def _follows(self, topic: str) -> bool:
         """Return whether messages of a topic only follow frames: those of others, and those between frames, where there are any."""
-        return self._origins[topic] is not Origin.SUITE or (bool(self._expected) and has_own_stamps(topic))
+        return self._origins[topic] is not Origin.SUITE or (bool(self._expected) and self._comes_between(topic))
+
+    def _comes_between(self, topic: str) -> bool:
+        """Return whether messages of a topic of the suite come between frames: at a rate of their own, as ticks of a clock may."""
+        return has_own_stamps(topic) or (topic == CLOCK_TOPIC and topic not in self._expected)
 
     def _stamp_of_others(self, stamp: int) -> int | None:
         """Return the stamp of a message of others if it can be of the frames' clock; None is logged at the time of the bag."""

@@ -68,7 +68,8 @@ class FrameSorter:
 
     Args:
         expected: topics that every stamp must have to be complete; None lets groups leave only when they are flushed or too much waits.
-        max_stamps: how many stamps may wait for what is expected; without an expectation, ``UNEXPECTED_FACTOR`` times as many.
+        max_stamps: how many stamps may wait for what is expected; without an expectation, ``UNEXPECTED_FACTOR`` times as many.  Those that
+            have only patient topics do not count.
         max_bytes: how many bytes may wait, all stamps together.
 
     Attributes:
@@ -81,6 +82,7 @@ class FrameSorter:
         self._expected = None if expected is None else frozenset(expected)
         self._alike: Mapping[str, str] = {}
         self._followers: set[str] = set()
+        self._patient: set[str] = set()
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
         self._groups: dict[int, _Group] = {}
         self._reached: dict[str, int] = {}
@@ -137,7 +139,7 @@ class FrameSorter:
             group.missing.discard(self._stand_in(topic))
         released = list(self._release_complete())
         most = self._max_stamps * (UNEXPECTED_FACTOR if self._expected is None else 1)
-        while len(self._groups) > most or self.waiting_bytes > self._max_bytes:
+        while (len(self._groups) > most and self._counted() > most) or self.waiting_bytes > self._max_bytes:
             self.forced += 1
             released += self._release_one()
             released += self._release_complete()
@@ -174,9 +176,13 @@ class FrameSorter:
         first = min((stamp for stamp, group in self._groups.items() if group.awaited and not group.missing), default=None)
         return "" if first is None else f"{first} {self._groups[first].awaited}"
 
-    def follow(self, topic: str, follows: bool) -> None:
-        """Say whether a topic only follows the clock, also of what waits; at first no topic does."""
+    def follow(self, topic: str, follows: bool, *, patient: bool = False) -> None:
+        """Say whether a topic only follows the clock, also of what waits; at first no topic does.
+
+        ``patient``: it is stamped by the frames' clock, and many of its stamps may come between two frames.
+        """
         (self._followers.add if follows else self._followers.discard)(topic)
+        (self._patient.add if follows and patient else self._patient.discard)(topic)
         for group in self._groups.values():
             self._judge(group)
 
@@ -260,6 +266,11 @@ class FrameSorter:
     def _waiting_up_to(self, end_ns: float) -> list[int]:
         """Return the stamps up to ``end_ns`` that wait and have a place in the order."""
         return sorted(stamp for stamp, group in self._groups.items() if stamp <= end_ns and group.needless is None)
+
+    def _counted(self) -> int:
+        """Return how many stamps wait that have more than what is patient."""
+        groups = self._groups.values()
+        return sum(not group.messages or any(topic not in self._patient for topic, _ in group.messages) for group in groups)
 
     def _last_leading(self) -> float:
         """Return the last waiting stamp up to which the clock may go; infinitely early if there is none."""

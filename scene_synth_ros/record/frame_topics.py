@@ -5,12 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from scene_synth_ros.messages.label_info import is_labels
-from scene_synth_ros.messages.streams import LABELS, POSE, derived_streams, has_own_stamps, parse, source_topic, untransported
+from scene_synth_ros.messages.streams import (
+    CLOCK,
+    LABELS,
+    ODOM_IDEAL,
+    POSE,
+    Stream,
+    derived_streams,
+    has_own_stamps,
+    parse,
+    source_topic,
+    untransported,
+)
+
+CLOCK_TOPIC = Stream("/", CLOCK).topic
 
 
 def frame_topics(published: Iterable[str]) -> frozenset[str]:
-    """Return those of a renderer's topics that have a message with every frame."""
-    return frozenset(topic for topic in published if not topic.startswith("/tf") and not has_own_stamps(topic))
+    """Return those of a renderer's topics that have a message with every frame, and none between; of a body's, the clock has."""
+    topics = set(published)
+    ticks_between = any((stream := parse(topic)) is not None and stream.role is ODOM_IDEAL for topic in topics)
+    apart = {topic for topic in topics if topic.startswith("/tf") or has_own_stamps(topic)} | ({CLOCK_TOPIC} if ticks_between else set())
+    return frozenset(topics - apart)
 
 
 def with_derived(recorded: Iterable[str]) -> set[str]:

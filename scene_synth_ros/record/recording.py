@@ -19,6 +19,7 @@ from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.derived_messages import NOT_DERIVED, DerivedMessage, Deriver
 from scene_synth_ros.record.frame_intake import TIME_TOPICS, FrameIntake
 from scene_synth_ros.record.frame_sorter import OrderedMessage
+from scene_synth_ros.record.frame_topics import CLOCK_TOPIC
 from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
 from scene_synth_ros.record.senders import Origin
 from scene_synth_ros.suite.parameters import Groups
@@ -140,8 +141,12 @@ class Recording:
         self._last_ns, self._suite_is_present = -1, True
 
     def expect(self, topics: Collection[str], alike: Mapping[str, str]) -> None:
-        """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there."""
-        self._enqueue(self.intake.expect(topics, alike))
+        """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there.
+
+        Of a body's frames no transforms are derived: they are of the body's own messages.
+        """
+        of_body = {"/tf"} if self._deriver.has_body else set()
+        self._enqueue(self.intake.expect(set(topics) - of_body, alike))
 
     def add(self, topic: str, data: bytes) -> bool:
         """Take a message as it arrives; return False if it is left out: recorded before, refused, or too late."""
@@ -159,7 +164,7 @@ class Recording:
         """Return what takes a message of a topic that was added, with what is derived of it while it is the suite's."""
         derive = self._deriver.of_topic(topic, type_name, namespace)
         stream = parse(topic, type_name)
-        own_stamps = stream is not None and stream.has_own_stamps
+        own_stamps = topic == CLOCK_TOPIC or (stream is not None and stream.has_own_stamps)
         is_settings = stream is not None and stream.role is SETTINGS
 
         def take(data: bytes) -> None:
@@ -167,7 +172,8 @@ class Recording:
                 if place.asked:
                     self._enqueue(self.intake.set_aside(topic, place.stamp_ns))
                 else:  # the frame waits for what was sent before it
-                    self.intake.wait_for(place.stamp_ns, {namespace + name: stamp for name, stamp in place.sent_ns.items()})
+                    sent = {name if name.startswith("/") else namespace + name: stamp for name, stamp in place.sent_ns.items()}
+                    self.intake.wait_for(place.stamp_ns, sent)
             if self.add(topic, data) and derive is not None and self._is_the_suites(topic, stream):
                 try:
                     for message in derive(data):

@@ -12,9 +12,9 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from renderer.exposure import sensor_ev100
-from renderer.lidar.config import ScanConfig
 from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.frame_report import IN_THE_ROOM
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
@@ -71,8 +71,8 @@ class RendererNode(SuiteNode):
     def open(self) -> None:
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
-        scan: ScanConfig = self._settings["scan"]
-        self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan, self.token)
+        senses = senses_of(self._settings)
+        self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], senses, self.token)
         self._inbox = Inbox(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count, self.token)
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
         self._output.tell()

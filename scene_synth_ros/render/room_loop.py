@@ -12,9 +12,10 @@ from renderer.camera.rig import mounted, mounted_path
 from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
-from renderer.lidar.config import ScanConfig
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
+from scene_synth_ros.messages.room_body import RoomBody
+from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
@@ -22,6 +23,7 @@ from scene_synth_ros.render.inbox import Inbox
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room import RenderedRoom, RoomMeter, frame_index
 from scene_synth_ros.render.room_scans import RoomScans
+from scene_synth_ros.render.stream_topics import CLOCK
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.suite_node import SuiteNode
@@ -103,8 +105,9 @@ class RoomLoop:
         self._life, self._inbox, self._output, self._requests = life, life.inbox, life.output, life.requests
         self._shown, self._pace = shown, life.pace
         self._path = mounted_path(self._camera, self._scene.camera_path)
-        self._scan_config: ScanConfig = life.settings["scan"]
-        self._scans = RoomScans(self._scan_config, self._scene.camera_path, lambda: room.scanner(self._scan_config))
+        self._senses = senses = senses_of(life.settings)
+        self._scans = RoomScans(senses.scan, self._scene.camera_path, lambda: room.scanner(senses.scan))
+        self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses)
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = self._answered_ns = -1
         self._published = 0
@@ -225,8 +228,8 @@ class RoomLoop:
         began = time.perf_counter()
         if frame.layers:
             life.place.take(self._scene, pose, self._room.standpoint)
-        for due in () if asked else self._scans.due(pose.stamp_ns, self._output.wants_scans):
-            life.sent = life.sent | self._output.publish_scan(due)
+        if not asked:
+            self._publish_senses(pose.stamp_ns)
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
             scene=self._scene.id,
@@ -235,12 +238,13 @@ class RoomLoop:
             white_xy=exposure.white_xy,
             black=exposure.black,
             render=self._room.settings.render,
-            scan=self._scan_config,
             sent=life.sent,
+            frames=self._body.frames,
+            **self._senses._asdict(),
             asked=asked,
             **{group: values[group] for group in ("camera", "sensor", "depth_sensor", "streams")},
         )
-        self._output.publish(frame, pose, settings_to_json(settings), moves=not asked)
+        self._output.publish(frame, pose, settings_to_json(settings), moves=not asked, frames=self._body.frames)
         life.rate.publishing_s = time.perf_counter() - began
         life.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
@@ -248,6 +252,18 @@ class RoomLoop:
         self._last_ns = self._last_ns if asked else max(self._last_ns, pose.stamp_ns)
         self._published += 1
         self._shown()
+
+    def _publish_senses(self, stamp_ns: int) -> None:
+        """Publish what the body senses up to a frame, then the scans that begin up to it, and note what the frame comes after."""
+        life = self._life
+        if self._published == 0 and self._body.description is not None:
+            self._output.publish_body([self._body.description])
+        sent = self._output.publish_body(self._body.due(stamp_ns, self._output.is_wanted))
+        if CLOCK in sent:
+            sent[CLOCK] = stamp_ns  # its tick comes with the frame
+        life.sent = life.sent | sent
+        for due in self._scans.due(stamp_ns, self._output.wants_scans):
+            life.sent = life.sent | self._output.publish_scan(due)
 
     def _wait_for_recorders(self) -> None:
         """Hold back while a recorder is ``frames_ahead`` frames behind, or as many as are kept for it, so that no queue overflows.
@@ -274,8 +290,9 @@ class RoomLoop:
 
     def _go(self, pose: CameraPose) -> None:
         """Take where the rig is at the next frame of the path, or of the drive; in the order of time."""
-        if self._scan_config.enabled:
+        if self._senses.scan.enabled:
             self._scans.go(pose)
+        self._body.go(pose)
 
     def _interrupted(self) -> bool:
         """Return whether the room must be left: for the end, or for the next room, unless that waits until the path is done."""

@@ -1,4 +1,4 @@
-"""The topics of one camera and its scanner: the renderer's publishers are made of them, and so are bags written offline."""
+"""The topics of one camera, its scanner and its body: the renderer's publishers are made of them, and so are bags written offline."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from rclpy.qos import QoSProfile
 
 from renderer.camera.config import CameraConfig
 from renderer.film.layers import LAYERS
-from renderer.lidar.config import ScanConfig
 from scene_synth_ros.messages import streams
+from scene_synth_ros.messages.body_messages import body_streams
 from scene_synth_ros.messages.frame_messages import StreamConfig, camera_streams, enabled_layers, layer_streams
 from scene_synth_ros.messages.image_codec import compressed_topic
 from scene_synth_ros.messages.message_definitions import installed_class
 from scene_synth_ros.messages.scan_messages import SCAN_STREAMS
+from scene_synth_ros.messages.senses import Senses
 from scene_synth_ros.messages.streams import Stream, parse
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 
@@ -34,14 +35,14 @@ class StreamTopic(NamedTuple):
     layers: frozenset[str] = frozenset()
 
 
-def stream_topics(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) -> dict[str, StreamTopic]:
+def stream_topics(config: StreamConfig, camera: CameraConfig, senses: Senses) -> dict[str, StreamTopic]:
     """Return name -> topic, in the order in which they are published first; those whose messages have no package here are left out.
 
     ``ANNOTATIONS`` stands among the layers for what is told of objects.  Camera info and labels need no pixels.
     """
     profile = PROFILES[config.qos]
     topics = {}
-    for stream, layers in _published(config, camera, scan):
+    for stream, layers in _published(config, camera, senses):
         role, message_type = stream.role, installed_class(stream.role.type_name)
         if message_type is not None:
             qos = _OWN_QOS.get(role, latched_qos(profile.depth) if role.latched else profile)
@@ -49,7 +50,7 @@ def stream_topics(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) 
     return topics
 
 
-def _published(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) -> Iterator[tuple[Stream, tuple[str, ...]]]:
+def _published(config: StreamConfig, camera: CameraConfig, senses: Senses) -> Iterator[tuple[Stream, tuple[str, ...]]]:
     """Yield every stream, and the layers that must be rendered for it."""
     if config.publish_clock:
         yield Stream("/", streams.CLOCK), ()
@@ -64,7 +65,7 @@ def _published(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) -> 
                 yield compressed, (layer,)
             yield stream, (layer,) if role in (streams.RAW, streams.PICTURE) else ()
     yield from camera_streams(config, camera).items()
-    for stream in SCAN_STREAMS if scan.enabled else ():
+    for stream in (*(SCAN_STREAMS if senses.scan.enabled else ()), *body_streams(senses)):
         yield stream, ()
     for role in (streams.TF, streams.TF_STATIC) if config.publish_tf else ():
         yield Stream("/", role), ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from copy import copy
 from dataclasses import replace
 from typing import Any
@@ -19,12 +19,19 @@ from std_msgs.msg import String
 
 from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
-from renderer.lidar.config import ScanConfig
 from scene_description import CameraPose
-from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
+from scene_synth_ros.messages.conversions import (
+    clock_to_msg,
+    link_from_optical_to_msg,
+    msg_to_image,
+    transform_to_msg,
+    world_from_link_to_msg,
+)
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
-from scene_synth_ros.messages.frame_settings import NO_SCAN
 from scene_synth_ros.messages.image_codec import LiveCompression, compress_image, compressed_topic, image_form
+from scene_synth_ros.messages.rig_frames import RigFrame
+from scene_synth_ros.messages.room_body import BodyMessage
+from scene_synth_ros.messages.senses import NO_SENSES, Senses
 from scene_synth_ros.messages.streams import IMAGE_TYPE, camera_frames
 from scene_synth_ros.render.room_scans import DueScan, scan_messages, scans_wanted
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, TF, TF_STATIC, StreamTopic, TFMessage, stream_topics
@@ -42,6 +49,7 @@ class StreamPublishers:
     and ``detections_3d``; ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
     ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and ``image_raw/compressedDepth`` of depth are made only while
     somebody subscribes to them.  ``<camera>/points`` where they are enabled; ``scan``, ``scan_ideal`` and ``laser/pose`` of a scanner.
+    Of a body: ``odom/ideal``, ``robot_description``, ``imu/data``, ``imu/ideal``, ``odom``, ``joint_states``.
     ``status``: see :meth:`tell`.
 
     Threading: the rendering thread publishes frames and tells which rooms are done; the executor's thread tells the state and closes.  One
@@ -66,20 +74,20 @@ class StreamPublishers:
         config: StreamConfig,
         camera: CameraConfig,
         compression: Callable[[], LiveCompression] = LiveCompression,
-        scan: ScanConfig = NO_SCAN,
+        senses: Senses = NO_SENSES,
         token: str = "",
     ) -> None:
-        self._node, self._config, self._compression, self._scan = node, config, compression, scan
+        self._node, self._config, self._compression, self._senses = node, config, compression, senses
         self.messages = FrameMessages(config, camera)
         self.counts: dict[str, int] = {}
         self.frames = 0
         self._publishers: dict[str, Publisher] = {}
-        self._topics = stream_topics(config, camera, scan)
+        self._topics = stream_topics(config, camera, senses)
         self._clock_count = 0
         for topic in self._topics.values():
             if topic.name != CLOCK:
                 self._add(topic)
-        self._static_sent = False
+        self._static_sent: object = None
         self.frame_topic = str(self._publishers[SETTINGS].topic_name)
         self.status = NodeStatus(node=node.get_fully_qualified_name(), role="renderer", state="starting", start=self.start, token=token)
         self._status_publisher = node.create_publisher(String, "status", latched_qos(10))
@@ -180,9 +188,10 @@ class StreamPublishers:
             if not self._closed:
                 self._status_publisher.publish(String(data=status_to_json(self.status)))
 
-    def publish(self, frame: Frame, pose: CameraPose, settings: str, *, moves: bool = True) -> None:
+    def publish(self, frame: Frame, pose: CameraPose, settings: str, *, moves: bool = True, frames: tuple[RigFrame, ...] = ()) -> None:
         """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp.
 
+        ``frames``: those that are fixed to a body, if there is one, whose transforms come apart.
         ``moves``: whether time, and the camera, move with it; not with the answer to a request, which has neither clock nor transforms.
         """
         with self._lock:
@@ -191,7 +200,7 @@ class StreamPublishers:
             if moves and self.has_clock:
                 self._send(CLOCK, clock_to_msg(pose.stamp_ns))
             if moves and TF in self._topics:
-                self._send_transforms(pose)
+                self._send_transforms(pose, frames)
             self._send(SETTINGS, String(data=settings))
             for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):
                 if isinstance(message, Image):
@@ -204,12 +213,29 @@ class StreamPublishers:
         """Publish a scan, if there is one, and where the scanner is meanwhile; return what went out: topic -> stamp (ns)."""
         sent: dict[str, int] = {}
         with self._lock:
-            for message in () if self._closed else scan_messages(scan, self._scan, self._config, self._is_wanted):
+            for message in () if self._closed else scan_messages(scan, self._senses.scan, self._config, self._is_wanted):
                 self._send(message.topic, message.message)
                 sent[message.topic] = message.stamp_ns
                 if TF in self._topics and message.transform is not None:
                     self._send(TF, TFMessage(transforms=[message.transform]))
         return sent
+
+    def publish_body(self, messages: Iterable[BodyMessage]) -> dict[str, int]:
+        """Publish what a body senses; return what went out: topic -> stamp (ns) of the last."""
+        sent: dict[str, int] = {}
+        with self._lock:
+            for message in () if self._closed else messages:
+                if message.topic not in self._publishers:  # a clock that others have
+                    continue
+                self._send(message.topic, message.message)
+                sent[message.topic] = message.stamp_ns
+                if TF in self._topics and message.transform is not None:
+                    self._send(TF, TFMessage(transforms=[message.transform]))
+        return sent
+
+    def is_wanted(self, topic: str) -> bool:
+        """Return whether somebody has what is published on a topic: always, unless lazy."""
+        return topic == CLOCK or (topic in self._publishers and self._is_wanted(topic))
 
     def close(self, seconds: float) -> None:
         """Publish nothing any more; wait, for so long at most, until reliable subscribers have what was published."""
@@ -219,8 +245,23 @@ class StreamPublishers:
         for publisher in (*self._publishers.values(), self._status_publisher):
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
-    def _send_transforms(self, pose: CameraPose) -> None:
-        """Publish world -> link and, before the first of them, link -> optical frame, which the middleware keeps for late subscribers."""
+    def _send_transforms(self, pose: CameraPose, frames: tuple[RigFrame, ...]) -> None:
+        """Publish world -> link and, before the first of them, link -> optical frame, which the middleware keeps for late subscribers.
+
+        Of a body only what is fixed, whenever it has changed.
+        """
+        if frames:
+            if self._static_sent != frames:
+                self._send(
+                    TF_STATIC,
+                    TFMessage(
+                        transforms=[
+                            transform_to_msg(pose.stamp_ns, frame.parent, frame.child, frame.place_m, frame.turn) for frame in frames
+                        ]
+                    ),
+                )
+                self._static_sent = frames
+            return
         link, optical = camera_frames(self._config.camera, self._config.frame_prefix)
         if not self._static_sent:
             self._send(TF_STATIC, TFMessage(transforms=[link_from_optical_to_msg(pose.stamp_ns, link, optical)]))

@@ -46,8 +46,8 @@ class GrammarNode(SuiteNode):
     Services (std_srvs/Trigger): ``~/next_room`` (in lock-step once the peers have finished theirs), ``~/pause`` and ``~/resume`` (no rooms
     go out in between), ``~/reset`` (the run begins again with its first room, in lock-step when the present one is finished; simulated time
     goes on).
-    Parameters: the fields of ``RunConfig``, of ``SceneRequest`` under ``scene.``, and of ``MotionConfig`` under ``motion.``; those that
-    change live take effect with the next room that is synthesised: the one prepared ahead is made again.
+    Parameters: the fields of ``RunConfig``, of ``SceneRequest`` under ``scene.``, of ``MotionConfig`` under ``motion.``; those that change
+    live take effect with the next room that is synthesised: the one prepared ahead is made again.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -88,6 +88,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
     "make soak SOAK_ROOMS=2000 SOAK_KILLS=50 SOAK_MINUTES=300": Parsed("takes hours"),
+    ".venv/bin/python test/helpers/golden_rooms.py --renew": Listed("writes the golden hashes of the sources anew"),
     ".venv/bin/python test/fuzz/campaign.py --cases 20000": Listed("takes minutes; test/fuzz runs campaigns"),
     # installing
     "apt install gcc g++ python3-dev chromium": Listed("needs root and the network"),
@@ -168,6 +169,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --overlay rplidar_a1 -p renderer_node.streams.points:=true --rooms 2 --frames 20 --record my_bag": Parsed(
         "test/scene_synth_ros/test_scan_bag.py"
     ),
+    "scene_synth run --overlay turtlebot --rooms 1 --frames 300 --record my_bag": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth run --overlay handheld --overlay d435i --rooms 1 --frames 300 --record my_bag": Parsed(
+        "test/scene_synth_ros/test_body_bag.py"
+    ),
+    "scene_synth generate --rooms 2 --frames 300 --overlay euroc_stereo --out bags": Parsed("test/scene_synth_ros/test_body_bag.py"),
     "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
         "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
     ),
@@ -234,6 +240,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "ros2 bag play": _ROS2CLI,
     "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
     "scene_synth split rooms --shares fit=2/3,check=1/3 --seed 7": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
+    "scene_synth generate --rooms 40 --frames 4 --seed 11 --overlay realtime -p renderer_node.camera.width:=160"
+    " -p renderer_node.camera.height:=120 --out rooms": Parsed(_GENERATE),
+    "scene_synth split rooms --shares train=0.8,val=0.2 --balance": Parsed(f"{_SPLIT}_a_balance_is_written_beside_the_same_rooms"),
+    ".venv/bin/python examples/segment_pixels.py rooms": Listed("needs a dataset; test/test_segment_pixels.py makes one and runs it"),
     "scene_synth split rooms --balance": Parsed(f"{_SPLIT}_a_balance_is_written_beside_the_same_rooms"),
     "scene_synth split rooms --balance 0.3": Parsed(f"{_SPLIT}_a_balance_is_written_beside_the_same_rooms"),
     "scene_synth split rooms --ranges train=0:8000,val=8000:9000": Parsed(f"{_SPLIT}_filters_and_what_they_leave_out"),
@@ -363,6 +373,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/diagnose.py rgbd_odometry": Listed("takes minutes; test/test_worked_examples.py tests what it runs"),
     ".venv/bin/python examples/diagnose.py stereo_matching": Listed("takes minutes; test/test_worked_examples.py tests what it runs"),
     ".venv/bin/python examples/diagnose.py orb_odometry": Listed("takes minutes; test/test_worked_examples.py tests what it runs"),
+    ".venv/bin/python examples/diagnose.py stereo_study": Listed("takes minutes; test/test_worked_examples.py tests what it runs"),
     "chromium --headless=new --hide-scrollbars --window-size=1300,1500 --virtual-time-budget=10000 --screenshot=docs/examples.jpg"
     ' "file://$PWD/runs/stereo_matching/report.html"': Listed("needs chromium; makes the picture of the page"),
     ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
@@ -390,6 +401,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.pictures --write": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),
+    ".venv/bin/python -m benchmarks.pictures --views 24 --write": Parsed(
+        "takes minutes; test/benchmarks/test_pictures.py has its measures"
+    ),
     ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),

@@ -75,10 +75,10 @@ ROOMS: dict[str, dict[str, object]] = {
     "gym": {**_TRACED, **_BLUR, "scan.level": False},
     "hallway": {**_CACHED, "camera.model": "equirectangular"},
     "kitchen": {**_TRACED, "depth_sensor.model": "stereo"},
-    "laundry_room": {**_CACHED, "camera.distortion": [-0.2, 0.05, 0.001, 0.001, 0.0]},
+    "laundry_room": {**_CACHED, "camera.model": "brown_conrady", "camera.distortion": [-0.2, 0.05, 0.001, 0.001, 0.0]},
     "living_room": {**_TRACED, **_SENSOR, **_BLUR, "render.white_balance": "kelvin"},
     "office": {**_CACHED, "depth_sensor.model": "realsense_d435"},
-    "study": {**_TRACED, "scene.room_ceiling": "sloped"},
+    "study": {**_TRACED, "scene.room_ceiling": "two_slopes"},
 }
 """Room type -> what is its own: lights, lenses, sensors and scanners take turns."""
 

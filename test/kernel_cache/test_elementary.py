@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from kernel_cache import elementary as el
+import kernel_cache.elementary as el
 
 VALUES = np.concatenate([np.random.default_rng(2).uniform(1e-3, 1.0, 200), [1e-12, 0.5, 1.0]])
 

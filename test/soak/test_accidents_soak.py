@@ -30,7 +30,7 @@ from scene_synth_ros.workers.temporary_folder import remove_abandoned_folders
 pytestmark = pytest.mark.soak
 
 ENDS = int(os.environ.get("SOAK_ENDS", "100"))
-END_S, LATEST_S = 20.0, 12.0
+END_S, LATEST_S = 20.0, 5.0
 LATER, SOME_FRAMES = 0.7, 200_000
 """Share of the ends that come when some frames have been recorded, so many bytes; the others come while nodes begin."""
 ALONE = 0.5
@@ -38,10 +38,10 @@ ALONE = 0.5
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ROOMS, FRAMES = 200, 40
+LAYERS = {"color": "", "depth": "", "normals": "image_color", "semantic": "image_color labels label_info"}
+LAYERS["instance"] = LAYERS["semantic"]
 CAMERA = {"/synth/camera/pose"} | {
-    f"/synth/camera/{layer}/{name}"
-    for layer in ("color", "depth", "normals", "semantic", "instance")
-    for name in ("image_raw", "camera_info", *(("labels",) if layer in ("semantic", "instance") else ()))
+    f"/synth/camera/{layer}/{name}" for layer, more in LAYERS.items() for name in ("image_raw", "camera_info", *more.split())
 }
 """The topics of each frame."""
 PROFILE = f"""
@@ -66,6 +66,10 @@ class Suite(NamedTuple):
     def pids(self) -> dict[str, int]:
         return node_pids(self.marker)
 
+    def loading(self) -> bool:
+        """Return whether every node loads its own modules; before that it is Python that is ended."""
+        return all(b"numpy" in Path(f"/proc/{pid}/maps").read_bytes() for pid in self.pids().values())
+
     def left(self) -> list[int]:
         """Return the processes that live, whatever they are."""
         return [int(process.name) for process in marked_processes(self.marker)]
@@ -87,28 +91,32 @@ def folders(folder: Path) -> tuple[Path, dict[str, str]]:
     return temporary, environment() | {"TMPDIR": str(temporary), "SCENE_SYNTH_TEST": f"{os.getpid()}-{folder}"}
 
 
+def started(words: list[str], env: dict[str, str]) -> Child:
+    """Start a command in a session of its own, which hears SIGINT: what the shell of a job in the background starts ignores it."""
+    return Child(words, env=env, start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+
 def ended(suite: Suite, draw: random.Random) -> Ended:
     """End one of a suite's nodes, or what has started them, at a random moment; return when all its processes are gone."""
     who, how = draw.choice((*suite.nodes, "")), draw.choice(SIGNALS)
     try:
-        wait_until(lambda: len(suite.pids()) == len(suite.nodes), 60, "the nodes", suite.process)
+        wait_until(lambda: len(suite.pids()) == len(suite.nodes) and suite.loading(), 180, "the nodes", suite.process)
         files = [suite.bag / f"{suite.bag.name}_0.mcap{ending}" for ending in (".active", "")]
         if "recorder_node" in suite.nodes and draw.random() < LATER:
-            wait_until(lambda: any(file.is_file() and file.stat().st_size > SOME_FRAMES for file in files), 120, "frames", suite.process)
+            wait_until(lambda: any(file.is_file() and file.stat().st_size > SOME_FRAMES for file in files), 300, "frames", suite.process)
         time.sleep(draw.uniform(0.0, LATEST_S))
         began = time.monotonic()
         if who or how == signal.SIGKILL or draw.random() < ALONE:
             os.kill(suite.pids()[who] if who else suite.process.pid, how)
         else:
             os.killpg(suite.process.pid, how)
-        output = "".join(suite.process.communicate(timeout=END_S))
         wait_until(
-            lambda: not suite.left(),
-            END_S - (time.monotonic() - began),
+            lambda: suite.process.poll() is not None and not suite.left(),
+            END_S,
             f"the processes to end after {how.name} of {who or 'all'}",
             suite.process,
         )
-        return Ended(who, how, output, time.monotonic() - began)
+        return Ended(who, how, "".join(suite.process.said()), time.monotonic() - began)
     finally:
         stop(suite.process)
         for pid in suite.left():
@@ -130,7 +138,7 @@ def test_whoever_is_ended_whenever_the_run_ends_with_its_name_and_a_whole_bag(tm
         bag = tmp_path / str(number) / "bag"
         temporary, env = folders(bag.parent)
         words = ["--rooms", ROOMS, "--frames", FRAMES, "-p", "grammar_node.scene.room_type:=hallway"]
-        process = Child(record_command(bag, *words), env=env, start_new_session=True)
+        process = started(record_command(bag, *words), env)
         suite = Suite(process, NODES, bag, temporary, env["SCENE_SYNTH_TEST"])
         end = ended(suite, draw)
         what = f"{number}: {end.who or 'run'} {end.how.name}\n{end.said}"
@@ -163,7 +171,7 @@ def launched(prefix: Path, folder: Path, **arguments: object) -> Suite:
     env = launch_environment(prefix, env, folder / "log")
     words = launch_command("synth.launch.py", params_file=folder / "small.yaml", bag_path=folder / "bag", **arguments)
     nodes = NODES if arguments else NODES[:2]
-    return Suite(Child(words, env=env, start_new_session=True), nodes, folder / "bag", temporary, env["SCENE_SYNTH_TEST"])
+    return Suite(started(words, env), nodes, folder / "bag", temporary, env["SCENE_SYNTH_TEST"])
 
 
 def test_whoever_is_ended_whenever_the_launch_ends_with_its_name_and_a_whole_bag(prefix: Path, tmp_path: Path) -> None:

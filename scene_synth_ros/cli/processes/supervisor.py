@@ -19,8 +19,8 @@ from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
-PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
-"""How long nodes get to end by themselves, counted from the beginning of the end: those that publish, and all; then they are killed."""
+PUBLISHERS_STOP_S, STOP_S, WRITERS_STOP_S = 1.2, 2.5, 10.0
+"""How long nodes get to end by themselves, counted from the beginning of the end: those that publish, all, and those that write a bag."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,10 +179,11 @@ def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts
     """End what still runs: first the nodes that publish, then the recorder, so that it gets their last frames; kill what does not end."""
     seen = interrupts.count
     began = time.monotonic()
-    publishers = [process for name, process in running.items() if name not in (RECORDER, ONE_PROCESS)]
-    for processes, seconds in ((publishers, PUBLISHERS_STOP_S), (running.values(), STOP_S)):
+    writers = [process for name, process in running.items() if name in (RECORDER, ONE_PROCESS)]
+    publishers = [process for process in running.values() if process not in writers]
+    for processes, seconds in ((publishers, PUBLISHERS_STOP_S), (running.values(), STOP_S), (writers, WRITERS_STOP_S)):
         for process in processes:
-            if process.poll() is None:
+            if process.poll() is None and seconds < WRITERS_STOP_S:
                 process.terminate()
         while any(process.poll() is None for process in processes) and time.monotonic() - began < seconds and interrupts.count == seen:
             time.sleep(0.02)

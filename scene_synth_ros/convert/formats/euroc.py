@@ -1,8 +1,10 @@
 """EuRoC (the ASL dataset format): a folder a room with ``mav0/cam0``, ``cam1`` ... and the true trajectory, for visual odometry and SLAM.
 
 Burri et al., "The EuRoC micro aerial vehicle datasets" (IJRR 2016), section 3.  Pictures are grey, as the benchmark's are (luma of
-ITU-R BT.601).  The body frame is the optical frame of ``cam0``; ``T_BS`` of the others is their place against it, which must not change.
-``state_groundtruth_estimate0`` has the poses of ``cam0``; velocities are central differences of its positions, biases are 0.
+ITU-R BT.601).  The body frame is that of the inertial measurement unit, ``imu0``, where the room has one, and the states are true ones at
+its rate; else it is the optical frame of ``cam0``, and ``state_groundtruth_estimate0`` has its poses, velocities that are central
+differences of its positions, and biases of 0.  ``T_BS`` of a camera is its place against the body, which must not change.  Stamps and names
+of pictures have 19 digits, so that they sort by time.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from scene_description import CameraPose
 from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
 from scene_synth_ros.convert.files import write_png
+from scene_synth_ros.convert.formats.euroc_imu import DIGITS, RoomImu, room_imu, states_of, write_imu
 from scene_synth_ros.convert.writer import ConvertError, Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
 
@@ -54,6 +57,7 @@ class FormatWriter(Writer):
         """Begin with no room."""
         super().begin(out, source)
         self._bodies: dict[str, list[CameraPose]] = {}
+        self._from_first: dict[str, NDArray[np.float64]] = {}
 
     def begin_sequence(self, sequence: Sequence) -> _Camera:
         """Make the folders of a camera.
@@ -72,7 +76,7 @@ class FormatWriter(Writer):
     def encode(self, frame: Frame, number: int, state: _Camera) -> CameraPose:
         """Write the picture; return the pose."""
         del number
-        write_png(state.path / "data" / f"{frame.stamp_ns}.png", to_grey(frame[self.source.roles["picture"]]))
+        write_png(state.path / "data" / f"{stamp_name(frame.stamp_ns)}.png", to_grey(frame[self.source.roles["picture"]]))
         return camera_pose(frame)
 
     def take(self, item: CameraPose, state: _Camera) -> None:
@@ -87,29 +91,54 @@ class FormatWriter(Writer):
         """
         place = state.sequence.place
         body = self._bodies.setdefault(state.sequence.folder, state.poses)
-        mounted = np.eye(4) if place == 0 else self._mounted(body, state)
-        names = "".join(f"{pose.stamp_ns},{pose.stamp_ns}.png\n" for pose in state.poses)
+        first = self.source.frame(state.sequence, 0)
+        imu = room_imu(first) if place == 0 else None
+        if place == 0:
+            self._from_first[state.sequence.folder] = np.eye(4) if imu is None else imu.from_camera(first)
+        mounted = self._from_first[state.sequence.folder] @ (np.eye(4) if place == 0 else self._mounted(body, state))
+        stamps = [stamp_name(pose.stamp_ns) for pose in state.poses]
+        names = "".join(f"{stamp},{stamp}.png\n" for stamp in stamps)
         (state.path / "data.csv").write_text(f"#timestamp [ns],filename\n{names}", encoding="utf-8")
         (state.path / "sensor.yaml").write_text(camera_yaml(state.lens, mounted, rate_hz(state.poses)), encoding="utf-8")
         if place == 0:
-            folder = state.room / "mav0" / "state_groundtruth_estimate0"
-            folder.mkdir()
-            (folder / "data.csv").write_text(states_csv(state.poses), encoding="utf-8")
-            (folder / "sensor.yaml").write_text(_sensor("ground truth of cam0", "visual-inertial", np.eye(4)), encoding="utf-8")
-            (state.room / "mav0" / "body.yaml").write_text("comment: the body frame is the optical frame of cam0\n", encoding="utf-8")
+            _write_body(state, imu)
         if place == state.sequence.cameras - 1:
-            del self._bodies[state.sequence.folder]
+            del self._bodies[state.sequence.folder], self._from_first[state.sequence.folder]
 
     def _mounted(self, body: list[CameraPose], state: _Camera) -> NDArray[np.float64]:
         """Return where a camera is against the first one, (4, 4)."""
         where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
         first = {pose.stamp_ns: pose for pose in body}
-        found = [matmul(camera_from_world(first[pose.stamp_ns]), world_from_camera(pose)) for pose in state.poses if pose.stamp_ns in first]
+        paired = [pose for pose in state.poses if pose.stamp_ns in first]
+        found: list[NDArray[np.float64]] = [matmul(camera_from_world(first[pose.stamp_ns]), world_from_camera(pose)) for pose in paired]
         if not found:
             raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
         if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > _STILL:
             raise ConvertError(f"{where}: expected a camera that is fixed to the first one, got one that moves; choose one: --camera NAME")
         return found[0]
+
+
+def _write_body(state: _Camera, imu: RoomImu | None) -> None:
+    """Write the states of a room's body, which frame that is, and its inertial measurement unit if it has one."""
+    body = "cam0" if imu is None else "imu0"
+    states = states_csv(state.poses) if imu is None else _states_text(states_of(imu))
+    folder = state.room / "mav0" / "state_groundtruth_estimate0"
+    folder.mkdir()
+    (folder / "data.csv").write_text(states, encoding="utf-8")
+    (folder / "sensor.yaml").write_text(_sensor(f"ground truth of {body}", "visual-inertial", np.eye(4)), encoding="utf-8")
+    frame = "the optical frame of cam0" if imu is None else "that of imu0"
+    (state.room / "mav0" / "body.yaml").write_text(f"comment: the body frame is {frame}\n", encoding="utf-8")
+    if imu is not None:
+        write_imu(state.room / "mav0" / "imu0", imu, _sensor("an IMU of scene_synth_ros", "imu", np.eye(4)))
+
+
+def stamp_name(stamp_ns: int) -> str:
+    """Return a stamp as files are named: all with as many digits."""
+    return f"{stamp_ns:0{DIGITS}d}"
+
+
+def _states_text(states: list[tuple[int, list[float]]]) -> str:
+    return "\n".join([_STATE, *(",".join([stamp_name(stamp), *map(repr, numbers)]) for stamp, numbers in states)]) + "\n"
 
 
 def to_grey(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -128,12 +157,11 @@ def states_csv(poses: list[CameraPose]) -> str:
     places = np.array([pose.position_m for pose in poses])
     times = np.array([pose.stamp_ns - poses[0].stamp_ns for pose in poses]) * 1e-9
     speeds = np.gradient(places, times, axis=0) if len(poses) > 1 else np.zeros_like(places)
-    lines = [_STATE]
+    states = []
     for pose, speed in zip(poses, speeds.tolist(), strict=True):
         x, y, z, w = pose.orientation
-        numbers = (*pose.position_m, w, x, y, z, *speed, *(0.0,) * 6)
-        lines.append(",".join([str(pose.stamp_ns), *(repr(float(number)) for number in numbers)]))
-    return "\n".join(lines) + "\n"
+        states.append((pose.stamp_ns, [float(number) for number in (*pose.position_m, w, x, y, z, *speed, *(0.0,) * 6)]))
+    return _states_text(states)
 
 
 def camera_yaml(lens: Lens, mounted: NDArray[np.float64], rate: float) -> str:

@@ -1,9 +1,9 @@
 """TUM RGB-D: a folder a room with pictures, depth and the true trajectory, as SLAM programs read them.
 
 File formats: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.  Depth is PNG of 16 bits with 5000 steps a metre, 0 where
-there is none.  Stamps are seconds with nine digits; those of picture, depth and pose of a frame are equal.  ``associations.txt`` joins
-them as the benchmark's ``associate.py`` does; ``calibration.txt`` has the row of the benchmark's table of intrinsics, pixel centres at
-integers.
+there is none.  Stamps are seconds with nine digits after the point, equal for picture, depth and pose of a frame; in names of files they
+have ten before it, so that these sort by time.  ``associations.txt`` joins them as the benchmark's ``associate.py`` does;
+``calibration.txt`` has the row of the benchmark's table of intrinsics, pixel centres at integers.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from scene_description import CameraPose
-from scene_description.tum_trajectory import stamp_text, trajectory_to_tum
+from scene_description.tum_trajectory import stamp_name, stamp_text, trajectory_to_tum
 from scene_synth_ros.convert.camera import camera_pose, lens_of, refuse_lens, shutter_notes
 from scene_synth_ros.convert.files import depth_steps, write_picture, write_png
 from scene_synth_ros.convert.writer import Sequence, Writer
@@ -56,7 +56,7 @@ class FormatWriter(Writer):
     def encode(self, frame: Frame, number: int, state: _Folder) -> tuple[CameraPose, int]:
         """Write picture and depth; return the pose, and how many pixels are too far away."""
         del number
-        name = stamp_text(frame.stamp_ns)
+        name = stamp_name(frame.stamp_ns)
         write_picture(frame, self.source.roles["picture"], state.path / "rgb" / name, jpeg=False)
         depth = depth_steps(frame[self.source.roles["depth"]], STEPS_A_METRE)
         write_png(state.path / "depth" / f"{name}.png", depth.stored)
@@ -69,15 +69,15 @@ class FormatWriter(Writer):
 
     def end_sequence(self, state: _Folder) -> None:
         """Write the lists and the trajectory."""
-        name = state.path.name
-        stamps = [stamp_text(pose.stamp_ns) for pose in state.poses]
+        sequence = state.path.name
+        stamps = [(stamp_text(pose.stamp_ns), stamp_name(pose.stamp_ns)) for pose in state.poses]
         lists = {
-            "rgb.txt": ("color images", [f"{stamp} rgb/{stamp}.png" for stamp in stamps]),
-            "depth.txt": ("depth maps", [f"{stamp} depth/{stamp}.png" for stamp in stamps]),
+            "rgb.txt": ("color images", [f"{stamp} rgb/{name}.png" for stamp, name in stamps]),
+            "depth.txt": ("depth maps", [f"{stamp} depth/{name}.png" for stamp, name in stamps]),
         }
         for file, (what, rows) in lists.items():
-            head = f"# {what}\n# file: '{name}'\n# timestamp filename\n"
+            head = f"# {what}\n# file: '{sequence}'\n# timestamp filename\n"
             (state.path / file).write_text(head + "".join(f"{row}\n" for row in rows), encoding="utf-8")
-        joined = "".join(f"{stamp} rgb/{stamp}.png {stamp} depth/{stamp}.png\n" for stamp in stamps)
+        joined = "".join(f"{stamp} rgb/{name}.png {stamp} depth/{name}.png\n" for stamp, name in stamps)
         (state.path / "associations.txt").write_text(joined, encoding="utf-8")
         (state.path / "groundtruth.txt").write_text(trajectory_to_tum(state.poses), encoding="utf-8")

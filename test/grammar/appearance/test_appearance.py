@@ -85,7 +85,7 @@ def test_every_part_has_a_material_of_an_allowed_family(appearance: Appearance) 
         room, objects, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects())
         family = {material.id: material.family for material in materials}
         assert len(family) == len(materials)
-        assert {part.name for part in room.surfaces} == set(SURFACES)
+        assert {part.name for part in room.surfaces} - {"skirting"} == set(SURFACES)
         for item in (*objects, *room.openings):
             look = appearance.categories[item.category]
             assert tuple(part.name for part in item.parts) == look.styles[item.model.style].parts
@@ -256,3 +256,16 @@ def test_faults_of_the_materials_are_named(tmp_path: Path, line: str, field: str
     (tmp_path / "materials.yaml").write_text(config_path("materials.yaml").read_text() + line)
     with pytest.raises(GrammarError, match=field):
         load_appearance(config_path("appearance.yaml"), tmp_path / "materials.yaml")
+
+
+def test_walls_of_tiles_bricks_and_concrete_have_no_skirting(appearance: Appearance) -> None:
+    found = set()
+    for seed in range(40):
+        room, _, materials = sample_appearance(
+            np.random.default_rng(seed), appearance, make_room(), (), "storage" if seed % 2 else "bathroom"
+        )
+        of = {part.name: next(material.family for material in materials if material.id == part.material) for part in room.surfaces}
+        bare = of["wall"] in ("wall_tile", "wall_brick", "wall_concrete")
+        assert ("skirting" in of) != bare
+        found.add(bare)
+    assert found == {True, False}

@@ -28,6 +28,7 @@ from scene_description import (
     Support,
     ValidityReport,
 )
+from scene_description.scene_json import scene_from_json, scene_to_json
 
 PARTS = {
     "table_lamp": ("base", "stem", "shade", "bulb"),
@@ -107,6 +108,15 @@ def make_scene() -> SceneDescription:
 def with_file(scene: SceneDescription, file: str, parts: tuple[str, ...]) -> SceneDescription:
     thing = replace(scene.objects[0], model=ModelReference(file=file), parts=tuple(Part(name=name, material="paint") for name in parts))
     return replace(scene, objects=(thing, *scene.objects[1:]))
+
+
+def test_a_room_without_a_material_for_skirting_has_none() -> None:
+    scene = make_scene()
+    bare = replace(scene, room=replace(scene.room, surfaces=scene.room.surfaces[:3]))
+    assert set(flatten(scene).part_names) - set(flatten(bare).part_names) == {"0/skirting"}
+    assert scene_from_json(scene_to_json(bare)) == bare
+    with pytest.raises(FlattenError, match="expected a material for surface 'ceiling'"):
+        flatten(replace(scene, room=replace(scene.room, surfaces=scene.room.surfaces[:2])))
 
 
 def test_tables_name_every_part() -> None:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from renderer.textures.generators import GENERATORS
-from renderer.textures.noise import cells, noise
+from renderer.textures.masonry import JOINT_M, PANEL_M, TIE_M
+from renderer.textures.noise import cells, covered, noise
 from renderer.textures.pattern import Pattern, Picture, Request
 
 COLORS = ((0.3, 0.2, 0.1), (0.1, 0.2, 0.4), (0.5, 0.4, 0.2), (0.6, 0.6, 0.6))
@@ -70,3 +71,41 @@ def test_cells_are_nearest_points_also_over_the_edge() -> None:
         distance = np.hypot(np.minimum(dx, 6 - dx), np.minimum(dy, 5 - dy)).ravel()
         assert found.number[row, column] == np.argmin(distance)
         np.testing.assert_allclose([found.nearest[row, column], found.second[row, column]], np.sort(distance)[:2], rtol=1e-4)
+
+
+def test_a_line_thinner_than_a_texel_keeps_its_width() -> None:
+    texel, half = 0.0156, 0.0042
+    for offset in np.linspace(0.0, 1.0, 9):
+        distance = np.abs(np.arange(40) + 0.5 - 20.0 - offset) * texel
+        assert covered(distance, half, texel).sum() * texel == pytest.approx(2.0 * half, rel=1e-5)
+
+
+def test_boards_have_joints_of_a_millimetre_or_so() -> None:
+    """Of planks 0.15 m wide, by the share of the long sides that is joint: the middle halves of the rows have ends of boards too."""
+    made = drawn("planks", 4)
+    assert isinstance(made, Pattern)
+    rows, texels = 8, GENERATORS["planks"].shape[0]
+    by_row = np.median(made.weights[1], axis=1).reshape(rows, texels // rows) / 0.85
+    width_m = 0.15 * (by_row[:, 0] + np.roll(by_row[:, -1], 1)).mean() / (texels / rows)
+    assert 0.001 <= width_m <= 0.0015
+
+
+@pytest.mark.parametrize(("name", "metres"), [("plaster", 0.3), ("concrete", 1.2), ("formed_concrete", PANEL_M)])
+def test_what_is_cast_or_rolled_has_no_clouds(name: str, metres: float) -> None:
+    made = drawn(name, 2)
+    assert isinstance(made, Pattern) and made.shade is not None
+    edge = min(int(0.15 / metres * made.shade.shape[1]), made.shade.shape[1] // 2)
+    rows, columns = made.shade.shape[0] // edge, made.shade.shape[1] // edge
+    means = made.shade[: rows * edge, : columns * edge].reshape(rows, edge, columns, edge).mean(axis=(1, 3))
+    assert means.std() < 0.008
+
+
+def test_formed_concrete_has_joints_and_holes_of_ties_where_panels_have_them() -> None:
+    made = drawn("formed_concrete", 1)
+    dark = np.asarray(made.weights[0]) if isinstance(made, Pattern) else np.zeros(0)
+    height, width = dark.shape
+    assert all(dark[int(v * height), int(u * width)] > 0.95 for u in (0.25, 0.75) for v in (0.25, 0.75))
+    around = int(1.2 * TIE_M / PANEL_M * width)
+    assert np.median(dark[height // 4 - around, :]) < 0.05
+    joint_m = (np.median(dark[:, 0]) + np.median(dark[:, -1])) / 0.9 * PANEL_M / width
+    assert joint_m == pytest.approx(JOINT_M, rel=0.1)

@@ -1,10 +1,14 @@
 """Reports on bags with one known fault each."""
 
+import shutil
+
 import numpy as np
 import pytest
 from bag_samples import PERIOD_NS, START_NS, TOPICS, camera_info, frame_messages, image, text, write_bag
+from mcap.reader import make_reader
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag, render_report
+from scene_synth_ros.bags.bag_repair import repair_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.run_info import parameters_file
 from scene_synth_ros.cli.command_line import main
@@ -215,6 +219,26 @@ def test_a_bag_that_lacks_what_its_parameters_promise_says_so(tmp_path):
 )
 def test_parts_of_runs_and_runs_without_end_promise_nothing(tmp_path, messages, promise):
     assert promised(tmp_path / "bag", messages, **promise).lacking == ()
+
+
+def test_a_bag_that_nobody_closed_tells_what_its_run_promised_once_it_is_repaired(tmp_path):
+    nodes = {"/synth/grammar_node": {"rooms": 3, "frames_per_room": 4}, "/synth/renderer_node": {"streams.camera": "camera"}}
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        writer.set_attachment("parameters.yaml", parameters_file({}))
+        writer.set_attachment("parameters.yaml", parameters_file(nodes))
+        for topic, log_ns, data in room(0):
+            writer.write(topic, data, log_ns, log_ns)
+        writer.flush()
+        (tmp_path / "killed").mkdir()
+        shutil.copy(tmp_path / "bag" / "bag_0.mcap.active", tmp_path / "killed")
+    repaired = repair_bag(tmp_path / "killed", tmp_path / "repaired").bag
+    told = "/synth/camera: 4 of the 12 frames that its parameters promise, 3 rooms x 4; the run or the recording ended early"
+    assert inspect_bag(tmp_path / "bag").lacking == inspect_bag(repaired).lacking == (told,)
+    with open(tmp_path / "bag" / "bag_0.mcap", "rb") as file:
+        names = [attachment.name for attachment in make_reader(file).iter_attachments()]
+    assert names == ["parameters.yaml", "parameters.yaml", "manifest.json"]
 
 
 def test_cameras_of_others_are_not_judged_by_the_run(tmp_path):

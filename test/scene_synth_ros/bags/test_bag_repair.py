@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from bag_samples import TOPICS, frame_messages, write_bag
+from bag_samples import TOPICS, frame_messages, text, write_bag
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_synth_ros_suite import command, environment
@@ -254,6 +254,25 @@ def test_half_a_frame_at_the_end_of_a_finished_bag_is_a_fault_and_is_cut_away(tm
     report = repair_bag(tmp_path / "bag", tmp_path / "new")
     assert len(report.cut) == 1 and f"only {last} messages" in report.cut[0]
     assert inspect_bag(report.bag).faults == () and {len(times) for times in stamps_of(report.bag).values()} == {4}
+
+
+def test_a_frame_that_lacks_only_its_labels_is_cut_away_where_the_others_have_theirs(tmp_path: Path) -> None:
+    labels, image = "/synth/camera/semantic/labels", "/synth/camera/semantic/image_raw"
+    for name, every in {"every": 1, "once": 100}.items():
+        with BagWriter(tmp_path / name) as writer:
+            for topic, (type_name, qos) in {**TOPICS, image: TOPICS["/synth/camera/color/image_raw"]}.items():
+                writer.add_topic(topic, type_name, [qos])
+            for index in range(5):
+                messages = [message for message in frame_messages(index) if message[0] != labels]
+                color = next(data for topic, _, data in messages if topic == "/synth/camera/color/image_raw")
+                messages.append((image, messages[-1][1], color))
+                if index % every == 0 and index != 4:
+                    messages.append((labels, messages[-1][1], text({"0": "void"})))
+                for topic, stamp, data in messages:
+                    writer.write(topic, data, stamp, stamp)
+        report = repair_bag(tmp_path / name, tmp_path / f"{name}_new")
+        assert {len(times) for times in stamps_of(report.bag).values()} == {4 if name == "every" else 5}
+        assert len(report.cut) == (name == "every")
 
 
 def test_streams_of_others_at_their_own_rates_stay_as_they_are(tmp_path: Path) -> None:

@@ -7,12 +7,12 @@ from sample_scene import sample_scene
 from sensor_msgs.msg import Temperature
 
 from renderer import LAYERS, CameraConfig, Frame
-from renderer.lidar.config import ScanConfig
 from scene_description import CameraPose
 from scene_synth_ros.bags.whole_frames import cameras
 from scene_synth_ros.messages import frame_messages
 from scene_synth_ros.messages.frame_messages import CameraRole, FrameMessages, StreamConfig
 from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.senses import NO_SENSES
 from scene_synth_ros.messages.streams import (
     IMAGE_TYPE,
     RAW,
@@ -86,9 +86,9 @@ def test_a_stream_is_a_row_and_the_function_that_fills_it(monkeypatch):
     monkeypatch.setitem(frame_messages.CAMERA_ROLES, warmth, filled)
     parse.cache_clear()
     config, camera = StreamConfig(annotations=True), CameraConfig(width=4, height=3)
-    topics = stream_topics(config, camera, ScanConfig())
+    topics = stream_topics(config, camera, NO_SENSES)
     assert (topics["camera/warmth"].message_type, topics["camera/warmth"].layers) == (Temperature, {"color"})
-    assert "camera/warmth" not in stream_topics(StreamConfig(), camera, ScanConfig())
+    assert "camera/warmth" not in stream_topics(StreamConfig(), camera, NO_SENSES)
     maker = FrameMessages(config, camera)
     maker.begin_room(sample_scene())
     pose = CameraPose(stamp_ns=7, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))

@@ -162,6 +162,15 @@ def test_topics_that_follow_leave_with_the_next_group_that_leads_and_never_move_
     assert sorter.clock_ns == 20 and sorter.late == 0
 
 
+def test_many_stamps_of_a_patient_topic_may_come_between_two_frames():
+    sorter = FrameSorter({"/color"}, max_stamps=3)
+    sorter.follow("/imu", True, patient=True)
+    for stamp in range(1, 500):
+        assert sorter.add("/imu", stamp, b"") == []
+    assert [message.log_ns for message in sorter.add("/color", 400, b"")] == [*range(1, 401), 400]
+    assert (sorter.forced, sorter.late, sorter.waiting_stamps) == (0, 0, 99)
+
+
 def test_a_group_that_is_complete_leads_even_if_all_of_it_follows():
     sorter = FrameSorter({"/color", "/depth"})
     for topic in ("/color", "/depth"):

@@ -10,7 +10,7 @@ import yaml
 from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_synth_ros.cli.commands import run_command
-from scene_synth_ros.cli.parameters.run_parameters import run_parameters, run_words
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters, run_words
 from scene_synth_ros.cli.parameters.run_profile import (
     NodeParameters,
     ProfileError,
@@ -20,6 +20,8 @@ from scene_synth_ros.cli.parameters.run_profile import (
     with_namespace,
     write_node_file,
 )
+from scene_synth_ros.offline.settings import read_settings
+from scene_synth_ros.suite.parameters import ParameterError
 
 GOOD = """
 /**: {ros__parameters: {exit_when_done: true}}
@@ -50,6 +52,17 @@ def test_overrides_win_and_are_read_as_yaml(tmp_path: Path) -> None:
     assert parameters["renderer_node"]["render.exposure_ev100"] == 7.5
     assert parameters["recorder_node"]["exclude"] == ["/a", "/b"]
     assert base["grammar_node"]["rooms"] == 3
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_values_that_only_fit_together_may_be_given_in_either_order(turn: int) -> None:
+    """3.3 rad is too wide for a pinhole, which the model is unless it is told, too."""
+    lens = ("renderer_node.camera.model:=kannala_brandt", "renderer_node.camera.horizontal_fov_rad:=3.3")
+    settings = read_settings(run_parameters(RunWords(overrides=lens[::turn], record=Path("bag"))), "/synth")
+    (groups,) = settings.renderers.values()
+    assert (groups["camera"].model, groups["camera"].horizontal_fov_rad) == ("kannala_brandt", 3.3)
+    with pytest.raises(ParameterError, match="horizontal_fov_rad"):
+        read_settings(run_parameters(RunWords(overrides=lens[1:], record=Path("bag"))), "/synth")
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,28 @@ def test_a_node_that_is_killed_when_the_others_are_done_is_not_waited_for(tmp_pa
     assert run(nodes) == Outcome(code=0)
 
 
+CLOSES_LONG = """
+import pathlib, signal, sys, time
+def close(*_):
+    time.sleep(3.5)
+    pathlib.Path(__file__).with_name("closed").touch()
+    sys.exit(0)
+signal.signal(signal.SIGTERM, close)
+pathlib.Path(__file__).with_name("ready").touch()
+time.sleep(600)
+"""
+
+
+def test_a_recorder_that_takes_seconds_to_close_its_bag_on_a_busy_machine_is_not_killed(tmp_path: Path) -> None:
+    waits = f"import pathlib, sys, time\nwhile not pathlib.Path({str(tmp_path / 'ready')!r}).exists():\n    time.sleep(0.05)\nsys.exit(3)\n"
+    for name, text in {"closes_long": CLOSES_LONG, "fails": waits}.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    modules = {"recorder_node": "closes_long", "grammar_node": "fails"}
+    nodes = [NodeProcess(name=name, module=module, parameters=tmp_path, words=("none",)) for name, module in modules.items()]
+    assert run(nodes).at == "grammar_node"
+    assert (tmp_path / "closed").exists()
+
+
 def test_a_node_that_is_interrupted_while_it_loads_its_modules_has_no_traceback(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "loads_long.py").write_text(
         "import os, signal, time\nimport scene_synth_ros\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60)\n"

@@ -1,0 +1,1 @@
+"""What a moving body senses of itself: its inertial measurement unit, its wheels."""

@@ -1,0 +1,158 @@
+"""An inertial measurement unit: it integrates to the pose, its errors have the sizes asked for, and the same seed is the same bytes."""
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson
+from scipy.interpolate import make_interp_spline
+from scipy.spatial.transform import Rotation
+
+from renderer.body.config import GRAVITY_M_S2, ImuConfig, stamps_up_to
+from renderer.body.imu import ImuErrors, device_kinematics, noise_variances, read_imu, rpy_quaternion
+from scene_description.motion import Harmonic, Motion
+
+SECOND_NS = 10**9
+CLEAN = ImuConfig(
+    gyro_noise_rad_s=0, gyro_walk_rad_s2=0, gyro_bias_rad_s=0, accel_noise_m_s2=0, accel_walk_m_s3=0, accel_bias_m_s2=0, scale_error=0,
+    misalignment_rad=0,
+)  # fmt: skip
+
+
+def handheld(seconds: float, seed: int) -> Motion:
+    """Sway below 1.6 Hz in curves with knots every tenth of a second, and a tremor at 8 Hz."""
+    rng = np.random.default_rng(seed)
+    times = (np.arange(round(10 * seconds) + 5) - 2.0) * 0.1
+    hertz, phase = rng.uniform(0.2, 1.6, (6, 6, 1)), rng.uniform(0, 2 * np.pi, (6, 6, 1))
+    waves = np.sin(2 * np.pi * hertz * times + phase).sum(axis=0)
+    places = np.stack([0.3 * np.sin(0.1 * times), 0.2 * times, 1.5 + 0 * times], axis=1) + 0.012 * waves[:3].T
+    turns = Rotation.from_euler("xyz", 0.03 * waves[3:].T + np.stack([0 * times, 0 * times, 0.4 * np.sin(0.3 * times)], axis=1)).as_quat()
+    turns *= np.sign((turns * turns[:1]).sum(axis=1))[:, None]
+    tremor = Harmonic(
+        frequency_hz=8.0, shift_m=(1e-4,) * 3, shift_phase_rad=(0.0, 1.0, 2.0), turn=(5e-4,) * 3, turn_phase_rad=(0.0, 2.0, 1.0)
+    )
+    return Motion(
+        kind="handheld",
+        spacing_s=0.1,
+        positions_m=tuple(map(tuple, places.tolist())),
+        turns=tuple(map(tuple, turns.tolist())),
+        tremor=(tremor,),
+        tremor_from_s=2.0,
+    )
+
+
+def integrated(times: np.ndarray, rate: np.ndarray, force: np.ndarray, start: Rotation, place: np.ndarray, velocity: np.ndarray):
+    """Integrate samples: splines through them, orientation by Magnus of order 4, velocity and place by Simpson."""
+    step = times[1] - times[0]
+    gyro, accel = make_interp_spline(times, rate, k=5), make_interp_spline(times, force, k=5)
+    fine = times[0] + 0.5 * step * np.arange(2 * len(times) - 1)
+    half, offset = 0.5 * step, 0.5 * step * math.sqrt(3) / 6
+    first, second = (gyro(fine[:-1] + 0.5 * half + sign * offset) for sign in (-1, 1))
+    exponents = 0.5 * half * (first + second) - math.sqrt(3) / 12 * half**2 * np.cross(second, first)
+    turns = [start]
+    for exponent in exponents:
+        turns.append(turns[-1] * Rotation.from_rotvec(exponent))
+    world = Rotation.concatenate(turns).apply(accel(fine)) - [0, 0, GRAVITY_M_S2]
+    speed = velocity + cumulative_simpson(world, x=fine, axis=0, initial=0)
+    return turns[-1], place + cumulative_simpson(speed, x=fine, axis=0, initial=0)[-1]
+
+
+def test_a_minute_in_the_hand_integrates_to_a_millimetre_and_a_hundredth_of_a_degree() -> None:
+    seed = int(time.time())
+    config = replace(CLEAN, mount_m=(0.02, -0.05, 0.01), mount_rotation_rad=(0.3, -0.2, 1.0))
+    motion = handheld(60.0, seed)
+    read = read_imu(motion, config, 0, 60 * SECOND_NS, 1)
+    np.testing.assert_array_equal(read.rate_rad_s, read.true_rate_rad_s)
+    times = read.stamps_ns * 1e-9
+    ends = device_kinematics(motion, config, times[[0, -1]])
+    assert np.linalg.norm(read.true_force_m_s2 - np.array([0.0, 0.0, GRAVITY_M_S2]), axis=1).max() > 2.0
+    turn, place = integrated(
+        times, read.rate_rad_s, read.force_m_s2, Rotation.from_quat(ends.quaternion[0]), ends.position_m[0], ends.velocity_m_s[0]
+    )
+    far_mm = 1e3 * np.linalg.norm(place - ends.position_m[1])
+    off_deg = math.degrees((turn.inv() * Rotation.from_quat(ends.quaternion[1])).magnitude())
+    assert far_mm < 1.0, seed
+    assert off_deg < 0.01, seed
+
+
+def test_at_rest_a_tilted_device_reads_gravity_in_its_own_frame() -> None:
+    still = Motion(kind="still", spacing_s=1.0, positions_m=((0.0, 0.0, 1.0),) * 6, turns=((0.0, 0.0, 0.0, 1.0),) * 6)
+    read = read_imu(still, replace(CLEAN, mount_rotation_rad=(math.pi / 2, 0.0, 0.0)), 5, 5 + SECOND_NS, 1)
+    np.testing.assert_allclose(read.force_m_s2, np.tile([0.0, GRAVITY_M_S2, 0.0], (201, 1)), atol=1e-12)  # its y axis points up
+    np.testing.assert_allclose(read.rate_rad_s, 0.0, atol=1e-13)
+    assert read.stamps_ns[[0, 1, -1]].tolist() == [5, 5 + 5_000_000, 5 + SECOND_NS]
+    assert rpy_quaternion((0.0, 0.0, math.pi / 2)) == pytest.approx((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_means_over_the_interval_are_those_of_the_integral() -> None:
+    motion, config = handheld(5.0, 3), replace(CLEAN, samples="mean")
+    read = read_imu(motion, config, 0, 5 * SECOND_NS, 1)
+    dense = read_imu(motion, replace(CLEAN, rate_hz=20_000.0), 0, 5 * SECOND_NS, 1)
+    for name in ("true_rate_rad_s", "true_force_m_s2"):
+        values = getattr(dense, name)
+        k = 700
+        expected = (values[100 * (k - 1) : 100 * k] + values[100 * (k - 1) + 1 : 100 * k + 1]).mean(axis=0) / 2
+        np.testing.assert_allclose(getattr(read, name)[k], expected, rtol=0, atol=1e-6)
+
+
+def allan_deviation(values: np.ndarray, rate_hz: float, tau_s: float) -> np.ndarray:
+    """Overlapping Allan deviation of rates (n, 3), IEEE Std 952-1997 annex C."""
+    m = round(tau_s * rate_hz)
+    total = np.concatenate([np.zeros((1, 3)), np.cumsum(values, axis=0)]) / rate_hz
+    second = total[2 * m :] - 2 * total[m:-m] + total[: -2 * m]
+    return np.sqrt((second**2).mean(axis=0) / (2 * tau_s**2))
+
+
+def test_the_allan_deviation_is_that_of_the_parameters() -> None:
+    """White noise N / sqrt(tau), walk K sqrt(tau / 3); three axes of both sensors, each with the walk's share told apart."""
+    seed, seconds = int(time.time()), 10_800
+    true = np.zeros((50 * seconds, 3))
+    noise, walk = 2e-3, 1e-5  # the walk takes over far beyond 100 s, where three hours hold too few intervals
+    config = replace(CLEAN, rate_hz=50.0, gyro_noise_rad_s=noise, gyro_walk_rad_s2=walk)
+    rates = ImuErrors(config, seed, len(true)).gyroscope(true)
+    for tau, within in ((0.1, 0.05), (1.0, 0.05), (10.0, 0.05), (100.0, 0.2)):
+        expected = math.sqrt(noise**2 / tau + walk**2 * tau / 3)
+        found = math.sqrt((allan_deviation(rates, 50.0, tau) ** 2).mean())
+        assert abs(found / expected - 1) < within, (seed, tau)
+    only_walk = replace(CLEAN, rate_hz=50.0, accel_walk_m_s3=0.01)
+    forces = ImuErrors(only_walk, seed, len(true)).accelerometer(true)
+    for tau in (0.1, 1.0, 10.0):
+        found = math.sqrt((allan_deviation(forces, 50.0, tau) ** 2).mean())
+        expected = 0.01 * math.sqrt((tau + 1 / (2 * 50.0**2 * tau)) / 3)  # a walk in steps
+        assert found == pytest.approx(expected, rel=0.05), (seed, tau)
+
+
+def test_constant_errors_saturation_and_steps() -> None:
+    motion = handheld(5.0, 3)
+    true = read_imu(motion, CLEAN, 0, 5 * SECOND_NS, 4)
+    config = replace(CLEAN, gyro_bias_rad_s=0.1, scale_error=0.01, misalignment_rad=0.02)
+    read = read_imu(motion, config, 0, 5 * SECOND_NS, 4)
+    fit, *_ = np.linalg.lstsq(np.column_stack([true.rate_rad_s, np.ones(len(true.rate_rad_s))]), read.rate_rad_s, rcond=None)
+    np.testing.assert_allclose(np.column_stack([true.rate_rad_s, np.ones(len(true.rate_rad_s))]) @ fit, read.rate_rad_s, atol=1e-12)
+    assert np.abs(np.diag(fit[:3]) - 1).max() < 0.05
+    assert 0 < np.abs(fit[:3] - np.diag(np.diag(fit[:3]))).max() < 0.1
+    cut = read_imu(motion, replace(CLEAN, accel_range_m_s2=9.9, gyro_step_rad_s=0.01), 0, 5 * SECOND_NS, 4)
+    assert cut.force_m_s2.max() == 9.9
+    assert np.abs(cut.rate_rad_s / 0.01 - np.rint(cut.rate_rad_s / 0.01)).max() < 1e-9
+    assert np.abs(cut.rate_rad_s - true.rate_rad_s).max() <= 0.005 + 1e-12
+
+
+def test_noise_has_the_variance_told_and_depends_on_the_scene_alone() -> None:
+    motion, config = handheld(20.0, 3), replace(CLEAN, gyro_noise_rad_s=1e-3, accel_noise_m_s2=1e-2, gyro_step_rad_s=1e-3)
+    read = read_imu(motion, config, 0, 20 * SECOND_NS, 4)
+    errors = read.rate_rad_s - read.true_rate_rad_s, read.force_m_s2 - read.true_force_m_s2
+    for error, variance in zip(errors, noise_variances(config), strict=True):
+        assert error.var() == pytest.approx(variance, rel=0.05)
+    again, other = read_imu(motion, config, 0, 20 * SECOND_NS, 4), read_imu(motion, config, 0, 20 * SECOND_NS, 5)
+    assert again.rate_rad_s.tobytes() == read.rate_rad_s.tobytes()
+    assert not np.array_equal(other.rate_rad_s, read.rate_rad_s)
+    shorter = read_imu(motion, config, 0, 10 * SECOND_NS, 4)
+    assert shorter.force_m_s2.tobytes() == read.force_m_s2[:2001].tobytes()
+
+
+def test_samples_end_with_the_room() -> None:
+    assert stamps_up_to(200.0, 7, 7 + 10_000_000) == [7, 5_000_007, 10_000_007]
+    assert stamps_up_to(3.0, 0, 666_666_666) == [0, 333_333_333]
+    assert stamps_up_to(3.0, 0, 666_666_667) == [0, 333_333_333, 666_666_667]
