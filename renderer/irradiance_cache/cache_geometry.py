@@ -18,6 +18,7 @@ from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch,
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
+from renderer.irradiance_cache.winding import seen_from_behind
 from renderer.scene.flat_scene import is_same_geometry
 
 
@@ -77,7 +78,8 @@ class CacheGeometry:
         self._flat, self._shines = flat, scene.lights.face_group >= 0
         self._key, self._config = key, config
         charts = find_charts(flat.mesh, flat.face_part)
-        one_sided = charts.closed | ((flat.parts.object_id == 0) | _is_hollow(scene, charts))[flat.face_part]
+        hidden = charts.closed & ~seen_from_behind(flat.mesh, charts, _doubtful(scene, charts))
+        one_sided = hidden | ((flat.parts.object_id == 0) | _is_hollow(scene, charts))[flat.face_part]
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
@@ -150,13 +152,16 @@ def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worke
     find_cuts(scene.tree, atlas, grids, scene.scratch[worker], *piece)
 
 
-def _is_hollow(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
-    """Return which parts (p,) have open bodies that are solids without a hidden side: from within, one sees mostly backs of their faces."""
-    flat, count = scene.flat, len(scene.flat.parts.label)
-    faces = np.flatnonzero((charts.area > 0.0) & ~charts.closed)
-    order = faces[np.lexsort((-charts.area[faces], flat.face_part[faces]))]
-    start = np.searchsorted(flat.face_part[order], np.arange(count))
-    faces = order[np.arange(len(order)) - start[flat.face_part[order]] < _PROBES]
+def _doubtful(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
+    """Return which triangles (m,) of closed bodies have something else behind them than their body's inside."""
+    faces, found = np.flatnonzero(charts.closed & (charts.area > 0.0)), np.zeros(len(charts.closed), np.bool_)
+    found[faces] = ~_see_own_back(scene, faces)
+    return found
+
+
+def _see_own_back(scene: TracedScene, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return for which triangles (f,) one sees the back of their own part's surface, from their middle straight inward."""
+    flat = scene.flat
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[faces]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
@@ -164,5 +169,16 @@ def _is_hollow(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
     origin = (corners.mean(axis=1) - 1e-4 * normal).astype(np.float32)
     if len(faces):
         probe_insides(scene.tree, origin, (-normal).astype(np.float32), part, flat.face_part, scene.scratch[0], inside)
+    return inside
+
+
+def _is_hollow(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
+    """Return which parts (p,) have open bodies that are solids without a hidden side: from within, one sees mostly backs of their faces."""
+    flat, count = scene.flat, len(scene.flat.parts.label)
+    faces = np.flatnonzero((charts.area > 0.0) & ~charts.closed)
+    order = faces[np.lexsort((-charts.area[faces], flat.face_part[faces]))]
+    start = np.searchsorted(flat.face_part[order], np.arange(count))
+    faces = order[np.arange(len(order)) - start[flat.face_part[order]] < _PROBES]
+    part, inside = flat.face_part[faces], _see_own_back(scene, faces)
     weight = charts.area[faces]
     return np.bincount(part, weight * inside, count) > 0.5 * np.maximum(np.bincount(part, weight, count), 1e-12)

@@ -24,7 +24,7 @@ class Charts(NamedTuple):
     face_chart: (m,) int32, the chart of each triangle, CURVED or DEGENERATE; normal, along, across: (c, 3) float64, unit, a right-handed
     frame (along, across, normal) of each chart; at: (m, 3, 2) float64, metres along and across of the corners of triangles on charts.
     area: (m,) float64, m2.  closed: (m,) bool, triangles of bodies that nobody sees from behind: every edge of theirs belongs to two
-    triangles, and their faces look outward.
+    triangles, and their faces look outward.  body: (m,) int64, the least triangle of those that hang together by edges.
     """
 
     face_chart: NDArray[np.int32]
@@ -34,6 +34,7 @@ class Charts(NamedTuple):
     at: NDArray[np.float64]
     area: NDArray[np.float64]
     closed: NDArray[np.bool_]
+    body: NDArray[np.int64]
 
 
 def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
@@ -52,7 +53,8 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     a, b = face[:-1][same], face[1:][same]
     run = np.concatenate([[True], ~same])
     lonely = face[np.flatnonzero(run)[np.diff(np.append(np.flatnonzero(run), len(face))) != 2]]
-    closed = _find_closed(corners, _join(len(face_part), a, b), lonely)
+    body = _join(len(face_part), a, b)
+    closed = _find_closed(corners, body, lonely)
     joined = flat[a] & flat[b] & (dot(unit[a], unit[b]) > _COPLANAR)
     root = _join(len(face_part), a[joined], b[joined])
     face_chart = np.where(sound, CURVED, DEGENERATE).astype(np.int32)
@@ -74,7 +76,7 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     chart = face_chart[members]
     at[members, :, 0] = dot(corners[members], along[chart][:, None])
     at[members, :, 1] = dot(corners[members], across[chart][:, None])
-    return Charts(face_chart, normal, along, across, at, area, closed)
+    return Charts(face_chart, normal, along, across, at, area, closed, body)
 
 
 def _find_closed(corners: NDArray[np.float64], body: NDArray[np.int64], lonely: NDArray[np.int64]) -> NDArray[np.bool_]:

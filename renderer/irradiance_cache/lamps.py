@@ -98,15 +98,17 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
         distance = np.sqrt(max(squared, _TINY))
         lx, ly, lz = cx / distance, cy / distance, cz / distance
         cosine = lx * nx + ly * ny + lz * nz
-        if cosine <= _ZERO or distance <= radius:
+        is_flat = balls[i, 7] > _ZERO
+        if cosine <= _ZERO or (distance <= radius and not is_flat):
             continue
         # The microfacets that mirror the ball's centre.
         hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
         scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
         facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
         half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
-        spread, facing = radius * radius / squared, _ONE
-        if balls[i, 7] > _ZERO:
+        # What is flat is a disc: one may stand closer to it than its radius.
+        spread, facing = radius * radius / (squared + radius * radius if is_flat else squared), _ONE
+        if is_flat:
             facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
             spread *= facing
         # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
@@ -128,7 +130,11 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
             best, chosen = r + g + b, 1
             lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b
             tx, ty, tz = _nearest_point(cx, cy, cz, radius, mx, my, mz)
-            reach = (distance - radius) / distance if balls[i, 7] == _ZERO else np.float32(0.98)
+            if is_flat:
+                # Of what is flat it is one in its plane.
+                off = (tx - cx) * balls[i, 4] + (ty - cy) * balls[i, 5] + (tz - cz) * balls[i, 6]
+                tx, ty, tz = tx - off * balls[i, 4], ty - off * balls[i, 5], tz - off * balls[i, 6]
+            reach = np.float32(0.98) if is_flat else (distance - radius) / distance
             reach = max(reach, _HALF)
             lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * tx, reach * ty, reach * tz
             lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE, _ONE

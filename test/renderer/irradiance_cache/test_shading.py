@@ -133,3 +133,13 @@ def test_brushed_metal_shows_no_blocks():
     steps = np.abs(np.diff(image.astype(float), axis=1)).mean(axis=0)
     within, between = steps[::2].mean(), steps[1::2].mean()
     assert image.std() > 1.0 and between == pytest.approx(within, rel=0.25)
+
+
+def test_a_wide_lamp_shows_in_rough_gloss_from_nearer_than_its_radius():
+    """The gloss of a floor before a lamp of 4 x 4 m has no edge where it is as far from the lamp as a disc of that area is wide."""
+    floor = quad((-1, -0.5, 0), (2, 0, 0), (0, 6, 0), color=(0.9, 0.9, 0.9), metallic=1.0, roughness=0.5)
+    lamp = quad((-2, 5.6, -0.01), (4, 0, 0), (0, 0, 4), emission=(100, 100, 100), color=(0, 0, 0))
+    camera = CameraConfig(width=16, height=64, horizontal_fov_rad=0.15)
+    column = look_up(scene(floor, lamp), pose((0, 0, 1.6), (0, 4.0, 0)), camera=camera).radiance[..., 1].astype(float).mean(axis=1)
+    on_floor = column[34:]
+    assert np.abs(np.diff(on_floor)).max() < 0.05 * on_floor.mean() and on_floor.min() > 30.0
