@@ -11,6 +11,8 @@ from scene_synth_ros.suite.status import NodeStatus
 
 PATIENCE = 10
 """So many looks may a new publisher in the suite's namespace remain unknown before it counts as another's."""
+SPEAKERS_PATIENCE = 6 * PATIENCE
+"""So many may one that publishes ``status``, too, whose own has not been heard: what it says there may be none."""
 _NAME_NOT_YET_KNOWN = "_NODE_NAME_UNKNOWN_"
 
 
@@ -27,17 +29,25 @@ class Senders:
 
     Threads: the thread of the node's executor only.
 
-    Where no grammar node and no renderer has been heard, as with a replay, what is in the namespace is taken for the suite's.
+    Where no grammar node and no renderer has been heard, as with a replay, what is in the namespace is taken for the suite's, unless the
+    recorder awaits a suite: then nobody's is known to be.
 
     Args:
         namespace: of the suite, ending with a slash.
         strangers: renderers that speak like the suite's and are not, which publish nothing where the suite does; it may grow.
+        awaits_suite: a grammar node will be heard, as in a run.
     """
 
     def __init__(
-        self, publishers_of: Callable[[str], Iterable[Endpoint]], namespace: str, strangers: Collection[str] = frozenset()
+        self,
+        publishers_of: Callable[[str], Iterable[Endpoint]],
+        namespace: str,
+        strangers: Collection[str] = frozenset(),
+        *,
+        awaits_suite: bool = False,
     ) -> None:
         self._publishers_of, self._namespace, self._known_strangers = publishers_of, namespace, strangers
+        self._before_suite = Origin.UNKNOWN if awaits_suite else Origin.SUITE
         self._suite: set[str] = set()
         self._origins: dict[str, Origin] = {}
         self._looks: Counter[str] = Counter()
@@ -61,7 +71,7 @@ class Senders:
     def _judge(self, topic: str, nodes: set[str]) -> Origin:
         own_name = topic == "/clock" or topic.startswith(self._namespace)
         if not self.suite_is_present:
-            return Origin.SUITE if own_name else Origin.OTHERS
+            return self._before_suite if own_name else Origin.OTHERS
         strangers = nodes - self._suite
         if nodes & self._suite:
             strangers -= set(self._known_strangers)
@@ -73,5 +83,6 @@ class Senders:
         self._looks[topic] += 1
         speaking = {endpoint.node for endpoint in self._publishers_of(f"{self._namespace}status")}
         speaking -= set(self._known_strangers)
-        silent = {node for node in strangers - speaking if not node.endswith(_NAME_NOT_YET_KNOWN)}
-        return Origin.OTHERS if silent and self._looks[topic] > PATIENCE else Origin.UNKNOWN
+        named = {node for node in strangers if not node.endswith(_NAME_NOT_YET_KNOWN)}
+        waited = PATIENCE if named - speaking else SPEAKERS_PATIENCE
+        return Origin.OTHERS if named and self._looks[topic] > waited else Origin.UNKNOWN

@@ -74,7 +74,8 @@ class TopicInputs:
     def __init__(self, node: SuiteNode, config: RecorderConfig, recording: Recording, received: Counter[str]) -> None:
         self._node, self._config, self._recording, self._received = node, config, recording, received
         self._namespace = str(node.get_namespace().rstrip("/") + "/")
-        self._senders = Senders(lambda topic: publishers_of(node, topic), self._namespace, node.strangers)
+        awaits_suite = config.exit_when_done  # with the grammar node of a run
+        self._senders = Senders(lambda topic: publishers_of(node, topic), self._namespace, node.strangers, awaits_suite=awaits_suite)
         self._publishers: dict[str, int] = {}
         self._looks = 0
         self.known: dict[str, int] = {}

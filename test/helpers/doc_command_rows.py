@@ -88,6 +88,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
     "make soak SOAK_ROOMS=2000 SOAK_KILLS=50 SOAK_MINUTES=300": Parsed("takes hours"),
+    ".venv/bin/python test/helpers/golden_rooms.py --renew": Listed("writes the golden hashes of the sources anew"),
     ".venv/bin/python test/fuzz/campaign.py --cases 20000": Listed("takes minutes; test/fuzz runs campaigns"),
     # installing
     "apt install gcc g++ python3-dev chromium": Listed("needs root and the network"),

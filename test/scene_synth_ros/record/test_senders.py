@@ -14,7 +14,7 @@ from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.frame_intake import MAX_STRAY_NS
 from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.senders import PATIENCE, Origin, Senders
+from scene_synth_ros.record.senders import PATIENCE, SPEAKERS_PATIENCE, Origin, Senders
 from scene_synth_ros.suite.connections import Endpoint
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus
@@ -82,6 +82,11 @@ def test_a_stranger_beside_the_suite_makes_a_topic_foreign(senders: Senders, gra
     assert senders.judge("/synth/camera/color") is Origin.SUITE, "as before, while nobody publishes it"
 
 
+def test_a_stranger_that_speaks_on_status_too_is_one_in_the_end(senders: Senders, graph: Graph) -> None:
+    graph.nodes["/synth/status"].append("/synth/robot")
+    assert [senders.judge(STRANGER) for _ in range(SPEAKERS_PATIENCE + 1)][-2:] == [Origin.UNKNOWN, Origin.OTHERS]
+
+
 def test_a_renderer_whose_status_is_still_on_its_way_is_waited_for(senders: Senders, graph: Graph) -> None:
     graph.nodes["/synth/status"].append("/synth/renderer_node_2")
     graph.nodes["/synth/second/color"] = ["/synth/renderer_node_2"]
@@ -109,6 +114,17 @@ def test_without_a_suite_what_is_in_the_namespace_is_taken_for_it(graph: Graph) 
     senders.take_status(status("/synth/recorder_node", "recorder"))
     assert not senders.suite_is_present
     assert [senders.judge(topic) for topic in ("/clock", STRANGER, "/other/point")] == [Origin.SUITE, Origin.SUITE, Origin.OTHERS]
+
+
+def test_where_a_suite_is_awaited_nothing_is_known_to_be_its_own_until_it_is_heard(graph: Graph) -> None:
+    senders = Senders(graph.publishers_of, "/synth/", awaits_suite=True)
+    senders.take_status(status("/synth/recorder_node", "recorder"))
+    own, others = ("/clock", STRANGER, "/synth/camera/color"), "/other/point"
+    assert {senders.judge(topic) for _ in range(5 * PATIENCE) for topic in own} == {Origin.UNKNOWN}
+    assert senders.judge(others) is Origin.OTHERS
+    senders.take_status(status("/synth/grammar_node", "grammar"))
+    senders.take_status(status("/synth/renderer_node", "renderer"))
+    assert [senders.judge(topic) for topic in own] == [Origin.SUITE, Origin.UNKNOWN, Origin.SUITE]
 
 
 def point(seconds: float) -> bytes:
@@ -227,6 +243,29 @@ def test_a_pose_of_others_is_no_camera(tmp_path: Path) -> None:
     assert {name: count for name, count in recording.written.copy().items() if name not in takers} == {"/tf": 2, "/tf_static": 1}
     with BagReader(tmp_path / "bag") as reader:
         assert reader.summary.end_ns == 2 * 10**9
+
+
+def test_a_camera_of_others_that_is_there_before_an_awaited_suite_drags_no_frame_along(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    pose = "geometry_msgs/msg/PoseStamped"
+    for topic, kind in (("/synth/robot/pose", pose), ("/synth/robot/color/camera_info", "sensor_msgs/msg/CameraInfo")):
+        recording.add_topic(topic, kind, [QoSProfile(depth=10)], Origin.UNKNOWN)
+    recording.begin(tmp_path / "bag")
+    take = recording.taker("/synth/robot/pose", pose, "/synth/")
+    for number in range(2000):
+        take(bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=WALL_S + number))))))
+    recording.begin_suite()
+    for topic in FRAME:
+        recording.add_topic(topic, POINT, [QoSProfile(depth=10)])
+    recording.expect(FRAME, {})
+    for second in range(3):
+        for topic in FRAME:
+            recording.add(topic, point(second))
+    recording.close()
+    assert "/tf" not in recording.written.copy() and "/tf_static" not in recording.written.copy()
+    with BagReader(tmp_path / "bag") as reader:
+        assert reader.summary.end_ns == 2 * 10**9
+    assert log_times(tmp_path / "bag", FRAME[0]) == [0, 1, 2]
 
 
 def test_without_a_suite_a_pose_in_the_namespace_is_a_cameras_beside_its_images(tmp_path: Path) -> None:
