@@ -95,7 +95,7 @@ class FormatWriter(Writer):
         imu = room_imu(first) if place == 0 else None
         if place == 0:
             self._from_first[state.sequence.folder] = np.eye(4) if imu is None else imu.from_camera(first)
-        mounted = self._from_first[state.sequence.folder] @ (np.eye(4) if place == 0 else self._mounted(body, state))
+        mounted = matmul(self._from_first[state.sequence.folder], np.eye(4) if place == 0 else self._mounted(body, state))
         stamps = [stamp_name(pose.stamp_ns) for pose in state.poses]
         names = "".join(f"{stamp},{stamp}.png\n" for stamp in stamps)
         (state.path / "data.csv").write_text(f"#timestamp [ns],filename\n{names}", encoding="utf-8")

@@ -13,10 +13,11 @@ import numpy as np
 from renderer.body.config import ImuConfig
 from renderer.body.imu import ImuErrors, ImuReadings, device_kinematics, read_imu
 from renderer.scene.scene_key import scene_key
-from scene_description import from_mapping
+from scene_description import CameraPose, from_mapping
 from scene_description.kinematics import Floats, Kinematics
 from scene_description.motion_of_poses import motion_of
-from scene_description.poses import world_from_optical
+from scene_description.products import matmul
+from scene_synth_ros.convert.camera import camera_from_world
 from scene_synth_ros.dataset import Frame
 
 _READINGS = (
@@ -40,7 +41,8 @@ class RoomImu(NamedTuple):
         motion, start_ns = motion_of(frame.scene), frame.scene.camera_path[0].stamp_ns
         at = device_kinematics(motion, self.config, np.array([(frame.stamp_ns - start_ns) * 1e-9]))
         (x, y, z), (qx, qy, qz, qw) = at.position_m[0].tolist(), at.quaternion[0].tolist()
-        return np.asarray(np.linalg.inv(world_from_optical((x, y, z), (qx, qy, qz, qw))) @ frame.matrix)
+        device = CameraPose(stamp_ns=frame.stamp_ns, position_m=(x, y, z), orientation=(qx, qy, qz, qw))
+        return np.asarray(matmul(camera_from_world(device), frame.matrix))
 
 
 def room_imu(frame: Frame) -> RoomImu | None:
