@@ -78,6 +78,7 @@ class FrameIntake:
         self._newest_ns: int | None = None
         self._begun: dict[str, int] = {}
         self._asked: deque[int] = deque(maxlen=ASKED_KEPT)
+        self._told: set[str] = set()
         self.refused = 0
 
     @property
@@ -163,7 +164,7 @@ class FrameIntake:
         own = origin is Origin.SUITE and self._comes_between(topic)
         if stamp is not None and origin is Origin.OTHERS:
             stamp = self._stamp_of_others(stamp)
-        elif stamp is not None and (own or topic in self._expected or topic in self._latched):
+        elif stamp is not None and (own or topic in self._latched or (topic in self._expected and origin is Origin.SUITE)):
             if not self._seen.is_new(topic, stamp):  # a frame is done again, or a connection is made again to what is latched
                 return None
             self._note(topic, stamp, data)
@@ -232,5 +233,7 @@ class FrameIntake:
 
     def _refuse(self, topic: str, stamp: int) -> None:
         self.refused += 1
-        limit_s = MAX_TIME_NS // NANOSECONDS
-        self._warn(f"{topic}: a message was refused: expected a stamp from 0 to {limit_s} s, got {stamp / NANOSECONDS:.9f} s")
+        if topic not in self._told:
+            self._told.add(topic)
+            limit_s = MAX_TIME_NS // NANOSECONDS
+            self._warn(f"{topic}: a message was refused: expected a stamp from 0 to {limit_s} s, got {stamp / NANOSECONDS:.9f} s")
