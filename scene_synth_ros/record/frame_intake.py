@@ -111,11 +111,14 @@ class FrameIntake:
     def set_origin(self, topic: str, origin: Origin) -> list[OrderedMessage]:
         """Say whose messages a topic has, now that more is known of it."""
         released: list[OrderedMessage] = []
-        if origin is not self._origins[topic]:
+        before = self._origins[topic]
+        if origin is not before:
             self._origins[topic] = origin
             self._place(topic)
             for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
+            if topic in self._expected and Origin.OTHERS in (before, origin):
+                released += self._sorter.configure(self._awaited() or None, self._alike)
         return released
 
     def set_aside(self, topic: str, stamp: int) -> list[OrderedMessage]:
@@ -140,7 +143,7 @@ class FrameIntake:
         if set(topics) == self._expected and alike == self._alike:
             return []
         self._expected, self._alike = set(topics), alike
-        released = self._sorter.configure(self._expected or None, alike)
+        released = self._sorter.configure(self._awaited() or None, alike)
         for topic in self._types:
             self._place(topic)
         return released
@@ -212,6 +215,10 @@ class FrameIntake:
             self._newest_ns = stamp
             if topic not in self._latched:
                 self._begun.setdefault(topic, stamp)
+
+    def _awaited(self) -> set[str]:
+        """Return the topics that frames wait for: not those where others publish, whose messages cannot be told from the frames'."""
+        return {topic for topic in self._expected if self._origins.get(topic) is not Origin.OTHERS}
 
     def _place(self, topic: str) -> None:
         """Tell the sorter of a topic's place."""

@@ -179,7 +179,7 @@ def test_wall_time_on_a_topic_of_the_frames_drags_no_frame_along(tmp_path: Path)
     assert recording.intake.late == 0
 
 
-def test_another_suites_message_of_the_same_stamp_is_not_taken_for_the_frames() -> None:
+def test_no_frame_waits_for_a_topic_on_which_others_publish_the_same_stamps() -> None:
     intake = FrameIntake(lambda text: None)
     for topic in FRAME:
         intake.add_topic(topic, POINT, False, Origin.SUITE)
@@ -188,9 +188,11 @@ def test_another_suites_message_of_the_same_stamp_is_not_taken_for_the_frames() 
     for number in range(200):  # more than may wait, so that those of the first frames are gone when these come
         intake.add(FRAME[0], point(number / 10))
     for number in range(3):
-        stamp = number * 10**8
-        released = [message for topic in FRAME for message in intake.add(topic, point(number / 10)) or ()]
-        assert (FRAME[1], stamp) in {(message.topic, message.log_ns) for message in released}
+        for topic in FRAME:
+            intake.add(topic, point(number / 10))
+    released = [message for message in intake.set_origin(FRAME[0], Origin.OTHERS) if message.topic == FRAME[1]]
+    assert [message.log_ns for message in released] == [0, 10**8, 2 * 10**8]
+    assert [message.log_ns for message in intake.add(FRAME[1], point(0.3)) or () if message.topic == FRAME[1]] == [3 * 10**8]
 
 
 def test_near_stamps_of_others_keep_their_place_and_hold_no_frame_up(tmp_path: Path) -> None:
