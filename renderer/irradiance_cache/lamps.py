@@ -170,6 +170,11 @@ def _outgoing(k: int, lanes: NDArray[np.float32]) -> Vector:
 def _mirrored_light(surfaces: Surfaces, lamps: Lamps, i: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> Rgb:
     """Return what ball i adds to lane k's pixel where nothing stands between (r, g, b)."""
     balls = lamps.balls
+    # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
+    part, alpha = lamps.part[i], primary[rec.ALPHA, k]
+    pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
+    if pane and alpha < WIDE:
+        return _ZERO, _ZERO, _ZERO
     nx, ny, nz, height = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k], lanes[ln.WO_Z + k]
     cx, cy, cz = balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
     radius, is_flat = balls[i, 3], balls[i, 7] > _ZERO
@@ -190,10 +195,7 @@ def _mirrored_light(surfaces: Surfaces, lamps: Lamps, i: int, k: int, primary: N
     scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
     facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
     half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
-    # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-    part, alpha = lamps.part[i], primary[rec.ALPHA, k]
-    pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
-    over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
+    over = mirrored_share(facet, half, cosine, height, alpha, spread) if pane or alpha >= SHARP else _ZERO
     under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread)
     if over + under == _ZERO:
         return _ZERO, _ZERO, _ZERO
