@@ -42,6 +42,8 @@ from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_sums import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, label_scene, trace_geometry
+from renderer.path.guide import Guide
+from renderer.path.guide_probes import build_guide
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
@@ -111,6 +113,7 @@ class Renderer:
         self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
         self._lights: Lights = same.lights if same else self._find_lights()
         self._closed = False
+        self._guide: Guide | None = None
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
@@ -305,7 +308,10 @@ class Renderer:
         return images, hits
 
     def _exposer(self) -> FilmExposer:
-        return FilmExposer(self._scene, self._trees.for_light(), self._config, self._paths_per_piece)
+        tree = self._trees.for_light()
+        if self._guide is None:
+            self._guide = build_guide(self.flat, self._scene.lit._replace(tree=tree), self._scratch, self._workers)
+        return FilmExposer(self._scene, tree, self._config, self._paths_per_piece, self._guide)
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:
         if self._denoiser is None:

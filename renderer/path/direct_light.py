@@ -15,11 +15,12 @@ from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
 from renderer.path.film_sums import CLIPPED_REACH
+from renderer.path.guide import mix_guide_pdf
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.records import Film, LitScene, Scratch
-from renderer.path.shadow_rays import add_blocked_light, pop_shadow_rays, push_shadow_rays, trace_shadow_rays
 from renderer.path.sun_patches import mix_patch_pdf
+from renderer.path.shadow_rays import add_blocked_light, pop_shadow_rays, push_shadow_rays, trace_shadow_rays
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _NEAR = np.float32(2.25)
@@ -72,6 +73,7 @@ def sample_lights(
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
         if len(lights.patches) > 0:
             mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
+        mix_guide_pdf(scene.guide, lanes)
         _weigh_li(lanes, limit)
         # A shadow ray; 16 of them are traced.
         push_shadow_rays(lanes, scratch.lane_slot, direct, shadow_rays, waiting)

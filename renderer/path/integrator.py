@@ -52,6 +52,7 @@ from renderer.path.direct_light import flush_shadow_rays, sample_lights, weigh_l
 from renderer.path.emission import add_emission
 from renderer.path.film_sums import update_aovs, update_film
 from renderer.path.generation import generate_camera_rays, generate_ray_samples, intersect_closest, seed_pixels
+from renderer.path.guide import look_up_guide
 from renderer.path.queues import WAVE_EDGE
 from renderer.path.records import Film, LitScene, Scratch, Transport, Work
 from renderer.path.scattering import build_bsdfs, regularize, spawn_rays
@@ -92,9 +93,10 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
                     if len(lights.patches) > 0:
                         weigh_patches(lights.patches, scratch)
-                    generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
+                    generate_ray_samples(lights, depth, sample, True, True, scratch)
+                    look_up_guide(scene.guide, scratch.lanes)
                     waiting = sample_lights(scene, kinds, depth, at_lights, waiting, (column, row), scratch, film)
-                    queued = spawn_rays(surfaces, lights, kinds, roulette, queued, ahead, scratch)
+                    queued = spawn_rays(surfaces, lights, scene.guide, kinds, roulette, depth >= 10, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued
                 if count == 0:

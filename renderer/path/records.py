@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet
 from renderer.core.lanes import LANES_SIZE
+from renderer.path.guide import NO_GUIDE, Guide
 from renderer.path.lights import Lights
 from renderer.path.queues import WAVE, Queue, make_queue
 from renderer.path.shadow_rays import ShadowRays, make_shadow_rays
@@ -21,6 +22,7 @@ class LitScene(NamedTuple):
     tree: SceneHandle
     surfaces: Surfaces
     lights: Lights
+    guide: Guide = NO_GUIDE
 
 
 class Work(NamedTuple):

@@ -15,9 +15,10 @@ from renderer.core.lanes import count_chosen
 from renderer.core.packing import pack, pack_slots
 from renderer.core.sampling import coordinate_system
 from renderer.path import queues as qu
-from renderer.path.lights import Lights
+from renderer.path.guide import Guide, mix_guide_pdf, sample_guide
 from renderer.path.queues import ROW, Queue
 from renderer.path.records import Scratch
+from renderer.path.lights import Lights
 from renderer.path.sun_patches import mix_patch_pdf, sample_patches
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
@@ -54,7 +55,7 @@ def build_bsdfs(surfaces: Surfaces, all_continue: bool, scratch: Scratch) -> int
 
 
 @inlined
-def spawn_rays(surfaces: Surfaces, lights: Lights, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
+def spawn_rays(surfaces: Surfaces, lights: Lights, guide: Guide, kinds: int, roulette: bool, deep: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
     """Sample the next rays of a packet and put them behind the ``queued`` ones; return how many are queued then.
 
     ``roulette``: dim paths end at random, those that survive count for more.
@@ -63,11 +64,13 @@ def spawn_rays(surfaces: Surfaces, lights: Lights, kinds: int, roulette: bool, q
     sample_bsdf(lanes, kinds)
     if len(lights.patches) > 0:
         sample_patches(lights.patches, scratch)
+    sample_guide(guide, lanes)
     evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
     _spread_cones(lanes)
     if len(lights.patches) > 0:
         mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
-    _update_beta(lanes, _LEAST_SURVIVAL if roulette else _ONE)
+    mix_guide_pdf(guide, lanes)
+    _update_beta(lanes, _LEAST_SURVIVAL if roulette else _ONE, guide.cut, deep)
     _update_path_state(lanes)
     _push_paths(lanes, scratch.lane_slot, ahead, queued)
     return queued + count_chosen(lanes, ln.SPAWNED)
@@ -103,7 +106,7 @@ def _choose_continuing(lanes: NDArray[np.float32], all_continue: bool) -> None:
 
 
 @kernel
-def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
+def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32, cut: np.float32, deep: bool) -> None:
     """Fill NEXT and SPAWNED, and turn F_COS into the next beta."""
     for k in range(LANES):
         x, y, z, pdf = lanes[ln.WI_X + k], lanes[ln.WI_Y + k], lanes[ln.WI_Z + k], lanes[ln.PDF + k]
@@ -122,6 +125,10 @@ def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32) -> None
         most = most if most > b else b
         # Russian roulette: the brightest channel of the throughput is the probability to survive.
         survival = most if most > least_survival else least_survival
+        hope, reference = lanes[ln.HOPE + k], lanes[ln.REFERENCE + k]
+        ratio = hope / (cut * (reference if reference > _TINY else _TINY))
+        ratio = ratio if hope >= _ZERO else (_ZERO if deep else _ONE)
+        survival = ratio if ratio > survival else survival
         survival = survival if survival < _ONE else _ONE
         survives = (lanes[ln.CONTINUES + k] > _ZERO) & (lanes[ln.HIT + k] > _ZERO) & (lanes[ln.U_ROULETTE + k] < survival)
         spawned = survives & (pdf > _ZERO) & (above * z > _ZERO) & (most > _ZERO)
@@ -168,5 +175,6 @@ def _push_paths(lanes: NDArray[np.float32], slots: NDArray[np.int32], ahead: Que
     pack(lanes, ln.IMPORTANCE, lanes, ln.SPAWNED, state, qu.PREV_IMPORTANCE + queued)
     pack(lanes, ln.WIDTH, lanes, ln.SPAWNED, state, qu.WIDTH + queued)
     pack(lanes, ln.SPREAD, lanes, ln.SPAWNED, state, qu.SPREAD + queued)
+    pack(lanes, ln.REFERENCE, lanes, ln.SPAWNED, state, qu.REFERENCE + queued)
     pack(lanes, ln.OUTSIDE, lanes, ln.SPAWNED, state, qu.OUTSIDE + queued)
     pack_slots(slots, lanes, ln.SPAWNED, ahead.slot, queued)
