@@ -1,8 +1,13 @@
 """Colour by preset in a sampled bedroom: time, FLIP against many samples, bytes by threads; memory by image size; what threads bring.
 
 python -m benchmarks.color_bench [--size WxH] [--reference-samples N]
+python -m benchmarks.color_bench --noise ROOMS [--seed N] [--json FILE] [--beside FILE]
 
 FLIP is that of ``benchmarks/sampled_rooms.py``.  Times are of processor and of clock, on all threads.
+
+The second form measures the path tracer's noise at equal time in so many unseen rooms of each type, of a seed from the clock unless it is
+given: the variance of exact transport's samples times the time that one takes.  ``--beside`` compares with the figures that another version
+of the renderer has written for the same rooms.
 """
 
 from __future__ import annotations
@@ -16,15 +21,19 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from reference_scenes import bedroom
 
-from benchmarks.sampled_rooms import mean_flip
+from benchmarks.sampled_rooms import TIMES, VIEW, SampledRoom, camera_of, mean_flip, preset_config, sample_room
 from benchmarks.table import Row, at_least, at_most, render_table
+from grammar import room_types
+from grammar.synthesize import SceneSynthesizer
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
+from renderer.core.color import LUMINANCE
 from renderer.core.embree import (
     DIR_X,
     GEOM_ID,
@@ -53,6 +62,8 @@ _MEMORY = (((640, 480), 1024.0), ((3840, 2160), 4096.0), ((7680, 4320), None))
 """Image size -> most MiB."""
 _HASH_SIZE = (96, 64)
 _ROUNDS, _PACKETS = 7, 40_000
+_NOISE_SIZE, _NOISE_SAMPLES, _FLOOR = (160, 120), 48, 0.05
+"""Of the pictures whose noise is measured; relative variance is of the luminance plus this share of the picture's mean."""
 
 
 def measure(size: tuple[int, int] = (640, 480), reference_samples: int = 512) -> list[Row]:
@@ -79,6 +90,69 @@ def measure(size: tuple[int, int] = (640, 480), reference_samples: int = 512) ->
         name, used = f"peak memory at {width}x{height}", _peak_mib(width, height)
         rows.append(Row(name, used, "MiB") if limit is None else at_most(name, used, "MiB", limit))
     return rows + _scaling(flat, pose)
+
+
+class Noise(NamedTuple):
+    """Of one sample: variance of luminance relative to each pixel, and to the picture's mean squared, means over pixels; seconds."""
+
+    relative: float
+    absolute: float
+    seconds: float
+
+
+def noise(first: NDArray[np.float64], second: NDArray[np.float64], seconds: float) -> Noise:
+    """Return the noise of two pictures, each (2, h, w), luminance and variance of a sample; ``seconds``: what one takes.
+
+    A picture's variance is set beside the other's luminance: rare strokes of light brighten the very pixels whose variance they raise, and
+    beside these would hardly count.
+    """
+    mean = 0.5 * float(first[0].mean() + second[0].mean())
+    pairs = [(one[1] / (other[0] + _FLOOR * mean) ** 2).mean() for one, other in ((first, second), (second, first))]
+    return Noise(float(np.mean(pairs)), float(0.5 * (first[1].mean() + second[1].mean()) / mean**2), seconds)
+
+
+def _noise_of(room: SampledRoom) -> Noise:
+    """Render two pictures of a room by exact transport, each with samples of its own."""
+    config = preset_config("photo", samples_per_pixel=_NOISE_SAMPLES, denoise="none", threads=1)
+    found = []
+    with Renderer(room.flat, camera_of(_NOISE_SIZE), config, room.key) as renderer:
+        renderer.prepare(room.path[VIEW])
+        cpu = time.process_time()
+        for index in range(2):
+            layers = renderer.render(room.path[VIEW], index, ("radiance", "variance"), exposure=room.exposure).layers
+            light, variance = (np.asarray(layers[name], np.float64) for name in ("radiance", "variance"))
+            found.append(np.stack([light @ LUMINANCE, (_NOISE_SAMPLES - 1) * (variance @ LUMINANCE**2)]))
+        cpu = time.process_time() - cpu
+    return noise(*found, cpu / (2 * _NOISE_SAMPLES))
+
+
+def measure_noise(rooms: int, seed: int) -> dict[str, Noise]:
+    """Return the noise of ``rooms`` rooms of each type."""
+    synthesizer = SceneSynthesizer.from_config()
+    named = [(room_type, index) for index in range(rooms) for room_type in room_types()]
+    sampled = (sample_room(synthesizer, room_type, index, TIMES, seed) for room_type, index in named)
+    return {room.name: _noise_of(room) for room in sampled}
+
+
+def noise_rows(found: dict[str, Noise], before: dict[str, Noise]) -> list[Row]:
+    """Return the figures of each room, and variance at equal time over that of ``before``, if that has the same rooms."""
+    rows = [Row(f"{name}, relative variance of a sample", one.relative, "") for name, one in found.items()]
+    rows += [Row(f"{name}, time of a sample at 160x120", 1e3 * one.seconds, "ms") for name, one in found.items()]
+    if before:
+        ratios = [one.relative * one.seconds / (before[name].relative * before[name].seconds) for name, one in found.items()]
+        rows += [Row(f"{name}, variance at equal time", ratio, "") for name, ratio in zip(found, ratios, strict=True)]
+        rows.append(at_most("variance at equal time over that of before, median", float(np.median(ratios)), "", 0.25))
+        rows.append(at_most("variance at equal time over that of before, worst", max(ratios), "", 0.7))
+    return rows
+
+
+def _report_noise(rooms: int, seed: int, written: Path | None, beside: Path | None) -> None:
+    before = json.loads(beside.read_text()) if beside else {"seed": seed, "rooms": {}}
+    found = measure_noise(rooms, int(before["seed"]))
+    if written:
+        written.write_text(json.dumps({"seed": before["seed"], "rooms": found}, indent=1))
+    rows = noise_rows(found, {name: Noise(*figures) for name, figures in before["rooms"].items()})
+    print(render_table(f"Noise of the path tracer, seed {before['seed']}", rows))
 
 
 def _scaling(flat: FlatScene, pose: CameraPose) -> list[Row]:
@@ -182,7 +256,14 @@ def main() -> None:
     parser.add_argument("--size", default="640x480", metavar="WxH", help="image size of the presets (default: %(default)s)")
     parser.add_argument("--reference-samples", type=int, default=512, help="samples of the reference (default: %(default)s)")
     parser.add_argument("--peak-of", nargs=2, type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--noise", type=int, metavar="ROOMS", help="measure noise at equal time in so many rooms of each type instead")
+    parser.add_argument("--seed", type=int, default=int(time.time()), help="of those rooms (default: from the clock)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the noise of each room to this file")
+    parser.add_argument("--beside", type=Path, metavar="FILE", help="compare with such a file; its seed and its rooms are taken")
     arguments = parser.parse_args()
+    if arguments.noise:
+        _report_noise(arguments.noise, arguments.seed, arguments.json, arguments.beside)
+        return
     if arguments.peak_of:
         _print_peak(*arguments.peak_of)
         return

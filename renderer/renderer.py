@@ -145,6 +145,7 @@ class Renderer:
         """
         self._trees.for_light()
         if self._config.integrator != "cached":
+            self._exposer()
             return 0
         view = self._view(pose, path)
         _, hits = self._trace_geometry(view, True)

@@ -35,7 +35,7 @@ from renderer.path.surfaces import evaluate_surfaces, lift_height
 from renderer.scene.flat_scene import FlatScene
 from renderer.core.workers import Workers
 
-KNOBS = {"share": 0.7, "cut": 0.5, "least": 0.05, "jitter": 1.0, "edge": 8, "floor": 0.25, "blur": 0.0, "dim": 0.25}
+KNOBS = {"share": 0.6, "cut": 1.0, "least": 0.05, "jitter": 0.0, "edge": 16, "floor": 0.25, "blur": 0.5, "dim": 0.25}
 SPACING_M, POINTS_PER_CELL, FEWEST = 0.3, 64, 3
 _MOST_SEGMENTS, _SWEEPS = 4, 24
 _FLOOR = 0.25
