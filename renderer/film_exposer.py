@@ -14,6 +14,7 @@ from renderer.film.tone import white_luminance
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.path.config import RenderConfig
 from renderer.path.film_sums import share_clipped
+from renderer.path.guide import Guide
 from renderer.path.integrator import trace_paths
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work
@@ -26,11 +27,12 @@ PATHS_PER_PIECE = 8192
 class FilmExposer:
     """Exposes films of one scene by tracing paths.
 
-    ``tree``: the scene's triangles as light is traced through them.
+    ``tree``: the scene's triangles as light is traced through them; ``guide``: of its paths.
     """
 
-    def __init__(self, scene: TracedScene, tree: SceneHandle, config: RenderConfig, paths_per_piece: int) -> None:
+    def __init__(self, scene: TracedScene, tree: SceneHandle, config: RenderConfig, paths_per_piece: int, guide: Guide) -> None:
         self._scene, self._tree, self._config, self._paths_per_piece = scene, tree, config, paths_per_piece
+        self._lit = scene.lit._replace(tree=tree, guide=guide)
 
     def expose(
         self,
@@ -67,7 +69,7 @@ class FilmExposer:
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
-        scene, lit = self._scene, self._scene.lit._replace(tree=self._tree)
+        scene, lit = self._scene, self._lit
 
         def trace(worker: int, work: Work) -> None:
             trace_paths(lit, view, transport, work, scene.scratch[worker], film)

@@ -43,6 +43,8 @@ from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_sums import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, label_scene, trace_geometry
+from renderer.path.guide import NO_GUIDE
+from renderer.path.guide_probes import RoomGuide
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
@@ -92,8 +94,8 @@ class Renderer:
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
 
-        ``like``: another renderer, whose trees and nodes of the irradiance cache are shared where the scenes have them in common; images
-        are the same without it.
+        ``like``: another renderer, whose trees, guide and nodes of the irradiance cache are shared where the scenes have them in common;
+        images are the same without it.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
@@ -112,6 +114,7 @@ class Renderer:
         self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
         self._lights: Lights = same.lights if same else self._find_lights()
         self._closed = False
+        self._guide: RoomGuide = like._guide if same and like is not None and like._trees is self._trees else RoomGuide(flat)
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
@@ -143,6 +146,7 @@ class Renderer:
         """
         self._trees.for_light()
         if self._config.integrator != "cached":
+            self._exposer(self._config.guiding, cancelled)
             return 0
         view = self._view(pose, path)
         _, hits = self._trace_geometry(view, True)
@@ -222,7 +226,9 @@ class Renderer:
         """Add the layers that paths are traced for: colour, unless it is there already, and its parts."""
         denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
         began, images, view = time.perf_counter(), frame.layers, request.view
-        film, samples = self._exposer().expose(view, request.key, request.exposure.ev100, sampled, denoised, cancelled)
+        guided = self._config.guiding and any(name in COLOR_LAYERS for name in sampled)
+        exposer = self._exposer(guided, cancelled)
+        film, samples = exposer.expose(view, request.key, request.exposure.ev100, sampled, denoised, cancelled)
         frame = frame._replace(samples=samples, sampling_s=frame.sampling_s + time.perf_counter() - began)
         images |= {name: image for name, image in film._asdict().items() if name in sampled}
         if len(film.direct):
@@ -311,8 +317,11 @@ class Renderer:
         self._workers.run(trace, range(step))
         return images, hits
 
-    def _exposer(self) -> FilmExposer:
-        return FilmExposer(self._scene, self._trees.for_light(), self._config, self._paths_per_piece)
+    def _exposer(self, guided: bool, cancelled: Callable[[], bool] | None) -> FilmExposer:
+        tree = self._trees.for_light()
+        lit = self._scene.lit._replace(tree=tree)
+        guide = self._guide.read(lit, self._scratch, self._workers, cancelled) if guided else NO_GUIDE
+        return FilmExposer(self._scene, tree, self._config, self._paths_per_piece, guide)
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:
         if self._denoiser is None:

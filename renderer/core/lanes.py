@@ -23,6 +23,7 @@ RAY_PDF = _field()  # density per steradian with which the ray was sampled; infi
 PREV_IMPORTANCE = _field()  # IMPORTANCE at the ray's origin
 PREV_NS_X, PREV_NS_Y, PREV_NS_Z = _vector()  # shading normal at the ray's origin
 SPREAD = _field()  # growth of the ray cone's width per metre; spawn_rays adds what the scattering spreads
+FIRST_EXPECTED = _field()  # EXPECTED at the path's first hit that the guide knows, 0 before
 OUTSIDE = _field()  # 1 where the path has left by a pane, so that what it hits is lit by all of the sky
 CARRIED = _LANES.size // LANES
 """How many fields, the first ones, pass from queue to lanes as they are."""
@@ -64,6 +65,11 @@ BITANGENT_X, BITANGENT_Y, BITANGENT_Z = _vector()
 WO_X, WO_Y, WO_Z = _vector()  # unit, towards the viewer, in the local frame; WO_Z > 0
 CONTINUES = _field()  # 1 where the path may go on, so that the BSDF is sampled beside lights
 
+# The guide's cell at the hit.  Written by look_up_guide where there is a guide; read by sample_lights and spawn_rays.
+CELL = _field()  # row of the cell, -1 where there is none
+EXPECTED = _field()  # luminance that the path is expected to find once it leaves the cell, -1 where there is none
+SHARE = _field()  # share of rays that are sampled from its bins
+
 # Sun patches.  Written by weigh_patches where there are any; read by sample_lights and spawn_rays.
 PATCHES = _field()  # weights of all patches together
 GUIDED = _field()  # share of rays that are sampled from them
@@ -97,7 +103,7 @@ U_LIGHT_0, U_LIGHT_1 = _field(), _field()
 U_LOBE, U_ROULETTE = _field(), _field()
 U_BSDF_0, U_BSDF_1 = _field(), _field()
 U_INFINITE_0, U_INFINITE_1 = _field(), _field()  # filled where there is an infinite light
-U_GUIDE_0, U_GUIDE_1 = _field(), _field()  # filled where there are sun patches
+U_PATCH, U_GUIDE = _field(), _field()  # filled where there are sun patches or a guide
 
 # A sampled light.  Written and read by sample_lights.
 TO_LIGHT_X, TO_LIGHT_Y, TO_LIGHT_Z = _vector()  # from P to the point on the light, or towards what is infinitely far, metres, world

@@ -13,6 +13,11 @@ _THREE, _FOUR, _QUARTER_PI = np.float32(3.0), np.float32(4.0), np.float32(0.25 *
 _SIN_3, _SIN_5, _SIN_7 = np.float32(-1.0 / 6.0), np.float32(1.0 / 120.0), np.float32(-1.0 / 5040.0)
 _COS_4, _COS_6, _COS_8 = np.float32(1.0 / 24.0), np.float32(-1.0 / 720.0), np.float32(1.0 / 40320.0)
 
+_BELOW_ONE = np.float32(0.99999994)
+_ATAN_1, _ATAN_3, _ATAN_5, _ATAN_7, _ATAN_9, _ATAN_11 = (
+    np.float32(c) for c in (1.27321054, -0.423508533, 0.24642323, -0.14823873, 0.0670326175, -0.0149212404)
+)
+
 Vector = tuple[np.float32, np.float32, np.float32]
 
 
@@ -46,6 +51,23 @@ def sample_cosine_hemisphere(u: np.float32, v: np.float32) -> Vector:
     x, y = radius * (sine if steep else cosine), radius * (cosine if steep else sine)
     z = _ONE - x * x - y * y
     return x, y, np.sqrt(z if z > _ZERO else _ZERO)
+
+
+@inlined
+def invert_cosine_hemisphere(x: np.float32, y: np.float32) -> tuple[np.float32, np.float32]:
+    """Return (u, v) in [0, 1) from which :func:`sample_cosine_hemisphere` makes (x, y, .), to some 1e-6."""
+    radius = np.sqrt(x * x + y * y)
+    steep = abs(y) > abs(x)
+    long, short = y if steep else x, x if steep else y
+    ratio = short / (long if long != _ZERO else _ONE)
+    q = ratio * ratio
+    # The arc tangent within [-1, 1], over a quarter of pi (minimax polynomial).
+    angle = ratio * (_ATAN_1 + q * (_ATAN_3 + q * (_ATAN_5 + q * (_ATAN_7 + q * (_ATAN_9 + q * _ATAN_11)))))
+    a = radius if long >= _ZERO else -radius
+    b = a * angle
+    u, v = _HALF + _HALF * (b if steep else a), _HALF + _HALF * (a if steep else b)
+    u, v = u if u > _ZERO else _ZERO, v if v > _ZERO else _ZERO
+    return u if u < _BELOW_ONE else _BELOW_ONE, v if v < _BELOW_ONE else _BELOW_ONE
 
 
 @inlined

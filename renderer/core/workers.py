@@ -84,10 +84,10 @@ PIECE = 1024
 
 
 class Pieces:
-    """The pieces of a range of ``count`` items that are still to be done."""
+    """The pieces of a range of ``count`` items that are still to be done, ``size`` at a time."""
 
-    def __init__(self, count: int) -> None:
-        self._left = {(first, min(first + PIECE, count)) for first in range(0, count, PIECE)}
+    def __init__(self, count: int, size: int = PIECE) -> None:
+        self._left = {(first, min(first + size, count)) for first in range(0, count, size)}
 
     def run(self, workers: Workers, work: Callable[[int, tuple[int, int]], None], cancelled: Callable[[], bool] | None = None) -> None:
         """Call ``work(worker, (first, end))`` for the pieces that are left; those that are done stay done.

@@ -34,6 +34,9 @@ class RenderConfig:
     blur_textures: Annotated[
         bool, Limits(description="Scattered light sees textures filtered by how far it has spread; off: as sharply as the camera does")
     ] = True
+    guiding: Annotated[
+        bool, Limits(description="Paths look where a first look around each room has found light: same mean, less noise at equal time")
+    ] = False
     noise_target: Annotated[
         float, Limits(ge=0.0, le=1.0, description="Relative noise of the colour at which sampling ends early; 0 takes all samples")
     ] = 0.0

@@ -15,6 +15,7 @@ from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
 from renderer.path.film_sums import CLIPPED_REACH
+from renderer.path.guide import mix_guide_pdf
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.records import Film, LitScene, Scratch
@@ -72,6 +73,8 @@ def sample_lights(
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
         if len(lights.patches) > 0:
             mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
+        if len(scene.guide.light) > 0:
+            mix_guide_pdf(scene.guide, lanes)
         _weigh_li(lanes, limit)
         # A shadow ray; 16 of them are traced.
         push_shadow_rays(lanes, scratch.lane_slot, direct, shadow_rays, waiting)

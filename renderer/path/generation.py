@@ -69,7 +69,8 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
             lanes[ln.SPAWNED + k] = _ONE if inside else _ZERO
             scratch.lane_slot[k] = block + k
             state[qu.BETA_R + count + k] = state[qu.BETA_G + count + k] = state[qu.BETA_B + count + k] = _ONE
-            state[qu.WIDTH + count + k], state[qu.SPREAD + count + k], state[qu.OUTSIDE + count + k] = _ZERO, spread, _ZERO
+            state[qu.WIDTH + count + k], state[qu.SPREAD + count + k] = _ZERO, spread
+            state[qu.FIRST_EXPECTED + count + k], state[qu.OUTSIDE + count + k] = _ZERO, _ZERO
             state[qu.RAY_PDF + count + k], state[qu.PREV_IMPORTANCE + count + k] = _INFINITE, _ONE
         for axis in range(3):
             pack(rays.real, ray.ORG_X + LANES * axis, lanes, ln.SPAWNED, state, qu.ORG_X + ROW * axis + count)
@@ -80,15 +81,18 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
 
 
 @inlined
-def generate_ray_samples(lights: Lights, depth: int, sample: np.uint32, choices: bool, scratch: Scratch) -> None:
-    """Fill U_LIGHT and U_BSDF for the hits at this depth, with ``choices`` U_LOBE and U_ROULETTE too; U_INFINITE, U_GUIDE if used."""
+def generate_ray_samples(lights: Lights, depth: int, sample: np.uint32, choices: bool, guided: bool, scratch: Scratch) -> None:
+    """Fill U_LIGHT and U_BSDF for the hits at this depth, with ``choices`` U_LOBE and U_ROULETTE too; U_INFINITE if used.
+
+    U_PATCH and U_GUIDE where there are sun patches, or with ``guided``.
+    """
     for pair in range(0, _PAIRS_PER_HIT, 1 if choices else 2):
         number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
         sample_2d(scratch.lane_seeds, sample, number, scratch.lanes[ln.U_LIGHT_0 + 2 * LANES * pair :])
     if len(lights.infinite.part) > 0:
         sample_2d(scratch.lane_seeds, sample, np.uint32(_INFINITE_PAIRS + depth), scratch.lanes[ln.U_INFINITE_0 :])
-    if len(lights.patches) > 0:
-        sample_2d(scratch.lane_seeds, sample, np.uint32(_GUIDE_PAIRS + depth), scratch.lanes[ln.U_GUIDE_0 :])
+    if guided or len(lights.patches) > 0:
+        sample_2d(scratch.lane_seeds, sample, np.uint32(_GUIDE_PAIRS + depth), scratch.lanes[ln.U_PATCH :])
 
 
 @inlined

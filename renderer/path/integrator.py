@@ -32,6 +32,8 @@ blur* roughens, for that light only, what a ray hits by how far the surfaces bef
 paths too; energy is kept, caustics lose their edges (path space regularization, Kaplanyan and Dachsbacher 2013).  At 0 transport is exact.
 
 Where the sun comes in, hits look for its patches too (:mod:`renderer.path.sun_patches`), by one pdf with the BSDF's.
+With a *guide* matt hits also look where it expects light by way of other surfaces, by one pdf with both, and paths end by what they are
+still expected to find (:mod:`renderer.path.guide`).
 
 *Clamp* limits what a single stroke of indirect light brings to its own pixel; what is beyond is shared (:mod:`renderer.path.film_sums`).
 
@@ -52,6 +54,7 @@ from renderer.path.direct_light import flush_shadow_rays, sample_lights, weigh_l
 from renderer.path.emission import add_emission
 from renderer.path.film_sums import update_aovs, update_film
 from renderer.path.generation import generate_camera_rays, generate_ray_samples, intersect_closest, seed_pixels
+from renderer.path.guide import look_up_guide
 from renderer.path.queues import WAVE_EDGE
 from renderer.path.records import Film, LitScene, Scratch, Transport, Work
 from renderer.path.scattering import build_bsdfs, regularize, spawn_rays
@@ -61,12 +64,14 @@ from renderer.path.surfaces import evaluate_surfaces
 _INFINITE = np.float32(np.inf)
 _ROULETTE_FROM = 2
 """The depth, counted from 0 at the camera ray's hit, from which on dim paths end at random."""
+_DEEP = 10
+"""The depth from which on guided paths do so too where no cell tells what they may find."""
 
 
 @entry
 def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work: Work, scratch: Scratch, film: Film) -> None:
     """Add a piece's samples to ``film``."""
-    surfaces, lights = scene.surfaces, scene.lights
+    surfaces, lights, guided = scene.surfaces, scene.lights, len(scene.guide.light) > 0
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
         column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
@@ -92,9 +97,11 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
                     if len(lights.patches) > 0:
                         weigh_patches(lights.patches, scratch)
-                    generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
+                    generate_ray_samples(lights, depth, sample, kinds > 0 or roulette or guided, guided, scratch)
+                    if guided:
+                        look_up_guide(scene.guide, scratch.lanes)
                     waiting = sample_lights(scene, kinds, depth, at_lights, waiting, (column, row), scratch, film)
-                    queued = spawn_rays(surfaces, lights, kinds, roulette, queued, ahead, scratch)
+                    queued = spawn_rays(scene, kinds, roulette, depth >= _DEEP, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued
                 if count == 0:

@@ -26,6 +26,7 @@ RAY_PDF = _QUEUE.field()
 PREV_IMPORTANCE = _QUEUE.field()
 PREV_NS_X, PREV_NS_Y, PREV_NS_Z = _QUEUE.vector()
 SPREAD = _QUEUE.field()
+FIRST_EXPECTED = _QUEUE.field()
 OUTSIDE = _QUEUE.field()
 WIDTH = _QUEUE.field()  # of the ray cone at the origin, metres
 ORG_X, ORG_Y, ORG_Z = _QUEUE.vector()  # the next ray, metres, world

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet
 from renderer.core.lanes import LANES_SIZE
+from renderer.path.guide import NO_GUIDE, Guide
 from renderer.path.lights import Lights
 from renderer.path.queues import WAVE, Queue, make_queue
 from renderer.path.shadow_rays import ShadowRays, make_shadow_rays
@@ -16,11 +17,12 @@ from renderer.path.surface_tables import Surfaces
 
 
 class LitScene(NamedTuple):
-    """A scene as kernels trace light in it: triangles, what they are made of, and what shines."""
+    """A scene as kernels trace light in it: triangles, what they are made of, what shines, and where paths look for light."""
 
     tree: SceneHandle
     surfaces: Surfaces
     lights: Lights
+    guide: Guide = NO_GUIDE
 
 
 class Work(NamedTuple):

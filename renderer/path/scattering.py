@@ -15,9 +15,9 @@ from renderer.core.lanes import count_chosen
 from renderer.core.packing import pack, pack_slots
 from renderer.core.sampling import coordinate_system
 from renderer.path import queues as qu
-from renderer.path.lights import Lights
+from renderer.path.guide import least_survival, mix_guide_pdf, sample_guide
 from renderer.path.queues import ROW, Queue
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.sun_patches import mix_patch_pdf, sample_patches
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
@@ -54,20 +54,25 @@ def build_bsdfs(surfaces: Surfaces, all_continue: bool, scratch: Scratch) -> int
 
 
 @inlined
-def spawn_rays(surfaces: Surfaces, lights: Lights, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
+def spawn_rays(scene: LitScene, kinds: int, roulette: bool, deep: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
     """Sample the next rays of a packet and put them behind the ``queued`` ones; return how many are queued then.
 
-    ``roulette``: dim paths end at random, those that survive count for more.
+    ``roulette``: dim paths end at random, those that survive count for more.  ``deep``: guided ones too where no cell tells of them.
     """
-    lanes = scratch.lanes
+    lanes, lights, guide = scratch.lanes, scene.lights, scene.guide
+    guided = len(guide.light) > 0
     sample_bsdf(lanes, kinds)
     if len(lights.patches) > 0:
         sample_patches(lights.patches, scratch)
-    evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+    if guided:
+        sample_guide(guide, lanes)
+    evaluate_bsdf(lanes, kinds, scene.surfaces.albedos.reflected)
     _spread_cones(lanes)
     if len(lights.patches) > 0:
         mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
-    _update_beta(lanes, _LEAST_SURVIVAL if roulette else _ONE)
+    if guided:
+        mix_guide_pdf(guide, lanes)
+    _update_beta(lanes, _LEAST_SURVIVAL if roulette else _ONE, guided, deep)
     _update_path_state(lanes)
     _push_paths(lanes, scratch.lane_slot, ahead, queued)
     return queued + count_chosen(lanes, ln.SPAWNED)
@@ -103,7 +108,7 @@ def _choose_continuing(lanes: NDArray[np.float32], all_continue: bool) -> None:
 
 
 @kernel
-def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
+def _update_beta(lanes: NDArray[np.float32], least: np.float32, guided: bool, deep: bool) -> None:
     """Fill NEXT and SPAWNED, and turn F_COS into the next beta."""
     for k in range(LANES):
         x, y, z, pdf = lanes[ln.WI_X + k], lanes[ln.WI_Y + k], lanes[ln.WI_Z + k], lanes[ln.PDF + k]
@@ -121,7 +126,9 @@ def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32) -> None
         most = r if r > g else g
         most = most if most > b else b
         # Russian roulette: the brightest channel of the throughput is the probability to survive.
-        survival = most if most > least_survival else least_survival
+        survival = most if most > least else least
+        told = least_survival(lanes[ln.EXPECTED + k], lanes[ln.FIRST_EXPECTED + k], deep) if guided else _ZERO
+        survival = told if told > survival else survival
         survival = survival if survival < _ONE else _ONE
         survives = (lanes[ln.CONTINUES + k] > _ZERO) & (lanes[ln.HIT + k] > _ZERO) & (lanes[ln.U_ROULETTE + k] < survival)
         spawned = survives & (pdf > _ZERO) & (above * z > _ZERO) & (most > _ZERO)
@@ -168,5 +175,6 @@ def _push_paths(lanes: NDArray[np.float32], slots: NDArray[np.int32], ahead: Que
     pack(lanes, ln.IMPORTANCE, lanes, ln.SPAWNED, state, qu.PREV_IMPORTANCE + queued)
     pack(lanes, ln.WIDTH, lanes, ln.SPAWNED, state, qu.WIDTH + queued)
     pack(lanes, ln.SPREAD, lanes, ln.SPAWNED, state, qu.SPREAD + queued)
+    pack(lanes, ln.FIRST_EXPECTED, lanes, ln.SPAWNED, state, qu.FIRST_EXPECTED + queued)
     pack(lanes, ln.OUTSIDE, lanes, ln.SPAWNED, state, qu.OUTSIDE + queued)
     pack_slots(slots, lanes, ln.SPAWNED, ahead.slot, queued)

@@ -169,9 +169,9 @@ def sample_patches(patches: NDArray[np.float32], scratch: Scratch) -> None:
     lanes, weights = scratch.lanes, scratch.patch_weights
     for k in range(LANES):
         share = lanes[ln.GUIDED + k]
-        if not lanes[ln.U_GUIDE_0 + k] < share:
+        if not lanes[ln.U_PATCH + k] < share:
             continue
-        left, chosen = lanes[ln.U_GUIDE_0 + k] / share * lanes[ln.PATCHES + k], -1
+        left, chosen = lanes[ln.U_PATCH + k] / share * lanes[ln.PATCHES + k], -1
         for p in range(len(patches)):
             weight = weights[p * LANES + k]
             if weight > _ZERO:

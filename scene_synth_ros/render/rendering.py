@@ -63,7 +63,8 @@ class Rendering:
         began = time.perf_counter()
         self.life.node.get_logger().info("loading kernels (the first run compiles them)")
         render: RenderConfig = self.life.settings["render"]
-        warm_up({*WARM_LAYERS, *self.life.output.messages.layers}, self.life.settings["depth_sensor"], render.integrator)
+        layers = {*WARM_LAYERS, *self.life.output.messages.layers}
+        warm_up(layers, self.life.settings["depth_sensor"], render.integrator, guiding=render.guiding)
         if self.life.settings["streams"].annotations:
             warm_up_annotations()
         self.life.node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
