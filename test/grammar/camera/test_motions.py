@@ -11,12 +11,11 @@ from shapely.ops import unary_union
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes
 from grammar.camera.motion_config import MotionConfig
-from grammar.camera.motion_plan import camera_kinematics
 from grammar.camera.motions import sample_motion
 from grammar.camera.path_config import read_camera_path_config
 from grammar.spec.rules import GrammarError
 from scene_description import CameraPose, FieldError
-from scene_description.kinematics import Kinematics, kinematics, rotate
+from scene_description.kinematics import Kinematics, camera_kinematics, kinematics, rotate
 from scene_description.motion import Motion
 from scene_description.motion_of_poses import motion_of_poses
 from scene_description.share import config_path
