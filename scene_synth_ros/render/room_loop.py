@@ -104,7 +104,7 @@ class RoomLoop:
         self._room, self._scene, self._camera = room, room.scene, room.settings.camera
         self._life, self._inbox, self._output, self._requests = life, life.inbox, life.output, life.requests
         self._shown, self._pace = shown, life.pace
-        self._path = mounted_path(self._camera, self._scene.camera_path)
+        self._path = mounted_path(self._camera, self._scene.camera_path, self._scene.motion)
         self._senses = senses = senses_of(life.settings)
         self._scans = RoomScans(senses.scan, self._scene.camera_path, lambda: room.scanner(senses.scan))
         self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses)
