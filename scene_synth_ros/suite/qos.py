@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
-
 BURST_DEPTH = 4000
 """What is kept of streams that are faster than frames: all samples between two frames go out at once."""
 
