@@ -137,6 +137,18 @@ def test_a_base_that_fits_nowhere_is_refused() -> None:
         sampled(kind="base", body_radius_m=1.0)
 
 
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_a_slow_base_that_shall_come_back_in_a_short_time_goes_as_far_as_it_can(seed: int) -> None:
+    """A TurtleBot's speed, 20 s: too little for any of the places that lie far from each other."""
+    times = CameraTimes(frames=300, start_ns=0, rate_hz=15.0)
+    slow = {"speed_m_s": 0.22, "turn_rad_s": 1.8, "acceleration_m_s2": 0.5, "body_radius_m": 0.14}
+    _, motion = sampled(seed, times=times, kind="base", loop=True, camera_m=(0.05, 0.0, 0.25), **slow)
+    place = along(motion).position_m
+    far = sizes(place - place[0])
+    assert far.max() > 0.2
+    assert far[-1] < 1e-9
+
+
 @pytest.mark.parametrize("even", [True, False])
 def test_the_users_own_path_is_followed(tmp_path: Path, even: bool) -> None:
     rng = np.random.default_rng(2)
