@@ -78,6 +78,7 @@ class FrameIntake:
         self._newest_ns: int | None = None
         self._begun: dict[str, int] = {}
         self._asked: deque[int] = deque(maxlen=ASKED_KEPT)
+        self._told: set[str] = set()
         self.refused = 0
 
     @property
@@ -110,11 +111,14 @@ class FrameIntake:
     def set_origin(self, topic: str, origin: Origin) -> list[OrderedMessage]:
         """Say whose messages a topic has, now that more is known of it."""
         released: list[OrderedMessage] = []
-        if origin is not self._origins[topic]:
+        before = self._origins[topic]
+        if origin is not before:
             self._origins[topic] = origin
             self._place(topic)
             for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
+            if topic in self._expected and Origin.OTHERS in (before, origin):
+                released += self._sorter.configure(self._awaited() or None, self._alike)
         return released
 
     def set_aside(self, topic: str, stamp: int) -> list[OrderedMessage]:
@@ -139,7 +143,7 @@ class FrameIntake:
         if set(topics) == self._expected and alike == self._alike:
             return []
         self._expected, self._alike = set(topics), alike
-        released = self._sorter.configure(self._expected or None, alike)
+        released = self._sorter.configure(self._awaited() or None, alike)
         for topic in self._types:
             self._place(topic)
         return released
@@ -163,7 +167,7 @@ class FrameIntake:
         own = origin is Origin.SUITE and self._comes_between(topic)
         if stamp is not None and origin is Origin.OTHERS:
             stamp = self._stamp_of_others(stamp)
-        elif stamp is not None and (own or topic in self._expected or topic in self._latched):
+        elif stamp is not None and (own or topic in self._latched or (topic in self._expected and origin is Origin.SUITE)):
             if not self._seen.is_new(topic, stamp):  # a frame is done again, or a connection is made again to what is latched
                 return None
             self._note(topic, stamp, data)
@@ -212,6 +216,10 @@ class FrameIntake:
             if topic not in self._latched:
                 self._begun.setdefault(topic, stamp)
 
+    def _awaited(self) -> set[str]:
+        """Return the topics that frames wait for: not those where others publish, whose messages cannot be told from the frames'."""
+        return {topic for topic in self._expected if self._origins.get(topic) is not Origin.OTHERS}
+
     def _place(self, topic: str) -> None:
         """Tell the sorter of a topic's place."""
         own = self._origins[topic] is Origin.SUITE
@@ -232,5 +240,7 @@ class FrameIntake:
 
     def _refuse(self, topic: str, stamp: int) -> None:
         self.refused += 1
-        limit_s = MAX_TIME_NS // NANOSECONDS
-        self._warn(f"{topic}: a message was refused: expected a stamp from 0 to {limit_s} s, got {stamp / NANOSECONDS:.9f} s")
+        if topic not in self._told:
+            self._told.add(topic)
+            limit_s = MAX_TIME_NS // NANOSECONDS
+            self._warn(f"{topic}: a message was refused: expected a stamp from 0 to {limit_s} s, got {stamp / NANOSECONDS:.9f} s")

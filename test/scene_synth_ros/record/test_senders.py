@@ -12,7 +12,7 @@ from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.record.frame_intake import MAX_STRAY_NS
+from scene_synth_ros.record.frame_intake import MAX_STRAY_NS, FrameIntake
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import PATIENCE, SPEAKERS_PATIENCE, Origin, Senders
 from scene_synth_ros.suite.connections import Endpoint
@@ -177,6 +177,22 @@ def test_wall_time_on_a_topic_of_the_frames_drags_no_frame_along(tmp_path: Path)
     recording.close()
     assert log_times(tmp_path / "bag", FRAME[1]) == list(range(10))
     assert recording.intake.late == 0
+
+
+def test_no_frame_waits_for_a_topic_on_which_others_publish_the_same_stamps() -> None:
+    intake = FrameIntake(lambda text: None)
+    for topic in FRAME:
+        intake.add_topic(topic, POINT, False, Origin.SUITE)
+    intake.expect(FRAME, {})
+    intake.set_origin(FRAME[0], Origin.UNKNOWN)
+    for number in range(200):  # more than may wait, so that those of the first frames are gone when these come
+        intake.add(FRAME[0], point(number / 10))
+    for number in range(3):
+        for topic in FRAME:
+            intake.add(topic, point(number / 10))
+    released = [message for message in intake.set_origin(FRAME[0], Origin.OTHERS) if message.topic == FRAME[1]]
+    assert [message.log_ns for message in released] == [0, 10**8, 2 * 10**8]
+    assert [message.log_ns for message in intake.add(FRAME[1], point(0.3)) or () if message.topic == FRAME[1]] == [3 * 10**8]
 
 
 def test_near_stamps_of_others_keep_their_place_and_hold_no_frame_up(tmp_path: Path) -> None:
