@@ -119,8 +119,8 @@ def _spread(rng: np.random.Generator, ground: Ground) -> Ints:
 def _tour(plan: MotionPlan, rng: np.random.Generator, ground: Ground, routes: Routes, heading_rad: float) -> list[Floats]:
     """Return the corners of a tour to all goals, again and again in another order, until the time is over.
 
-    One that shall end where it began leaves out what there is no time for, and goes home; where there is time for no goal, it turns back on the
-    way to one.
+    One that shall end where it began leaves out what there is no time for, and goes home; where there is time for no goal, it turns
+    back on the way to one.
     """
     config, here = plan.config, 0
     points = [ground.cells_m[routes.viewpoints[0]]]
