@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 
@@ -123,8 +124,8 @@ class RoomProgress:
     def __init__(self, recording: Recording, accounting: Accounting, known: Mapping[str, int], warn: Callable[[str], None]) -> None:
         self._recording, self._accounting, self._known, self._warn = recording, accounting, known, warn
         self._frame_topics: dict[str, frozenset[str]] = {}
-        self._missing_since: float | None = None
-        self._fewest_missing = 0
+        self._missing_since = 0.0
+        self._fewest_missing = math.inf
         self._held, self._held_since = "", 0.0
         self.run, self.done_scene = "", -1
 
@@ -143,10 +144,10 @@ class RoomProgress:
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)
-        comes = bool(missing) and (self._missing_since is None or sum(missing.values()) < self._fewest_missing)
+        comes = 0 < sum(missing.values()) < self._fewest_missing
         self._let_go(now_s, loss_timeout_s, comes)
         if not missing:
-            self._missing_since = None
+            self._fewest_missing = math.inf
             if done != self.done_scene:
                 self._recording.flush(done)
                 self.done_scene = done
@@ -154,6 +155,7 @@ class RoomProgress:
             self._missing_since, self._fewest_missing = now_s, sum(missing.values())
         elif now_s - self._missing_since > loss_timeout_s:
             self._accounting.give_up(missing)
+            self._fewest_missing = math.inf
             self._recording.flush()  # frames that wait for what is lost
             self._warn(f"{sum(missing.values())} messages lost after room {self.done_scene}: {missing}")
 
