@@ -15,6 +15,7 @@ import numpy as np
 
 from grammar.spec.rules import GrammarError
 from scene_description import Daylight, Limits
+from scene_description.rounding import rounded
 from scene_description.sun_position import SunPosition, direction_of, sun_position_at
 
 Latitude = Annotated[float, Limits(ge=-90.0, le=90.0, unit="deg")]
@@ -83,17 +84,18 @@ def draw_moment(rng: np.random.Generator, config: MomentConfig, request: Dayligh
 
 
 def make_daylight(moment: Moment, cloud_cover: float, ground_color: tuple[float, float, float]) -> Daylight:
-    """Return the sun and the sky of a moment for a scene description."""
-    north_yaw_rad = math.radians(moment.north_yaw_deg)
+    """Return the sun and the sky of a moment for a scene description; the sun stands where the description's digits put it."""
+    hour, latitude_rad, north_yaw_rad = rounded((moment.solar_hour, math.radians(moment.latitude_deg), math.radians(moment.north_yaw_deg)))
+    sun = sun_position_at(moment.day_of_year, hour, latitude_rad)
     return Daylight(
-        sun_direction=direction_of(moment.sun, north_yaw_rad),
+        sun_direction=direction_of(sun, north_yaw_rad),
         turbidity=moment.turbidity,
         cloud_cover=cloud_cover,
         ground_color=ground_color,
-        sun_distance_au=moment.sun.distance_au,
+        sun_distance_au=sun.distance_au,
         day_of_year=moment.day_of_year,
-        solar_hour=moment.solar_hour,
-        latitude_rad=math.radians(moment.latitude_deg),
+        solar_hour=hour,
+        latitude_rad=latitude_rad,
         north_yaw_rad=north_yaw_rad,
     )
 

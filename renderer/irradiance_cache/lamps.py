@@ -1,4 +1,4 @@
-"""Lamps as balls, by which rough gloss shows them without noise."""
+"""Lamps and panes as balls: how much of each rough gloss mirrors is known, and shadow rays ask whether it is seen."""
 
 from __future__ import annotations
 
@@ -7,44 +7,70 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
 from renderer.core import lanes as ln
+from renderer.core.color import Rgb
+from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.records import SHARP, WIDE, Lamps
+from renderer.irradiance_cache.mirrored import pixel_noise
+from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, WIDE, Lamps, ShadeScratch
+from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
+from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene
 from scene_description.products import matmul, norm
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAST_COSINE = np.float32(0.05)
+_BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
+_MOST_BALLS = 4
+"""Side by side, for one pane or flat lamp."""
+_KEY = np.uint32(11)
 
 
 def build_lamps(flat: FlatScene) -> Lamps:
-    """Return a ball for each part that shines, and one for the panes that lie in one plane."""
+    """Return a ball for each part that shines and each pane, side by side several for what is flat and long."""
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    groups = [[int(part)] for part in np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)]
-    planes: dict[tuple[float, ...], list[int]] = {}
-    for pane in np.flatnonzero(flat.parts.portal).tolist():
-        faces = np.flatnonzero(flat.face_part == pane)
-        normal = cross[faces].sum(axis=0) / max(norm(cross[faces].sum(axis=0)), 1e-12)
-        planes.setdefault((*normal.round(2), round(float(matmul(normal, corners[faces].mean(axis=(0, 1)))), 1)), []).append(pane)
-    groups += planes.values()
-    rows = []
-    for parts in groups:
-        faces = np.flatnonzero(np.isin(flat.face_part, parts))
+    found = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) | flat.parts.portal)
+    rows, parts = [], []
+    for part in found.tolist():
+        faces = np.flatnonzero(flat.face_part == part)
         area = np.linalg.norm(cross[faces], axis=1)
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
         normal = cross[faces].sum(axis=0)
         level = norm(normal) > 0.5 * area.sum()
         shown_m2 = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
-        if flat.parts.portal[parts[0]]:
+        if flat.parts.portal[part]:
             shown_m2 = norm(normal)
         normal /= max(norm(normal), 1e-12)
-        rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level)])
-    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in groups], np.int32))
+        axes = _half_axes(corners[faces], area, normal, shown_m2) if level else np.zeros((2, 3))
+        sides = np.linalg.norm(axes, axis=1)
+        count = int(np.clip(round(sides.max() / max(sides.min(), 1e-12)), 1, _MOST_BALLS)) if level else 1
+        longer = axes[sides.argmax()].copy()
+        axes[sides.argmax()] /= count
+        for i in range(count):
+            place = center + longer * ((2 * i + 1) / count - 1)
+            rows.append([*place, np.sqrt(shown_m2 / count / np.pi), *normal, float(level), *axes[0], *axes[1]])
+            parts.append(part)
+    return Lamps(np.array(rows, np.float32).reshape(-1, 14), np.array(parts, np.int32))
+
+
+def _half_axes(
+    corners: NDArray[np.float64], area: NDArray[np.float64], normal: NDArray[np.float64], shown_m2: float
+) -> NDArray[np.float64]:
+    """Return half the sides, (2, 3), metres, of the rectangle that stands for something flat: of its area, along a side of its own."""
+    edges = np.roll(corners[area.argmax()], -1, axis=0) - corners[area.argmax()]
+    # The longest edge of half a rectangle is its diagonal.
+    along = edges[np.argsort(np.linalg.norm(edges, axis=1))[1]]
+    along = along - matmul(along, normal) * normal
+    along /= max(norm(along), 1e-12)
+    axes = np.array([along, np.cross(normal, along)])
+    halves = 0.5 * np.ptp(matmul(corners.reshape(-1, 3), axes.T), axis=0)
+    scaled: NDArray[np.float64] = axes * (halves * np.sqrt(shown_m2 / max(4.0 * halves[0] * halves[1], 1e-12)))[:, None]
+    return scaled
 
 
 @inlined
@@ -76,78 +102,156 @@ def _schlick(cosine: np.float32) -> np.float32:
 
 
 @inlined
-def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
-    """Fill TO_LIGHT and LI, what it adds to the pixel, of the lamp that lane k mirrors most, and LIGHT_PDF; return 1 if there is one.
+def choose_lamps(surfaces: Surfaces, lamps: Lamps, x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
+    """Choose balls that lane k, of pixel (x, y), mirrors, by how much each adds to the pixel; return 1 if it is worth a ray.
 
-    Whether it is seen is asked of the point of the ball that is nearest to the mirrored ray, as in Karis, "Real Shading in Unreal Engine 4"
-    (2013).  One that adds less than a hundredth of the pixel's light is left out.
+    LAMPLIGHT becomes what all add together, r + g + b, and PICKED which they are; the numbers that choose are evenly apart, and what is
+    left of them serves to choose points.  Less than a hundredth of the pixel's light is left out.
     """
-    balls = lamps.balls
-    px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
-    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
-    wo_x = lanes[ln.WO_X + k] * lanes[ln.TANGENT_X + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_X + k] + lanes[ln.WO_Z + k] * nx
-    wo_y = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Y + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Y + k] + lanes[ln.WO_Z + k] * ny
-    wo_z = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Z + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Z + k] + lanes[ln.WO_Z + k] * nz
-    height = lanes[ln.WO_Z + k]
-    mx, my, mz = _TWO * height * nx - wo_x, _TWO * height * ny - wo_y, _TWO * height * nz - wo_z
-    best = (primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]) * np.float32(0.01)
-    chosen = 0
+    balls, total = lamps.balls, _ZERO
+    noise, _ = pixel_noise(x, y, _KEY)
+    for j in range(LAMP_RAYS):
+        primary[rec.PICKED_U + j, k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
     for i in range(len(balls)):
-        cx, cy, cz, radius = balls[i, 0] - px, balls[i, 1] - py, balls[i, 2] - pz, balls[i, 3]
-        squared = cx * cx + cy * cy + cz * cz
-        distance = np.sqrt(max(squared, _TINY))
-        lx, ly, lz = cx / distance, cy / distance, cz / distance
-        cosine = lx * nx + ly * ny + lz * nz
-        is_flat = balls[i, 7] > _ZERO
-        if cosine <= _ZERO or (distance <= radius and not is_flat):
+        r, g, b = _mirrored_light(surfaces, lamps, i, k, primary, lanes)
+        gain = r + g + b
+        if gain <= _ZERO:
             continue
-        # The microfacets that mirror the ball's centre.
-        hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
-        scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
-        facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
-        half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
-        # What is flat is a disc: one may stand closer to it than its radius.
-        spread, facing = radius * radius / (squared + radius * radius if is_flat else squared), _ONE
-        if is_flat:
-            facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
-            spread *= facing
-        # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-        part, alpha = lamps.part[i], primary[rec.ALPHA, k]
-        pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
-        over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
-        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread)
-        if over + under == _ZERO or facing == _ZERO:
-            continue
-        if lanes[ln.METALLIC + k] < _HALF:
-            # The share is that of the mirrored direction: Fresnel's term is less where microfacets are seen less aslant.
-            over *= _schlick(half) / _schlick(height)
-            under *= _schlick(half) / _schlick(height)
-        r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-        r = (over * primary[rec.SHARE, k] + under * primary[rec.UNDER, k]) * r
-        g = (over * primary[rec.SHARE + 1, k] + under * primary[rec.UNDER + 1, k]) * g
-        b = (over * primary[rec.SHARE + 2, k] + under * primary[rec.UNDER + 2, k]) * b
-        if r + g + b > best:
-            best, chosen = r + g + b, 1
-            lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b
-            tx, ty, tz = _nearest_point(cx, cy, cz, radius, mx, my, mz)
-            if is_flat:
-                # Of what is flat it is one in its plane.
-                off = (tx - cx) * balls[i, 4] + (ty - cy) * balls[i, 5] + (tz - cz) * balls[i, 6]
-                tx, ty, tz = tx - off * balls[i, 4], ty - off * balls[i, 5], tz - off * balls[i, 6]
-            reach = np.float32(0.98) if is_flat else (distance - radius) / distance
-            reach = max(reach, _HALF)
-            lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * tx, reach * ty, reach * tz
-            lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE, _ONE
-    return chosen
+        # One number after the other, as in reservoirs: each is used up by the choice and made anew of what is left of it.
+        total += gain
+        chance = gain / total
+        for j in range(LAMP_RAYS):
+            u = primary[rec.PICKED_U + j, k]
+            if u < chance:
+                u /= chance
+                primary[rec.PICKED + j, k] = np.float32(i)
+                primary[rec.PICKED_R + j, k], primary[rec.PICKED_G + j, k], primary[rec.PICKED_B + j, k] = r / gain, g / gain, b / gain
+            else:
+                u = (u - chance) / (_ONE - chance)
+            primary[rec.PICKED_U + j, k] = min(u, _BELOW_ONE)
+    least = (primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]) * np.float32(0.01)
+    primary[rec.LAMPLIGHT, k] = total if total > least else _ZERO
+    return 1 if total > least else 0
 
 
 @inlined
-def _nearest_point(
-    cx: np.float32, cy: np.float32, cz: np.float32, radius: np.float32, mx: np.float32, my: np.float32, mz: np.float32
-) -> Vector:
-    """Return about the point of a ball around (cx, cy, cz) that is nearest to the ray from the origin along the unit (mx, my, mz)."""
+def add_lamps(scene: LitScene, lamps: Lamps, column: int, row: int, memory: ShadeScratch) -> None:
+    """Add what the balls that were chosen send to a tile's pixels, each where nothing stands before a point of it."""
+    lanes, primary = memory.trace.lanes, memory.primary
+    for j in range(LAMP_RAYS):
+        for k in range(LANES):
+            lanes[ln.LIGHT_PDF + k] = primary[rec.LAMPLIGHT, k]
+            if primary[rec.LAMPLIGHT, k] > _ZERO:
+                share = primary[rec.LAMPLIGHT, k] / np.float32(LAMP_RAYS)
+                lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * primary[rec.PICKED_R + j, k], share * primary[rec.PICKED_G + j, k]
+                lanes[ln.LI_B + k], lanes[ln.LIGHT_END + k] = share * primary[rec.PICKED_B + j, k], _ONE
+                _, noise = pixel_noise(column + (k & 3), row + (k >> 2), _KEY)
+                v = noise + np.float32(j) * _GOLDEN
+                _aim_at_ball(lamps.balls, int(primary[rec.PICKED + j, k]), k, primary[rec.PICKED_U + j, k], v - np.floor(v), lanes)
+        pass_glass(scene, memory.trace)
+        for k in range(LANES):
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                for channel in range(3):
+                    primary[rec.LIGHT + channel, k] += lanes[ln.LI_R + LANES * channel + k]
+
+
+@inlined
+def _outgoing(k: int, lanes: NDArray[np.float32]) -> Vector:
+    """Return the unit direction from the hit of lane k to the eye, world."""
+    a, b, c = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
+    return (
+        a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k],
+        a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
+        a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
+    )
+
+
+@inlined
+def _mirrored_light(surfaces: Surfaces, lamps: Lamps, i: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> Rgb:
+    """Return what ball i adds to lane k's pixel where nothing stands between (r, g, b)."""
+    balls = lamps.balls
+    # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
+    part, alpha = lamps.part[i], primary[rec.ALPHA, k]
+    pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
+    if pane and alpha < WIDE:
+        return _ZERO, _ZERO, _ZERO
+    nx, ny, nz, height = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k], lanes[ln.WO_Z + k]
+    cx, cy, cz = balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
+    radius, is_flat = balls[i, 3], balls[i, 7] > _ZERO
+    squared = cx * cx + cy * cy + cz * cz
+    distance = np.sqrt(max(squared, _TINY))
+    lx, ly, lz = cx / distance, cy / distance, cz / distance
+    cosine = lx * nx + ly * ny + lz * nz
+    # What is flat is a disc: one may stand closer to it than its radius.
+    spread, facing = radius * radius / (squared + radius * radius if is_flat else squared), _ONE
+    if is_flat:
+        facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
+        spread *= facing
+    if cosine <= _ZERO or facing == _ZERO or (distance <= radius and not is_flat):
+        return _ZERO, _ZERO, _ZERO
+    # The microfacets that mirror the ball's centre.
+    wo_x, wo_y, wo_z = _outgoing(k, lanes)
+    hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
+    scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
+    facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
+    half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
+    over = mirrored_share(facet, half, cosine, height, alpha, spread) if pane or alpha >= SHARP else _ZERO
+    under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread)
+    if over + under == _ZERO:
+        return _ZERO, _ZERO, _ZERO
+    if lanes[ln.METALLIC + k] < _HALF:
+        # The share is that of the mirrored direction: Fresnel's term is less where microfacets are seen less aslant.
+        over *= _schlick(half) / _schlick(height)
+        under *= _schlick(half) / _schlick(height)
+    # What the lobe reflects in all is less than Fresnel's term: microfacets shade each other, and the share knows that already.
+    coated = primary[rec.UNDER_ALPHA, k] < _ONE
+    over /= lanes[(ln.E_COAT if coated else ln.E_WO) + k]
+    under /= lanes[ln.E_WO + k]
+    r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
+    return (
+        (over * primary[rec.SHARE, k] + under * primary[rec.UNDER, k]) * r,
+        (over * primary[rec.SHARE + 1, k] + under * primary[rec.UNDER + 1, k]) * g,
+        (over * primary[rec.SHARE + 2, k] + under * primary[rec.UNDER + 2, k]) * b,
+    )
+
+
+@inlined
+def _aim_at_ball(balls: NDArray[np.float32], i: int, k: int, u: np.float32, v: np.float32, lanes: NDArray[np.float32]) -> None:
+    """Fill TO_LIGHT of lane k: to a point of ball i, half way between one chosen by (u, v) and the one nearest to the mirrored ray.
+
+    Of what is flat it is a point of its rectangle, so that it never lies in a wall or bar; of others one of a square across the ball.
+    """
+    cx, cy, cz = balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
+    wo_x, wo_y, wo_z = _outgoing(k, lanes)
+    twice = _TWO * lanes[ln.WO_Z + k]
+    mx, my, mz = twice * lanes[ln.NS_X + k] - wo_x, twice * lanes[ln.NS_Y + k] - wo_y, twice * lanes[ln.NS_Z + k] - wo_z
     along = cx * mx + cy * my + cz * mz
-    ax, ay, az = along * mx - cx, along * my - cy, along * mz - cz
-    aside = np.sqrt(max(ax * ax + ay * ay + az * az, _TINY))
-    pull = min(radius / aside, _ONE) * np.float32(0.9)
-    return cx + pull * ax, cy + pull * ay, cz + pull * az
+    aside = along * mx - cx, along * my - cy, along * mz - cz
+    reach = np.float32(0.98)
+    first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
+    if balls[i, 7] == _ZERO:
+        distance = np.sqrt(max(cx * cx + cy * cy + cz * cz, _TINY))
+        reach, side = max((distance - balls[i, 3]) / distance, _HALF), _DISC * balls[i, 3]
+        toward = cx / distance, cy / distance, cz / distance
+        first = _across((lanes[ln.TANGENT_X + k], lanes[ln.TANGENT_Y + k], lanes[ln.TANGENT_Z + k]), toward, side)
+        second = _across((lanes[ln.BITANGENT_X + k], lanes[ln.BITANGENT_Y + k], lanes[ln.BITANGENT_Z + k]), toward, side)
+    s, t = _on_side(aside, first, u), _on_side(aside, second, v)
+    lanes[ln.TO_LIGHT_X + k] = reach * (cx + s * first[0] + t * second[0])
+    lanes[ln.TO_LIGHT_Y + k] = reach * (cy + s * first[1] + t * second[1])
+    lanes[ln.TO_LIGHT_Z + k] = reach * (cz + s * first[2] + t * second[2])
+
+
+@inlined
+def _across(axis: Vector, toward: Vector, length: np.float32) -> Vector:
+    """Return the part of an axis that is at right angles to a direction, times a length."""
+    along = axis[0] * toward[0] + axis[1] * toward[1] + axis[2] * toward[2]
+    return length * (axis[0] - along * toward[0]), length * (axis[1] - along * toward[1]), length * (axis[2] - along * toward[2])
+
+
+@inlined
+def _on_side(aside: Vector, axis: Vector, u: np.float32) -> np.float32:
+    """Return a place in [-1, 1] along half a side: half way between that of an offset from the middle and that of ``u`` in [0, 1)."""
+    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
+    nearest = (aside[0] * axis[0] + aside[1] * axis[1] + aside[2] * axis[2]) / max(squared, _TINY)
+    place: np.float32 = _HALF * (min(max(nearest, -_ONE), _ONE) + _TWO * u - _ONE)
+    return place

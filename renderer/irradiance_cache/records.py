@@ -22,6 +22,8 @@ ROUGH = np.float32(0.03)
 """Width of GGX from which on mirrored light is mixed over twice the distance."""
 WIDE = np.float32(0.1)
 """Width of GGX from which on window panes are shown as lamps are."""
+LAMP_RAYS = 4
+"""By how many points of lamps and panes that rough gloss shows it is asked whether they are seen."""
 _FAINT = np.float32(0.06)
 APART = np.float32(2.0)
 """Added to the width of GGX in pictures where every pixel of the surface has a ray, so that none needs those of a block."""
@@ -39,6 +41,10 @@ ALPHA = _PRIMARY.field()
 UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
 UNDER_ALPHA = _PRIMARY.field()
 DENSE = _PRIMARY.field()  # 1 where every pixel of a rough surface sends a ray: metal
+LAMPLIGHT = _PRIMARY.field()  # what lamps and panes in rough gloss add where nothing stands between, r + g + b
+PICKED = _PRIMARY.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
+PICKED_U = _PRIMARY.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
+PICKED_R, PICKED_G, PICKED_B = (_PRIMARY.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 
@@ -46,7 +52,8 @@ EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it
 class Lamps(NamedTuple):
     """Lamps and panes as balls, by which rough gloss shows them, for kernels.
 
-    balls: (n, 8) float32, centre, radius in metres, mean normal, whether it is flat; part: (n,) int32, one that shines so.
+    balls: (n, 14) float32, centre, radius in metres, mean normal, whether it is flat, and if so half the sides (two vectors, metres) of
+    its rectangle; part: (n,) int32.
     """
 
     balls: NDArray[np.float32]

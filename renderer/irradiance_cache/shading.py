@@ -6,7 +6,7 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
     diffuse    what matt lobes send on of the light that the nodes around know                          lane by lane
     strays     light is computed for hits about which no node knows; these first stages follow for them
     classify   what mirrors: by the first order of the light around, or by a ray of its own             lane by lane
-    lamps      the lamp that rough gloss shows most, as a ball                                          lane by lane, then one shadow ray
+    lamps      some of the lamps and panes that rough gloss shows, as balls                             lane by lane, then shadow rays
     sun        sampled where the nodes around have any
     gloss      mirrored rays and those through glass (:mod:`renderer.irradiance_cache.mirrored`)
     store      into the picture
@@ -30,7 +30,7 @@ from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
-from renderer.irradiance_cache.lamps import choose_lamp
+from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID, NodeLight
 from renderer.irradiance_cache.nodes import LIGHT as LIT
@@ -140,7 +140,7 @@ def shade_hits(
                 if turn == 0:
                     light_strays(scene, tables.source, tables.rays, strays, memory.strays)
             if lamplit > 0:
-                _add_lamps(scene, memory)
+                add_lamps(scene, tables.lamps, column, row, memory)
             if has_sun and sunny > 0:
                 _add_sun(scene, kinds, column, row, frame_key, memory)
             if traced > 0:
@@ -160,7 +160,7 @@ def _shade_lane(
     if not glossy:
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
-        lamplit = choose_lamp(scene.surfaces, tables.lamps, k, primary, lanes)
+        lamplit = choose_lamps(scene.surfaces, tables.lamps, x, y, k, primary, lanes)
     if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, lamplit, 0
@@ -185,7 +185,7 @@ def _restore_surfaces(scene: LitScene, view: TracedView, column: int, row: int, 
 def _begin_pixel(lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     lanes[ln.IMPORTANCE + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = primary[rec.LAMPLIGHT, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
     primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
 
@@ -348,16 +348,6 @@ def _send_ray(incident: Incident, glass: bool, x: int, y: int, k: int, lanes: ND
         primary[rec.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
         primary[rec.POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
     aim_gloss(x, y, k, primary, lanes)
-
-
-@inlined
-def _add_lamps(scene: LitScene, memory: ShadeScratch) -> None:
-    """Add the lamps that have been chosen, where nothing stands between."""
-    lanes, primary = memory.trace.lanes, memory.primary
-    pass_glass(scene, memory.trace)
-    for k in range(LANES):
-        if lanes[ln.LIGHT_PDF + k] > _ZERO:
-            _add_light(primary, k, lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k])
 
 
 @inlined

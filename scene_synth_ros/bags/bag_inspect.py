@@ -106,8 +106,7 @@ def inspect_bag(path: str | Path) -> InspectReport:
             faults.append(backwards)
         announced = [np.array(rooms[start], np.int64) for start in sorted(rooms)]
         promise = read_promise(summary.attachments.get(PARAMETERS_NAME, b""))
-        namespace = f"{promise.namespace}/" if promise is not None else ""
-        own = [topic for topic in topics if topic.name.startswith(namespace)]
+        own = _of_run(topics, promise)
         faults += _camera_faults(own, stamps, announced[:-1])
         faults += [f"{topic.name}: {topic.gaps} gaps of more than {MAX_GAP_PERIODS} periods" for topic in own if topic.gaps]
         faults += _meaning_faults(topics)
@@ -208,6 +207,19 @@ def _metadata_faults(metadata: BagMetadata, summary: BagSummary, topics: Sequenc
         if times != (summary.start_ns, summary.end_ns):
             faults.append(f"{METADATA_NAME}: times {times[0]} to {times[1]} ns, {summary.start_ns} to {summary.end_ns} ns were found")
     return sorted(faults)
+
+
+def _of_run(topics: Sequence[TopicReport], promise: Promise | None) -> list[TopicReport]:
+    """Return the topics of the run that a bag is of: those of its namespace, without what cameras of others publish in it."""
+    if promise is None:
+        return list(topics)
+    own = [topic for topic in topics if topic.name.startswith(f"{promise.namespace}/")]
+    seen = cameras(_types(own))
+    if promise.cameras.isdisjoint(seen):
+        return own
+    of_run = tuple(f"{camera}/" for camera in promise.cameras)
+    others = {name for camera, streams in seen.items() if not f"{camera}/".startswith(of_run) for name in streams}
+    return [topic for topic in own if topic.name not in others]
 
 
 def _camera_faults(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], announced: Sequence[Stamps]) -> list[str]:

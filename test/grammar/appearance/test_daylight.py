@@ -15,6 +15,7 @@ from grammar.spec.request import SceneRequest
 from grammar.spec.rules import GrammarError
 from grammar.synthesize import daylight_request
 from scene_description import FieldError, scene_from_json, scene_to_json
+from scene_description.rounding import rounded
 from scene_description.share import config_path
 
 CONFIG = read_lighting_config(config_path("lighting.yaml"))
@@ -59,7 +60,7 @@ def test_moments_stay_in_their_ranges() -> None:
 )
 def test_one_wish_is_kept_and_the_rest_is_drawn(name: str, value: float, field: str, expected: float) -> None:
     found = daylights(daylight_request(SceneRequest(**{name: value})))
-    assert found and {getattr(daylight, field) for daylight in found} == {expected}
+    assert found and {getattr(daylight, field) for daylight in found} == {rounded(expected)}
     assert len({daylight.sun_direction for daylight in found}) > 5
 
 

@@ -198,8 +198,8 @@ def test_a_whole_room_changes_in_one_part_only() -> None:
     (added,) = (item for item in scene.materials if item not in plain.materials)
     assert added.base_color == (0.9, 0.0, 0.0)
     assert scene.objects[0] == replace(target, parts=(replace(target.parts[0], material=added.id), *target.parts[1:]))
-    for owner in ("999", "\u00b2"):
-        with pytest.raises(RequestError, match="id of an object of this room"):
+    for owner, words in (("999", "id of an object of this room"), ("\u00b2", "expected a target")):
+        with pytest.raises(RequestError, match=words):
             synthesize(f"{owner}: {{roughness: 1}}")
 
 

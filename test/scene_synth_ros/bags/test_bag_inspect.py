@@ -241,17 +241,18 @@ def test_a_bag_that_nobody_closed_tells_what_its_run_promised_once_it_is_repaire
     assert names == ["parameters.yaml", "parameters.yaml", "manifest.json"]
 
 
-def test_cameras_of_others_are_not_judged_by_the_run(tmp_path):
-    """A camera in another namespace that was recorded beside the suite's keeps its own time, and loses what it loses."""
+@pytest.mark.parametrize("stranger", ["/other/cam", "/synth/robot"])
+def test_cameras_of_others_are_not_judged_by_the_run(tmp_path, stranger):
+    """A camera of others that was recorded beside the suite's, in its namespace too, keeps its own time, and loses what it loses."""
     times = [START_NS + number * 7_000_000 for number in (0, 1, 9)]
-    strangers = [("/other/cam/image_raw", time, image(time, "rgb8", np.zeros((2, 2, 3), np.uint8))) for time in times]
+    strangers = [(f"{stranger}/image_raw", time, image(time, "rgb8", np.zeros((2, 2, 3), np.uint8))) for time in times]
     nodes = {
         "/synth/grammar_node": {"rooms": 3, "frames_per_room": 4, "first_index": 0},
         "/synth/renderer_node": {"streams.camera": "camera"},
     }
     with BagWriter(tmp_path / "bag") as writer:
         writer.set_attachment("parameters.yaml", parameters_file(nodes))
-        for topic, (type_name, qos) in {**TOPICS, "/other/cam/image_raw": TOPICS[COLOR]}.items():
+        for topic, (type_name, qos) in {**TOPICS, f"{stranger}/image_raw": TOPICS[COLOR]}.items():
             writer.add_topic(topic, type_name, [qos])
         for topic, log_ns, data in sorted([*room(0), *room(1), *room(2), *strangers], key=lambda message: message[1]):
             writer.write(topic, data, log_ns, log_ns)
