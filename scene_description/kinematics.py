@@ -34,7 +34,17 @@ _BASIS = (
 """Row j: coefficients of 1, u, ... u^5 of the uniform B-spline that belongs to control point i + j, u in [0, 1] of segment i."""
 _ROUNDING = 1e-6
 """Share of the time between knots by which a time may lie beyond a curve's end and still be its end."""
-_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
+GAUSS = {
+    5: ((0.0, 0.5688888888888889), (0.5384693101056831, 0.47862867049936647), (0.906179845938664, 0.23692688505618908)),
+    8: (
+        (0.1834346424956498, 0.362683783378362),
+        (0.525532409916329, 0.31370664587788727),
+        (0.7966664774136267, 0.22238103445337448),
+        (0.9602898564975363, 0.10122853629037626),
+    ),
+}
+"""Nodes in [-1, 1], those that are not negative, and weights of Gauss-Legendre quadrature (M. Abramowitz and I. A. Stegun, "Handbook of
+Mathematical Functions", 1964, table 25.4).  Numpy finds them by eigenvalues, whose last digits depend on the processor."""
 
 
 class Kinematics(NamedTuple):
@@ -67,6 +77,17 @@ def kinematics(motion: Motion, times_s: ArrayLike) -> Kinematics:
         turn = _curve(np.array(motion.turns), motion.spacing_s, times)
         smooth = Kinematics(place[0], *_rotation(turn)[:1], place[1], place[2], *_rotation(turn)[1:])
     return _shaken(motion, smooth, times) if motion.tremor else smooth
+
+
+def gauss_nodes(count: int) -> tuple[tuple[float, float], ...]:
+    """Return nodes in [-1, 1] and weights of Gauss-Legendre quadrature with 5 or 8 nodes, in ascending order."""
+    half = GAUSS[count]
+    return (*((-node, weight) for node, weight in half[::-1] if node), *half)
+
+
+def camera_kinematics(motion: Motion, times_s: ArrayLike) -> Kinematics:
+    """Return how the camera path's frame, optical, moves."""
+    return mounted_kinematics(kinematics(motion, times_s), motion.camera_m, motion.camera_turn)
 
 
 def driven_way(drive: Drive, spacing_s: float, times_s: ArrayLike) -> tuple[Floats, Floats]:
@@ -224,7 +245,7 @@ def _controls(drive: Drive) -> Floats:
 def _travelled(controls: Floats, spacing_s: float, segment: NDArray[np.int64], share: Floats) -> Floats:
     """Return the way (n, 2) from the beginning of segments to a share of them, by Gauss-Legendre quadrature with eight nodes."""
     way = np.zeros((len(segment), 2))
-    for node, weight in zip(_GAUSS_NODES.tolist(), _GAUSS_WEIGHTS.tolist(), strict=True):
+    for node, weight in gauss_nodes(8):
         value, first, _ = _curve(controls, 1.0, segment + share * (0.5 + 0.5 * node))
         sine, cosine = sines(value[:, 1])
         way = way + (0.5 * weight * share * first[:, 0])[:, None] * np.column_stack([cosine, sine])

@@ -16,6 +16,8 @@ NOT_PUBLISHED = ("grammar/learning/", "grammar/diagnostics.py", "grammar/drawing
 KERNELS = {"entry", "kernel", "inlined", "making_arrays", "cfunc", "njit"}
 """Decorators of functions that numba compiles: numpy's functions are the C library's there, but its products are BLAS."""
 BLAS = {"dot", "matmul", "inner", "vdot", "tensordot", "einsum", "convolve", "correlate", "cov", "corrcoef", "polyfit"}
+LAPACK = {"leggauss", "hermgauss", "roots_legendre", "make_interp_spline", "solve_banded"}
+"""What solves by kernels of BLAS; ``CubicSpline`` with natural ends does not."""
 DISPATCHED = {
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2"),
     *("sinh", "cosh", "tanh", "arcsinh", "arccosh", "arctanh", "power", "float_power", "cbrt", "geomspace", "logspace"),
@@ -43,6 +45,8 @@ def asks_for_the_processor(tree: ast.AST, *, compiled: bool = False) -> Iterator
             yield tree.lineno, "np.linalg.norm without axis"
         elif tree.func.attr in ("argsort", "argpartition") and "kind" not in given and not compiled:
             yield tree.lineno, f"{tree.func.attr} without kind"
+    if (isinstance(tree, ast.Name) and tree.id in LAPACK) or (isinstance(tree, ast.Attribute) and tree.attr in LAPACK):
+        yield tree.lineno, ast.unparse(tree)
     for child in ast.iter_child_nodes(tree):
         yield from asks_for_the_processor(child, compiled=compiled)
 
@@ -63,8 +67,8 @@ def test_no_product_and_no_function_depends_on_the_processor(folder: str) -> Non
 def test_what_depends_on_the_processor_is_found() -> None:
     text = (
         "a @ b\nnp.sin(x)\nx ** 0.7\nnp.linalg.solve(a, b)\nnp.linalg.norm(v)\norder = x.argsort()\n"
-        "@kernel\ndef f(a):\n    return np.sin(a) + np.dot(a, a)\n"
+        "@kernel\ndef f(a):\n    return np.sin(a) + np.dot(a, a)\nnp.polynomial.legendre.leggauss(5)\nmake_interp_spline(x, y)\n"
     )
-    assert [line for line, _ in asks_for_the_processor(ast.parse(text))] == [1, 2, 3, 4, 5, 6, 9]
+    assert [line for line, _ in asks_for_the_processor(ast.parse(text))] == [1, 2, 3, 4, 5, 6, 9, 10, 11]
     fine = "x ** 2\n2.0 ** 5\nnp.linalg.norm(v, axis=1)\nx.argsort(kind='stable')\nnp.sqrt(x)\n"
     assert not list(asks_for_the_processor(ast.parse(fine)))

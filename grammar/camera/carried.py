@@ -10,10 +10,10 @@ import numpy as np
 from grammar.camera.camera_path import best_walk, sample_mount
 from grammar.camera.directions import sample_directions
 from grammar.camera.motion_config import MotionConfig
-from grammar.camera.motion_plan import REACH, MotionPlan, as_points, camera_kinematics, control_times, ease, eased_time, euler_quaternion
+from grammar.camera.motion_plan import REACH, MotionPlan, as_points, control_times, ease, eased_time, euler_quaternion
 from grammar.camera.walk import Ground, choose_ground, position_at, slack_at
 from grammar.geometry.arrays import Floats
-from scene_description.kinematics import rotate, sines
+from scene_description.kinematics import camera_kinematics, rotate, sines
 from scene_description.motion import Harmonic, Motion
 
 SPACING_S = 0.1

@@ -119,7 +119,8 @@ def _spread(rng: np.random.Generator, ground: Ground) -> Ints:
 def _tour(plan: MotionPlan, rng: np.random.Generator, ground: Ground, routes: Routes, heading_rad: float) -> list[Floats]:
     """Return the corners of a tour to all goals, again and again in another order, until the time is over.
 
-    One that shall end where it began leaves out what there is no time for, and goes home.
+    One that shall end where it began leaves out what there is no time for, and goes home; where there is time for no goal, it turns
+    back on the way to one.
     """
     config, here = plan.config, 0
     points = [ground.cells_m[routes.viewpoints[0]]]
@@ -128,15 +129,31 @@ def _tour(plan: MotionPlan, rng: np.random.Generator, ground: Ground, routes: Ro
     while True:
         went = False
         for there in rng.permutation(len(routes.viewpoints)).tolist():
-            longer = [*points, *_straightened(ground, routes, here, there)]
-            home = [*longer, *_straightened(ground, routes, there, 0)]
+            longer = [*points, *_straightened(ground, _cells(ground, routes, here, there))]
+            home = [*longer, *_straightened(ground, _cells(ground, routes, there, 0))]
             if there == here or (config.loop and _end_s(config, home, heading_rad) > plan.duration_s):
                 continue
             points, here, went = longer, there, True
             if not config.loop and _end_s(config, points, heading_rad) > plan.duration_s:
                 return points
+        if not went and len(points) == 1:
+            return _out_and_back(plan, ground, _cells(ground, routes, 0, int(rng.integers(1, len(routes.viewpoints)))), heading_rad)
         if not went:
-            return [*points, *_straightened(ground, routes, here, 0)]
+            return [*points, *_straightened(ground, _cells(ground, routes, here, 0))]
+
+
+def _out_and_back(plan: MotionPlan, ground: Ground, cells: Floats, heading_rad: float) -> list[Floats]:
+    """Return the corners of the longest way along cells that there is time to come back from."""
+    found, low, high = [cells[0]], 0, len(cells)
+    while high - low > 1:
+        middle = (low + high) // 2
+        way = [cells[0], *_straightened(ground, cells[: middle + 1])]
+        both = [*way, *way[-2::-1]]
+        if _end_s(plan.config, both, heading_rad) > plan.duration_s:
+            high = middle
+        else:
+            found, low = both, middle
+    return found
 
 
 def _end_s(config: MotionConfig, points: list[Floats], heading_rad: float) -> float:
@@ -144,9 +161,12 @@ def _end_s(config: MotionConfig, points: list[Floats], heading_rad: float) -> fl
     return max((action.start_s + action.seconds for action in _actions(config, points, heading_rad)), default=0.0)
 
 
-def _straightened(ground: Ground, routes: Routes, here: int, there: int) -> list[Floats]:
-    """Return the corners after the first of a route, each as far as can be seen from the one before."""
-    cells = ground.cells_m[leg_between(routes, here, there)]
+def _cells(ground: Ground, routes: Routes, here: int, there: int) -> Floats:
+    return ground.cells_m[leg_between(routes, here, there)]
+
+
+def _straightened(ground: Ground, cells: Floats) -> list[Floats]:
+    """Return the corners after the first of a way along cells, each as far as can be seen from the one before."""
     corners, at = [], 0
     while at < len(cells) - 1:
         low, high = at + 1, len(cells) - 1

@@ -6,13 +6,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from grammar.camera.camera_path import CameraSpace
 from grammar.camera.motion_config import MotionConfig
 from grammar.camera.path_config import CameraPathConfig
 from grammar.geometry.arrays import Floats
-from scene_description.kinematics import Kinematics, kinematics, mounted_kinematics
+from scene_description.kinematics import camera_kinematics
 from scene_description.motion import DEGREE, Motion
 from scene_description.poses import LINK_FROM_OPTICAL, Quaternion, multiply_quaternions
 from scene_description.types import CameraPose
@@ -69,11 +68,6 @@ def camera_turn(pitch_rad: float) -> Quaternion:
 def as_points(values: Floats) -> tuple[tuple[float, float, float], ...]:
     """Return rows (n, 3) as a motion has them."""
     return tuple((x, y, z) for x, y, z in values.tolist())
-
-
-def camera_kinematics(motion: Motion, times_s: ArrayLike) -> Kinematics:
-    """Return how the camera path's frame, optical, moves."""
-    return mounted_kinematics(kinematics(motion, times_s), motion.camera_m, motion.camera_turn)
 
 
 def poses_of(motion: Motion, stamps_ns: list[int]) -> tuple[CameraPose, ...]:

@@ -22,7 +22,6 @@ from scene_description.poses import LINK_FROM_OPTICAL
 from scene_description.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum
 
 _EVEN_S = 2e-6
-_DEGREE = 5
 
 
 def _given_motion(rng: np.random.Generator, plan: MotionPlan) -> Motion:
@@ -48,12 +47,12 @@ def _even(poses: Sequence[CameraPose]) -> Sequence[CameraPose]:
     even = np.linspace(0.0, times[-1], len(poses))
     if np.abs(times - even).max() < _EVEN_S:
         return poses
-    from scipy.interpolate import make_interp_spline  # as long to import as the rest of scipy
+    from scipy.interpolate import CubicSpline  # as long to import as the rest of scipy
 
     values = np.hstack([np.array([pose.position_m for pose in poses]), link_turns(poses)])
     count = 2 * len(poses)  # more, so that what lies close together is not lost
     even = np.linspace(0.0, times[-1], count)
-    found = make_interp_spline(times, values, k=_DEGREE if len(times) > _DEGREE else 1)(even)
+    found = CubicSpline(times, values, bc_type="natural")(even)
     optical = multiply(found[:, 3:] / np.linalg.norm(found[:, 3:], axis=1, keepdims=True), np.array([LINK_FROM_OPTICAL]))
     stamps = [poses[0].stamp_ns + round(at * SECOND_NS) for at in even.tolist()]
     return [

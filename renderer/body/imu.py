@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.body.config import GRAVITY_M_S2, ImuConfig, stamps_up_to
-from scene_description.kinematics import Floats, Kinematics, conjugate, kinematics, mounted_kinematics, rotate
+from scene_description.kinematics import Floats, Kinematics, conjugate, gauss_nodes, kinematics, mounted_kinematics, rotate
 from scene_description.motion import Motion
 from scene_description.poses import Quaternion, multiply_quaternions
 
 IMU_KEY = 0x1207A11
 """Tells the device's random numbers from those of cameras."""
-_NODES, _WEIGHTS = (values.tolist() for values in np.polynomial.legendre.leggauss(5))
 
 
 class ImuReadings(NamedTuple):
@@ -85,7 +84,7 @@ def _means(motion: Motion, config: ImuConfig, times_s: Floats) -> tuple[Floats, 
     """Return rate and force, averaged over the interval before each time, by Gauss-Legendre quadrature."""
     interval_s = 1.0 / config.rate_hz
     rate, force = np.zeros((2, len(times_s), 3))
-    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+    for node, weight in gauss_nodes(5):
         at = device_kinematics(motion, config, times_s + interval_s * (0.5 * node - 0.5))
         rate, force = rate + 0.5 * weight * at.rate_rad_s, force + 0.5 * weight * specific_force(at)
     return rate, force

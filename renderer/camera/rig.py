@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.camera.config import CameraConfig
-from scene_description.poses import Quaternion, multiply_quaternions, rotation_from_quaternion
+from scene_description.kinematics import camera_kinematics, mounted_kinematics
+from scene_description.motion import Motion
+from scene_description.poses import Quaternion, Vec3, multiply_quaternions, rotation_from_quaternion
 from scene_description.products import matmul
 from scene_description.types import CameraPose
 
@@ -33,9 +38,50 @@ def mounted(camera: CameraConfig, pose: CameraPose) -> CameraPose:
     return CameraPose(stamp_ns=pose.stamp_ns, position_m=(x, y, z), orientation=orientation)
 
 
-def mounted_path(camera: CameraConfig, path: Sequence[CameraPose]) -> tuple[CameraPose, ...]:
-    """Return the camera's poses along the path of its rig."""
-    return tuple(mounted(camera, pose) for pose in path)
+@dataclass(frozen=True, slots=True)
+class CarriedPath(Sequence[CameraPose]):
+    """The poses of a camera's frames, and the motion of the body that carries it, which says where it is between them.
+
+    Attributes:
+        poses: of the frames; the motion began at the first of the whole path, ``start_ns``.
+        mount_m, mount_turn: place and orientation of the camera in the optical frame of the path.
+    """
+
+    poses: tuple[CameraPose, ...]
+    motion: Motion
+    start_ns: int
+    mount_m: Vec3
+    mount_turn: Quaternion
+
+    @overload
+    def __getitem__(self, index: int) -> CameraPose: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[CameraPose, ...]: ...
+    def __getitem__(self, index: int | slice) -> CameraPose | tuple[CameraPose, ...]:
+        """Return poses of frames."""
+        return self.poses[index]
+
+    def __len__(self) -> int:
+        """Return how many frames there are."""
+        return len(self.poses)
+
+    def between(self, stamp_ns: int, times_s: NDArray[np.float64]) -> tuple[CameraPose, ...]:
+        """Return where the camera is at ``stamp_ns`` + ``times_s`` (n,)."""
+        rig = camera_kinematics(self.motion, (stamp_ns - self.start_ns) * 1e-9 + times_s)
+        at = mounted_kinematics(rig, self.mount_m, self.mount_turn)
+        stamps = [max(stamp_ns + round(time_s * 1e9), 0) for time_s in times_s.tolist()]
+        return tuple(
+            CameraPose(stamp_ns=stamp, position_m=(x, y, z), orientation=(qx, qy, qz, qw))
+            for stamp, (x, y, z), (qx, qy, qz, qw) in zip(stamps, at.position_m.tolist(), at.quaternion.tolist(), strict=True)
+        )
+
+
+def mounted_path(camera: CameraConfig, path: Sequence[CameraPose], motion: Motion | None = None) -> Sequence[CameraPose]:
+    """Return the camera's poses along the path of its rig; with its motion, if there is one and it is exposed for a time."""
+    poses = tuple(mounted(camera, pose) for pose in path)
+    if motion is None or not (camera.row_time_s or camera.shutter_s):
+        return poses
+    return CarriedPath(poses, motion, path[0].stamp_ns, camera.mount_m, mount_quaternion(camera))
 
 
 def is_in_the_middle(camera: CameraConfig) -> bool:

@@ -1,8 +1,9 @@
 """The camera's motion while a frame is exposed: motion blur, and the skew of a rolling shutter.
 
 Row v is exposed about the time stamp + v row_time, for shutter seconds, half of it before; so the stamp of a frame is the middle of the
-first row's exposure, and with a global shutter (row_time 0) that of the whole frame.  Between the poses of the path, and beyond its ends,
-positions go straight on and rotations evenly about one axis (slerp; K. Shoemake, "Animating Rotation with Quaternion Curves", 1985).
+first row's exposure, and with a global shutter (row_time 0) that of the whole frame.  A camera that a body carries is where the body's
+motion says; else positions go straight on between the poses of the path, and beyond its ends, and rotations evenly about one axis (slerp;
+K. Shoemake, "Animating Rotation with Quaternion Curves", 1985).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
+from renderer.camera.rig import CarriedPath
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import kernel
@@ -55,12 +57,18 @@ def motion_during(camera: CameraConfig, pose: CameraPose, path: Sequence[CameraP
     times_s = np.linspace(-0.5 * camera.shutter_s, rows_s + 0.5 * camera.shutter_s, KNOTS)
     knots = np.zeros((KNOTS, 12), np.float32)
     home = rotation_from_quaternion(pose.orientation)
-    for row, time_s in zip(knots, times_s, strict=True):
-        there = pose_at(path, pose.stamp_ns + time_s * _SECOND_NS)
+    for row, there in zip(knots, _poses_during(path, pose.stamp_ns, times_s), strict=True):
         row[:9] = matmul(rotation_from_quaternion(there.orientation), home.T).ravel()
         row[9:] = there.position_m
     per_knot = span_s / (KNOTS - 1)
     return Motion(knots, np.float32(camera.row_time_s / per_knot), np.float32(camera.shutter_s / per_knot))
+
+
+def _poses_during(path: Sequence[CameraPose], stamp_ns: int, times_s: NDArray[np.float64]) -> Sequence[CameraPose]:
+    """Return where the camera is at some times after a stamp: where its body is then, if one is known."""
+    if isinstance(path, CarriedPath):
+        return path.between(stamp_ns, times_s)
+    return [pose_at(path, stamp_ns + time_s * _SECOND_NS) for time_s in times_s]
 
 
 def in_motion(view: PosedCamera, camera: CameraConfig, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:

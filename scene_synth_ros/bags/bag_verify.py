@@ -154,7 +154,7 @@ class _FramesAgain:
                 raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
-            path = mounted_path(settings.camera, scene.camera_path)
+            path = mounted_path(settings.camera, scene.camera_path, scene.motion)
             renderer, annotator, _ = self._renderer(settings, scene)
             frame = renderer.render(pose, settings.frame, maker.rendered, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):

@@ -211,7 +211,7 @@ class FrameMessages:
 
     def begin_room(self, scene: SceneDescription) -> None:
         """Take the label tables of a room, and its path."""
-        self.path = mounted_path(self.camera, scene.camera_path)
+        self.path = mounted_path(self.camera, scene.camera_path, scene.motion)
         tables = {layer: self._rows[layer].labels for layer in self.layers}
         self._labels: Mapping[str, LabelTable] = {layer: table(scene) for layer, table in tables.items() if table is not None}
 

@@ -112,6 +112,14 @@ class RoomBody:
             transform = odometry_transform(message) if track.topic == ODOM_IDEAL else None
             yield BodyMessage(track.topic, message, stamp, transform)
 
+    @cached_property
+    def burst(self) -> int:
+        """How many messages of one stream come with a frame at most."""
+        if not self._senses.tells_body:
+            return 0
+        frames = np.array(sorted(self._path), np.int64)
+        return max(int(np.diff(np.searchsorted(track.stamps_ns, frames, side="right"), prepend=0).max()) for track in self.tracks)
+
     def message_at(self, topic: str, stamp_ns: int) -> Any:
         """Return the message of a topic with a stamp; None if there is none."""
         for track in self.tracks:

@@ -87,7 +87,7 @@ class RecorderConfig:
         ),
     ] = ""
     loss_timeout_s: Annotated[
-        float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages that were published before they count as lost")
+        float, Limits(ge=0.1, le=1e6, unit="s", description="What was published is lost when none of it has come for so long")
     ] = 10.0
     start_recording: Annotated[bool, Limits(description="Open the bag at the start, not at ~/start", fixed=_BAG_FIXED)] = True
     snapshot_s: Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 
@@ -123,7 +124,8 @@ class RoomProgress:
     def __init__(self, recording: Recording, accounting: Accounting, known: Mapping[str, int], warn: Callable[[str], None]) -> None:
         self._recording, self._accounting, self._known, self._warn = recording, accounting, known, warn
         self._frame_topics: dict[str, frozenset[str]] = {}
-        self._missing_since: float | None = None
+        self._missing_since = 0.0
+        self._fewest_missing = math.inf
         self._held, self._held_since = "", 0.0
         self.run, self.done_scene = "", -1
 
@@ -137,28 +139,30 @@ class RoomProgress:
         self._frame_topics[status.node] = frame_topics(status.counts)
 
     def step(self, now_s: float, loss_timeout_s: float) -> None:
-        """Write a room that is done; give up messages that were published so long ago that they are lost."""
+        """Write a room that is done; give up messages that are lost: published, and for so long none of those that are missing has come."""
         expect_frames(self._recording, self._frame_topics, lambda topic: self._known.get(topic, -1) >= 0)
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)
-        self._let_go(now_s, loss_timeout_s)
+        comes = 0 < sum(missing.values()) < self._fewest_missing
+        self._let_go(now_s, loss_timeout_s, comes)
         if not missing:
-            self._missing_since = None
+            self._fewest_missing = math.inf
             if done != self.done_scene:
                 self._recording.flush(done)
                 self.done_scene = done
-        elif self._missing_since is None:
-            self._missing_since = now_s
+        elif comes:
+            self._missing_since, self._fewest_missing = now_s, sum(missing.values())
         elif now_s - self._missing_since > loss_timeout_s:
             self._accounting.give_up(missing)
+            self._fewest_missing = math.inf
             self._recording.flush()  # frames that wait for what is lost
             self._warn(f"{sum(missing.values())} messages lost after room {self.done_scene}: {missing}")
 
-    def _let_go(self, now_s: float, loss_timeout_s: float) -> None:
+    def _let_go(self, now_s: float, loss_timeout_s: float, comes: bool) -> None:
         """Write frames that wait for a message on another topic that does not come, as it was sent before the recorder was there."""
         held = self._recording.intake.held
-        if held != self._held:
+        if held != self._held or comes:
             self._held, self._held_since = held, now_s
         elif held and now_s - self._held_since > loss_timeout_s:
             self._recording.flush()

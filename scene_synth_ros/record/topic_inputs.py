@@ -9,12 +9,14 @@ from collections.abc import Callable, Sequence
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
+from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
 from scene_synth_ros.record.frame_topics import made_of
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
 from scene_synth_ros.suite.connections import publishers_of
+from scene_synth_ros.suite.qos import BURST_DEPTH
 from scene_synth_ros.suite.status import NodeStatus
 from scene_synth_ros.suite.suite_node import SuiteNode
 
@@ -57,6 +59,8 @@ def is_chosen(topic: str, config: RecorderConfig, namespace: str, is_published: 
 
 
 QUEUE_DEPTH = 200
+_LARGE = (streams.IMAGE_TYPE, streams.COMPRESSED_TYPE, streams.CLOUD_TYPE)
+"""Types of which no more than ``QUEUE_DEPTH`` messages wait; of others a whole burst may."""
 _LOOKS_A_JUDGEMENT = 10
 """Topics whose publishers are as many as before are judged again at every tenth look."""
 
@@ -116,7 +120,7 @@ class TopicInputs:
         except (ImportError, AttributeError, MessageDefinitionError) as error:
             self._node.refuse(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
-        qos = matching_qos(offered, QUEUE_DEPTH)
+        qos = matching_qos(offered, QUEUE_DEPTH if type_name in _LARGE else BURST_DEPTH)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self.dds_lost.update({topic: event.total_count_change}))
         take = self._recording.taker(topic, type_name, self._namespace)
 

@@ -213,7 +213,7 @@ class RenderedRoom:
                 return
             if needs_meter(self.settings.render):
                 assert self.metered is not None
-            path = mounted_path(self.settings.camera, self.scene.camera_path)
+            path = mounted_path(self.settings.camera, self.scene.camera_path, self.scene.motion)
             for index in range(0, len(path), -(-len(path) // _VIEWS)):
                 began = time.perf_counter()
                 self.renderer.prepare(path[index], path, cancelled)

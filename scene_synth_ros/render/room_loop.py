@@ -26,6 +26,7 @@ from scene_synth_ros.render.room_scans import RoomScans
 from scene_synth_ros.render.stream_topics import CLOCK
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.qos import BURST_DEPTH
 from scene_synth_ros.suite.suite_node import SuiteNode
 
 _IDLE_S = 0.2
@@ -104,7 +105,7 @@ class RoomLoop:
         self._room, self._scene, self._camera = room, room.scene, room.settings.camera
         self._life, self._inbox, self._output, self._requests = life, life.inbox, life.output, life.requests
         self._shown, self._pace = shown, life.pace
-        self._path = mounted_path(self._camera, self._scene.camera_path)
+        self._path = mounted_path(self._camera, self._scene.camera_path, self._scene.motion)
         self._senses = senses = senses_of(life.settings)
         self._scans = RoomScans(senses.scan, self._scene.camera_path, lambda: room.scanner(senses.scan))
         self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses)
@@ -274,7 +275,7 @@ class RoomLoop:
         if config.expected_recorders == 0:
             return
         published, began, is_told = self._output.published, time.monotonic(), False
-        ahead = min(config.frames_ahead, self._output.depth)
+        ahead = min(config.frames_ahead, self._output.depth, max(BURST_DEPTH // max(self._body.burst, 1), 1))
         while not self._inbox.wait_for_recorders(published, ahead, 1.0):
             self._output.tell()
             if not is_told and time.monotonic() - began > _RECORDER_PATIENCE_S:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from typing import NamedTuple
 
 from rclpy.qos import QoSProfile
@@ -17,12 +18,12 @@ from scene_synth_ros.messages.message_definitions import installed_class
 from scene_synth_ros.messages.scan_messages import SCAN_STREAMS
 from scene_synth_ros.messages.senses import Senses
 from scene_synth_ros.messages.streams import Stream, parse
-from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
+from scene_synth_ros.suite.qos import BURST_DEPTH, PROFILES, latched_qos, stream_qos
 
 TFMessage = installed_class(streams.TF.type_name)
 CLOCK, SETTINGS = Stream("/", streams.CLOCK).topic, Stream("~", streams.SETTINGS).topic
 TF, TF_STATIC = Stream("/", streams.TF).topic, Stream("/", streams.TF_STATIC).topic
-_OWN_QOS = {streams.CLOCK: stream_qos(), streams.TF: stream_qos(100), streams.TF_STATIC: latched_qos()}
+_OWN_QOS = {streams.CLOCK: stream_qos(BURST_DEPTH), streams.TF: stream_qos(BURST_DEPTH), streams.TF_STATIC: latched_qos()}
 """Of what is not of one camera."""
 
 
@@ -46,6 +47,9 @@ def stream_topics(config: StreamConfig, camera: CameraConfig, senses: Senses) ->
         role, message_type = stream.role, installed_class(stream.role.type_name)
         if message_type is not None:
             qos = _OWN_QOS.get(role, latched_qos(profile.depth) if role.latched else profile)
+            if role.own_stamps and not role.latched:
+                qos = copy(qos)
+                qos.depth = BURST_DEPTH
             topics[stream.topic] = StreamTopic(stream.topic, message_type, qos, frozenset(layers))
     return topics
 

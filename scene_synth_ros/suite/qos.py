@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
+BURST_DEPTH = 4000
+"""What is kept of streams that are faster than frames: all samples between two frames go out at once."""
+
 
 def stream_qos(depth: int = 10) -> QoSProfile:
     """Images, camera info, poses, clock: reliable, volatile, keep the last ``depth``."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scene_description.kinematics import check_motion, kinematics, mounted_kinematics, rotate
+from scene_description.kinematics import check_motion, gauss_nodes, kinematics, mounted_kinematics, rotate
 from scene_description.motion import Drive, Harmonic, Motion
 from scene_description.strict import FieldError
 
@@ -108,3 +108,10 @@ def test_equal_control_points_are_rest_and_so_is_what_lies_beyond() -> None:
 def test_a_motion_whose_parts_do_not_agree_is_refused(change: dict, line: str) -> None:
     with pytest.raises(FieldError, match=line):
         check_motion(replace(wild_motion(), **change))
+
+
+@pytest.mark.parametrize("count", [5, 8])
+def test_quadrature_is_that_of_gauss_and_legendre(count: int) -> None:
+    nodes, weights = np.array(gauss_nodes(count)).T
+    for power in range(2 * count):
+        assert (weights * nodes**power).sum() == pytest.approx(0.0 if power % 2 else 2.0 / (power + 1), abs=2e-15)

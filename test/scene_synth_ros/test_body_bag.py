@@ -20,8 +20,11 @@ from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.messages.room_body import RoomBody
+from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings
+from scene_synth_ros.render.stream_topics import stream_topics
 from scene_synth_ros.suite.parameters import ParameterError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -174,3 +177,16 @@ def test_the_same_room_is_the_same_bytes_and_verify_makes_it_again(bag: Path, me
 def test_a_sensor_without_its_body_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"renderer_node: parameter imu.enabled: expected body.enabled and body.publish with it"):
         read_settings(run_parameters(RunWords(record=Path("bag"), overrides=("renderer_node.imu.enabled:=true",))))
+
+
+@pytest.mark.parametrize("qos", ["reliable", "latest", "sensor_data"])
+def test_all_that_goes_out_with_a_frame_is_kept_until_it_is_taken(qos: str) -> None:
+    overrides = tuple(f"renderer_node.{word}" for word in (*WORDS, f"streams.qos:={qos}"))
+    groups = read_settings(run_parameters(RunWords(record=Path("bag"), overrides=overrides))).renderers["renderer_node"]
+    senses = senses_of(groups)
+    body = RoomBody(moving_scene(), groups["camera"], groups["streams"], senses)
+    assert body.burst == 29  # of 200 Hz in a seventh of a second
+    topics = stream_topics(groups["streams"], groups["camera"], senses)
+    for name in ("imu/data", "imu/ideal", "odom", "odom/ideal", "joint_states", "/clock", "/tf"):
+        assert topics[name].qos.depth >= body.burst, name
+    assert topics["camera/pose"].qos.depth <= 10

@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
     exposure = exposed(settings.render, metered, fixed_ev100)
     layers = _layers(arguments)
     arguments.out.mkdir(parents=True)
-    path = mounted_path(settings.camera, scene.camera_path)
+    path = mounted_path(settings.camera, scene.camera_path, scene.motion)
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
     (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
     told: list[CocoImage] = []

@@ -11,12 +11,11 @@ from shapely.ops import unary_union
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes
 from grammar.camera.motion_config import MotionConfig
-from grammar.camera.motion_plan import camera_kinematics
 from grammar.camera.motions import sample_motion
 from grammar.camera.path_config import read_camera_path_config
 from grammar.spec.rules import GrammarError
 from scene_description import CameraPose, FieldError
-from scene_description.kinematics import Kinematics, kinematics, rotate
+from scene_description.kinematics import Kinematics, camera_kinematics, kinematics, rotate
 from scene_description.motion import Motion
 from scene_description.motion_of_poses import motion_of_poses
 from scene_description.share import config_path
@@ -136,6 +135,18 @@ def test_a_base_touches_nothing_keeps_its_limits_and_comes_home(seed: int) -> No
 def test_a_base_that_fits_nowhere_is_refused() -> None:
     with pytest.raises(GrammarError, match=r"motion.body_radius_m: expected a base that stands free .* got a radius of 1 m"):
         sampled(kind="base", body_radius_m=1.0)
+
+
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_a_slow_base_that_shall_come_back_in_a_short_time_goes_as_far_as_it_can(seed: int) -> None:
+    """A TurtleBot's speed, 20 s: too little for any of the places that lie far from each other."""
+    times = CameraTimes(frames=300, start_ns=0, rate_hz=15.0)
+    slow = {"speed_m_s": 0.22, "turn_rad_s": 1.8, "acceleration_m_s2": 0.5, "body_radius_m": 0.14}
+    _, motion = sampled(seed, times=times, kind="base", loop=True, camera_m=(0.05, 0.0, 0.25), **slow)
+    place = along(motion).position_m
+    far = sizes(place - place[0])
+    assert far.max() > 0.2
+    assert far[-1] < 1e-9
 
 
 @pytest.mark.parametrize("even", [True, False])

@@ -7,8 +7,11 @@ import pytest
 from box_room import box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.camera.rig import mounted_path
 from renderer.camera.shutter import motion_during, pose_at
 from scene_description import CameraPose
+from scene_description.kinematics import camera_kinematics
+from scene_description.motion import Motion
 from scene_description.poses import look_at, multiply_quaternions, quaternion_from_yaw
 
 SIZE, FOV, DEPTH = 64, 0.4, 2.0
@@ -121,3 +124,28 @@ def test_cameras_at_rest_have_no_motion():
     assert motion_during(camera_of(shutter_s=0.1), path[1], path[1:2]) is None
     assert motion_during(camera_of(shutter_s=0.1), pose((0, 0, 0), (1, 0.5, 0)), path) is None
     assert motion_during(camera_of(shutter_s=0.1), path[1], path) is not None
+
+
+def test_a_camera_on_a_body_is_where_the_body_is_between_frames():
+    """A body that gains speed, 2 m/s2 along y: 10 Hz frames, rows read out for 60 ms; a camera 0.1 m right of the path's frame."""
+    step, count = 0.1, 20
+    places = tuple((0.0, (step * (k - 2)) ** 2, 0.0) for k in range(count))
+    carrier = Motion(kind="file", spacing_s=step, positions_m=places, turns=((0.0, 0.0, 0.0, 1.0),) * count)
+    stamps = [10**9 + k * 100_000_000 for k in range(8)]
+    rigs = camera_kinematics(carrier, (np.array(stamps) - stamps[0]) * 1e-9)
+    path = [
+        CameraPose(stamp_ns=stamp, position_m=tuple(place), orientation=tuple(turn))
+        for stamp, place, turn in zip(stamps, rigs.position_m.tolist(), rigs.quaternion.tolist(), strict=True)
+    ]
+    camera = camera_of(row_time_s=0.06 / (SIZE - 1), mount_m=(0.1, 0.0, 0.0))
+    carried = mounted_path(camera, path, carrier)
+    assert list(carried) == list(mounted_path(camera, path))
+    knots = motion_during(camera, carried[3], carried).knots
+    times = np.linspace(0.0, 0.06, len(knots))
+    since = 0.3 + times
+    np.testing.assert_allclose(knots[:, 10] - knots[0, 10], since**2 - 0.3**2, atol=1e-6)
+    np.testing.assert_allclose(knots[:, 9:12:2], 0.0, atol=1e-6)
+    assert carried[3].position_m[1] == pytest.approx(knots[0, 10], abs=1e-6)
+    straight = motion_during(camera, carried[3], list(carried)).knots
+    assert np.abs(straight[:, 10] - knots[:, 10]).max() == pytest.approx(0.05**2, rel=0.01)  # a t (T - t) / 2
+    assert isinstance(mounted_path(camera_of(), path, carrier), tuple)

@@ -1,6 +1,8 @@
 """Nothing is lost unnoticed."""
 
-from scene_synth_ros.record.room_progress import Accounting
+from unittest import mock
+
+from scene_synth_ros.record.room_progress import Accounting, RoomProgress
 from scene_synth_ros.suite.status import NodeStatus
 
 RECORDED = {"/image": 0, "/depth": 0, "/left_out": -1}
@@ -70,3 +72,21 @@ def test_a_renderer_that_starts_again_is_counted_from_then_on() -> None:
     assert accounting.missing(RECORDED) == {}
     accounting.take_status(status(1, 16, start="second life"))
     assert accounting.missing(RECORDED) == {"/image": 8}
+
+
+def test_what_still_comes_is_not_lost_however_long_it_takes() -> None:
+    """A burst that a busy machine takes in piece by piece; what is missing when nothing comes any more is lost."""
+    accounting, warned = Accounting(), []
+    recording = mock.MagicMock()
+    recording.intake.held = ""
+    progress = RoomProgress(recording, accounting, {"/imu": 1}, warned.append)
+    progress.take_status(NodeStatus(node="/renderer", role="renderer", state="ready", start="a"))
+    progress.take_status(NodeStatus(node="/renderer", role="renderer", state="ready", start="a", counts={"/imu": 100}, done_scene=0))
+    for second in range(60):
+        progress.step(float(second), 10.0)
+        accounting.received["/imu"] += second % 6 == 0  # ten of them, one in six seconds
+    assert not accounting.lost
+    for second in range(60, 75):
+        progress.step(float(second), 10.0)
+    assert accounting.lost == {"/imu": 90}
+    assert warned == ["90 messages lost after room -1: {'/imu': 90}"]
