@@ -64,7 +64,7 @@ def _half_axes(
     """Return half the sides, (2, 3), metres, of the rectangle that stands for something flat: of its area, along a side of its own."""
     edges = np.roll(corners[area.argmax()], -1, axis=0) - corners[area.argmax()]
     # The longest edge of half a rectangle is its diagonal.
-    along = edges[np.argsort(np.linalg.norm(edges, axis=1))[1]]
+    along = edges[np.argsort(np.linalg.norm(edges, axis=1), kind="stable")[1]]
     along = along - matmul(along, normal) * normal
     along /= max(norm(along), 1e-12)
     axes = np.array([along, np.cross(normal, along)])
