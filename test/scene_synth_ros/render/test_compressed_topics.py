@@ -17,7 +17,13 @@ from std_msgs.msg import String
 from scene_description import scene_to_json
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
-SETTINGS = {"camera.width": 64, "camera.height": 48, "render.samples_per_pixel": 16, "compressed.depth_max_m": 20.0}
+SETTINGS = {
+    "camera.width": 64,
+    "camera.height": 48,
+    "render.samples_per_pixel": 16,
+    "render.tone_curve": "filmic",
+    "compressed.depth_max_m": 20.0,
+}
 FRAMES = len(sample_scene().camera_path)
 COLOR = "camera/color/image_raw/compressed"
 TRANSPORTS = {"color": "compressed", "depth": "compressedDepth", "semantic": "compressed", "instance": "compressed"}

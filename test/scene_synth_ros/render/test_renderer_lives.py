@@ -23,7 +23,7 @@ class SlowCompiler:
     def __init__(self) -> None:
         self.go, self.begun, self.ended = threading.Event(), 0, 0
 
-    def __call__(self, *_: object) -> None:
+    def __call__(self, *_: object, **__: object) -> None:
         self.begun += 1
         assert self.go.wait(30)
         self.ended += 1

@@ -4,7 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from grammar.camera.motion_config import MotionConfig
+from renderer.body.config import BodyConfig, ImuConfig, WheelsConfig
 from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.lidar.config import ScanConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
 from scene_synth_ros.cli.parameters.run_profile import load_profile, with_inheritance
@@ -36,10 +39,23 @@ def test_both_have_names_of_their_own_and_one_clock() -> None:
     assert nodes["renderer_node_right"]["streams.publish_clock"] is False and "streams.publish_clock" not in nodes["renderer_node"]
 
 
+GROUPS = {
+    "renderer_node": {
+        **{"camera": CameraConfig, "sensor": SensorConfig, "streams": StreamConfig, "scan": ScanConfig},
+        **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig},
+    },
+    "grammar_node": {"motion": MotionConfig},
+}
+"""Node -> group of parameters that an overlay of a rig may hold -> its dataclass."""
+
+
 @pytest.mark.parametrize("path", sorted(config_path("rigs").glob("*.yaml")), ids=lambda path: path.stem)
-def test_overlays_of_rigs_hold_parameters_of_cameras_sensors_and_streams(path: Path) -> None:
+def test_overlays_of_rigs_hold_parameters_of_cameras_sensors_streams_and_bodies(path: Path) -> None:
     for name, values in with_inheritance(load_profile(path)).items():
-        groups = {key.partition(".")[0] for key in values}
-        assert groups <= {"camera", "sensor", "streams"} and (not values or name.startswith("renderer_node"))
-        for group, cls in (("camera", CameraConfig), ("sensor", SensorConfig), ("streams", StreamConfig)):
-            from_mapping(cls, {key.partition(".")[2]: value for key, value in values.items() if key.startswith(f"{group}.")})
+        known = next((groups for node, groups in GROUPS.items() if name.startswith(node)), {})
+        ungrouped = {key: value for key, value in values.items() if "." not in key}
+        assert ungrouped.keys() <= {"rate_hz"} and (not ungrouped or name == "grammar_node")
+        grouped = {key: value for key, value in values.items() if "." in key}
+        assert {key.partition(".")[0] for key in grouped} <= known.keys()
+        for group, cls in known.items():
+            from_mapping(cls, {key.partition(".")[2]: value for key, value in grouped.items() if key.startswith(f"{group}.")})

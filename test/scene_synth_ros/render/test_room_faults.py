@@ -82,7 +82,7 @@ def test_a_run_that_shall_end_ends_with_the_reason(context: Context) -> None:
 
 @pytest.mark.parametrize(("error", "code"), [(RenderError("Embree is missing"), 1), (ZeroDivisionError("a mistake"), 70)])
 def test_a_thread_that_ends_is_noticed(context: Context, monkeypatch: pytest.MonkeyPatch, error: Exception, code: int) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise error
 
     monkeypatch.setattr(rendering, "warm_up", fail)
