@@ -221,7 +221,7 @@ class Peer:
         """Return the client of a service that is there; a call in a moment that is soon over needs one found before."""
         if name not in self._clients:
             self._clients[name] = self.node.create_client(kind, name)
-        self.spin_until(self._clients[name].service_is_ready, 60, name)
+        self.spin_until(self._clients[name].service_is_ready, 120, name)
         return self._clients[name]
 
     def call(self, kind: type, name: str, request: Any) -> Any:
