@@ -167,7 +167,7 @@ class FrameIntake:
         own = origin is Origin.SUITE and self._comes_between(topic)
         if stamp is not None and origin is Origin.OTHERS:
             stamp = self._stamp_of_others(stamp)
-        elif stamp is not None and (own or topic in self._latched or (topic in self._expected and origin is Origin.SUITE)):
+        elif stamp is not None and (own or topic in self._expected or topic in self._latched):
             if not self._seen.is_new(topic, stamp):  # a frame is done again, or a connection is made again to what is latched
                 return None
             self._note(topic, stamp, data)
