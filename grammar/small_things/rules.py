@@ -35,6 +35,7 @@ class Thing:
     size_m: tuple[Extent, Extent, Extent]
     sd_m: tuple[Spread, Spread, Spread]
     at: Depth = "any"
+    hangs_m: tuple[Extent, Extent] | None = None
     turns: Annotated[tuple[Radians, ...], Limits(max_length=8)] = ()
 
 

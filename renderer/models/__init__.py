@@ -1,6 +1,7 @@
 """Procedural furniture: the table of generators and how to build one model.
 
-Each family of furniture has a file; a new category is one function and one line of that file's ``MODELS``.
+Each family of furniture has a file; a new category is one function and one line of that file's ``MODELS``, or for small things a row of
+``config/models.yaml`` (:mod:`renderer.models.shape_rows`).
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from renderer.models import (
     floor_things,
     gym,
     kitchen,
-    kitchen_things,
     lamps,
     office,
     plants,
+    shape_rows,
     small_things,
     sofas,
     storage,
@@ -35,7 +36,7 @@ from renderer.models.model import Model, Parts, Size, fitted
 FAMILIES = (
     *(beds, cabinets, cases, tables, chairs, sofas, lamps, plants, wall_things, floor_things, small_things),
     *(bathroom, bathroom_things, office, gym, workshop, storage, vehicles),
-    *(kitchen, appliances, kitchen_things),
+    *(kitchen, appliances, shape_rows),
 )
 """The modules of this folder that each have a table ``MODELS``."""
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
-from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
+from renderer.geometry.lofts import bent, disc, loft, lying, oval
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, rod, rounded_box, sheet
 from renderer.models.cabinets import Front, carcass, fronts, knob
 from renderer.models.model import Model, Pieces, Size, halved
 from renderer.models.soft import wrinkles
@@ -177,30 +177,6 @@ def _clothes(rng: np.random.Generator, half_x: float, half_y: float, low: float,
     return loft(rings)
 
 
-def build_soap_dispenser(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a bottle with a pump whose nozzle points to the front; round or square."""
-    depth, width, height = size_m
-    r = 0.5 * min(depth, width)
-    body_top = 0.68 * height
-    if style == "round":
-        profile = points(
-            [0.0, 0.94 * r, r, r, 0.9 * r, 0.4 * r, 0.0], [0.0, 0.0, 0.02 * height, 0.52 * height, 0.61 * height, body_top, body_top]
-        )
-        body = lathe(profile, 28)
-    else:
-        body = merged(
-            rounded_box((-r, -r, 0.0), (r, r, 0.9 * body_top), 0.25 * r, 2), rod((0, 0, 0.85 * body_top), (0, 0, body_top), 0.4 * r)
-        )
-    collar = lathe(
-        [(0.0, body_top - 0.002), (0.46 * r, body_top - 0.002), (0.46 * r, 0.76 * height), (0.2 * r, 0.79 * height), (0.0, 0.79 * height)],
-        20,
-    )
-    stem = rod((0.0, 0.0, 0.78 * height), (0.0, 0.0, 0.95 * height), 0.13 * r, segments=10)
-    nozzle = bent([(-0.2 * r, 0.0, 0.955 * height), (1.1 * r, 0.0, 0.955 * height), (1.25 * r, 0.0, 0.9 * height)], 0.16 * r, 0.01, 8)
-    cap = disc("z", (0.0, 0.0, 0.96 * height), 0.36 * r, 0.08 * height, 18, 0.004)
-    return {"body": body, "pump": [collar, stem, nozzle, cap]}
-
-
 def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a holder on the wall with a roll, its end hanging down in front; an open arm or one with a cover."""
     depth, width, height, half_d, half_w = halved(size_m)
@@ -225,38 +201,10 @@ def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str
     return {"arm": arm, "paper": [paper, hanging]}
 
 
-def build_toothbrush_cup(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a cup with two or three brushes and a tube of paste."""
-    depth, width, height = size_m
-    r = 0.42 * min(depth, width)
-    top = 0.52 * height
-    profile = points(
-        [0.0, 0.8 * r, 0.82 * r, r, 0.98 * r, 0.93 * r, 0.76 * r, 0.0], [0.0, 0.0, 0.004, top - 0.002, top, top - 0.002, 0.006, 0.006]
-    )
-    brushes: list[Mesh] = []
-    bristles: list[Mesh] = []
-    reach = height - 0.01
-    for turn in 2.4 * np.arange(int(rng.integers(2, 4))) + rng.uniform(0.0, 6.0):
-        lean = math.asin(min(0.6, 1.25 * r / reach))
-        tall = reach * rng.uniform(0.9, 1.0)
-        stick = sweep([(0.0, 0.0, 0.01), (0.0, 0.0, 0.6 * tall), (0.0, 0.0, tall)], [0.0045, 0.003, 0.0042], 8)
-        tuft = block((0.002, -0.0045, 0.84 * tall), (0.013, 0.0045, 0.985 * tall), 0.001)
-        for into, mesh in ((brushes, stick), (bristles, tuft)):
-            into.append(rotated(moved(rotated(mesh, "y", lean), x=-0.45 * r), "z", float(turn)))
-    paste = loft(
-        [oval(0.012, 0.012, 0.01, points=16), oval(0.014, 0.012, 0.5 * height, points=16), oval(0.003, 0.019, 0.86 * height, points=16)]
-    )
-    brushes.append(rotated(moved(rotated(paste, "y", 0.12), x=0.1 * r), "z", rng.uniform(0.0, 6.0)))
-    band = ring("z", (0.0, 0.0, 0.93 * top), 0.975 * r, 0.0015, 28, 6)
-    return {"cup": [lathe(profile, 28), band], "brushes": brushes, "bristles": bristles}
-
-
 MODELS = {
     "bathroom_cabinet": Model(build_bathroom_cabinet, ("mirrored", "towels")),
     "towel_rail": Model(build_towel_rail, ("bar", "ladder")),
     "bath_mat": Model(build_bath_mat, ("striped", "oval")),
     "laundry_basket": Model(build_laundry_basket, ("woven", "canvas")),
-    "soap_dispenser": Model(build_soap_dispenser, ("round", "square")),
     "toilet_paper_holder": Model(build_toilet_paper_holder, ("arm", "cover")),
-    "toothbrush_cup": Model(build_toothbrush_cup, ("cup",)),
 }

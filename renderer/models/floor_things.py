@@ -1,4 +1,4 @@
-"""What stands and lies on floors and about a home: coat racks, shoe racks, umbrella stands, rugs, shoes, clothes, papers, remotes."""
+"""What stands and lies on floors and about a home: coat racks, shoe racks, umbrella stands, rugs, shoes, clothes."""
 
 from __future__ import annotations
 
@@ -11,24 +11,8 @@ from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
-from renderer.models.soft import wrinkle_field, wrinkles
+from renderer.models.soft import garment, heap
 from renderer.models.wall_things import crook
-
-
-def _coat(rng: np.random.Generator, top: float, low: float, half: float, deep: float) -> Mesh:
-    """Return a coat that hangs from a hook at (0, 0, top): narrow shoulders, folds that grow towards the hem."""
-    v, turn = np.linspace(0.0, 1.0, 16), np.linspace(0.0, 2.0 * math.pi, 41)
-    vv, aa = np.meshgrid(v, turn, indexing="ij")
-    spread = np.interp(vv, [0.0, 0.05, 0.16, 0.5, 1.0], [0.12, 0.3, 0.62, 0.8, 1.0])
-    folds = 1.0 + 0.16 * vv * el.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.07 * vv * el.cos(12.0 * aa + 3.0 * vv)
-    soft = 1.0 + 0.04 * wrinkles(rng, el.cos(aa) + vv, el.sin(aa) + vv, 6, 0.5, 1.5)
-    radius = spread * folds * soft
-    y, x = half * radius * el.cos(aa), deep * radius * el.sin(aa)
-    z = top - (top - low) * vv - 0.02 * np.abs(el.cos(aa)) * (vv > 0.0)
-    rings = np.dstack([x, y, z])
-    rings[:, -1] = rings[:, 0]
-    skin = sheet(rings[:, ::-1], rings[:, ::-1] * (0.9, 0.9, 1.0) - (0.0, 0.0, 0.004))
-    return skin
 
 
 def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -67,7 +51,7 @@ def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     for side, tier in ((0.0, height - 0.16), (math.pi, height - 0.2)):
         a = side + rng.uniform(-0.2, 0.2)
         low = height * rng.uniform(0.3, 0.42)
-        coat = _coat(rng, tier, low, 0.62 * r, 0.36 * r)
+        coat = garment(rng, (-0.36 * r, -0.62 * r, low), (0.36 * r, 0.62 * r, tier))
         coats.append(moved(rotated(coat, "z", a), 0.52 * r * math.cos(a), 0.52 * r * math.sin(a)))
     return {"pole": pieces, "hooks": hooks, "coat_0": coats[0], "coat_1": coats[1]}
 
@@ -171,11 +155,7 @@ def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> 
     return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}
 
 
-_SHEET_M = 0.0006
-
 _FOLDED = 4
-
-_BUTTON_ROWS = 6
 
 
 def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -196,7 +176,10 @@ def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return clothes: a heap in folds, or a few folded pieces on each other."""
     depth, width, height = size_m
     if style == "heap":
-        return {"cloth_0": _heap(rng, size_m, 1.0), "cloth_1": moved(_heap(rng, size_m, 0.62), 0.1 * depth, -0.08 * width, 0.28 * height)}
+        return {
+            "cloth_0": heap(rng, (-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height)),
+            "cloth_1": heap(rng, (-0.21 * depth, -0.39 * width, 0.28 * height), (0.41 * depth, 0.23 * width, 0.9 * height)),
+        }
     pieces: list[list[Mesh]] = [[], []]
     thick = height / _FOLDED
     for k in range(_FOLDED):
@@ -204,58 +187,6 @@ def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         piece = rounded_box((-half_d, -half_w, k * thick), (half_d, half_w, (k + 1) * thick), 0.42 * thick, 2)
         pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.04, 0.04))))
     return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
-
-
-def _heap(rng: np.random.Generator, size_m: Size, share: float) -> Mesh:
-    """Return cloth in folds over a low dome, ``share`` times as wide as the whole heap."""
-    depth, width, height = size_m
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, 15), np.linspace(0.0, 2.0 * math.pi, 41), indexing="ij")
-    outline, folds = wrinkle_field(rng, 5, 0.25, 0.7), wrinkle_field(rng, 7, 0.5, 1.4)
-    x, y = u * el.cos(v), u * el.sin(v)
-    edge = 1.0 + 0.2 * np.clip(outline(el.cos(v), el.sin(v)), -1.3, 1.3)
-    dome = np.clip(1.0 - u**2, 0.0, 1.0)
-    z = height * share * (0.05 + 0.3 * dome + 0.4 * np.clip(0.5 + 0.5 * folds(x, y), 0.0, 1.2) * el.power(dome, 0.4))
-    top = np.dstack([0.5 * share * depth * edge * x, 0.5 * share * width * edge * y, z])
-    under = np.dstack([top[..., 0], top[..., 1], np.zeros_like(z)])
-    return sheet(top, under)
-
-
-def build_papers(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return loose sheets fanned out, or a few magazines with coloured covers on each other."""
-    depth, width, height = size_m
-    count, turn = {"sheets": (6, 0.2), "magazines": (3, 0.2)}[style]
-    pages: list[Mesh] = []
-    covers: list[Mesh] = []
-    thick = height / count
-    for k in range(count):
-        half_d, half_w = 0.43 * depth, 0.43 * width
-        angle = float(rng.uniform(-turn, turn)) if k else 0.0
-        low, high = k * thick, (k + 1) * thick - 0.2 * thick
-        if style == "sheets":
-            pages.append(rotated(block((-half_d, -half_w, low), (half_d, half_w, high), 0.0), "z", angle))
-            continue
-        skin = min(_SHEET_M, 0.2 * thick)
-        pages.append(
-            rotated(block((-half_d + 0.002, -half_w + 0.002, low + skin), (half_d - 0.002, half_w - 0.002, high - skin), 0.0), "z", angle)
-        )
-        both = blocks(
-            [(-half_d, -half_w, low), (-half_d, -half_w, high - skin)], [(half_d, half_w, low + skin), (half_d, half_w, high)], 0.0
-        )
-        covers.append(rotated(both, "z", angle))
-    parts = {"pages": merged(*pages)}
-    return parts if style == "sheets" else {**parts, "covers": merged(*covers)}
-
-
-def build_remote_control(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a slim remote control with rows of buttons; its far end looks along +x."""
-    depth, width, height = size_m
-    body = rounded_box((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, 0.86 * height), 0.4 * height, 2)
-    columns = np.linspace(-0.3, 0.3, 3) * width
-    rows = np.linspace(-0.36, 0.36, _BUTTON_ROWS) * depth
-    side = min(0.09 * width, 0.04 * depth)
-    spots = [(float(x), float(y)) for x in rows for y in columns if rng.random() < 0.85] or [(0.0, 0.0)]
-    buttons = blocks([(x - side, y - side, 0.8 * height) for x, y in spots], [(x + side, y + side, height) for x, y in spots], 0.2 * side)
-    return {"body": body, "buttons": buttons}
 
 
 def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -352,7 +283,5 @@ MODELS = {
     "umbrella_stand": Model(build_umbrella_stand, ("vessel", "hoops")),
     "shoes": Model(build_shoes, ("pair", "kicked_off")),
     "clothes": Model(build_clothes, ("heap", "folded")),
-    "papers": Model(build_papers, ("sheets", "magazines")),
-    "remote_control": Model(build_remote_control, ("slim",)),
     "rug": Model(build_rug, ("bordered", "striped", "round", "woven")),
 }

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
 from renderer.core.arrays import Array
-from renderer.geometry.lofts import arc, bent, chain, disc, loft, oval, points, ring
+from renderer.geometry.lofts import arc, bent, chain, disc, loft, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
@@ -187,52 +187,6 @@ def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     return {"base": moved(base, foot_x), "arm": arms, **placed}
 
 
-def build_pen_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a cup, round or square, with pens and pencils."""
-    depth, width, height = size_m
-    r = 0.46 * min(depth, width)
-    top = 0.55 * height
-    power, points = (2.0, 28) if style == "round" else (9.0, 32)
-    shares = ((0.95, 0.0), (0.96, 0.004), (1.0, top - 0.001), (0.99, top), (0.93, top - 0.001), (0.9, 0.006))
-    cup = loft([oval(r * s, r * s, z, power=power, points=points) for s, z in shares])
-    groups: list[list[Mesh]] = [[], []]
-    for k, turn in enumerate(1.9 * np.arange(7) + rng.uniform(0.0, 6.0)):
-        tall = height * rng.uniform(0.82, 1.0)
-        lean = math.asin(min(0.5, 1.2 * r / height))
-        sides, thick = (6, 0.0038) if k % 2 else (10, 0.0045)
-        pen = sweep([(0, 0, 0.008), (0, 0, 0.92 * tall), (0, 0, tall)], [thick, thick, 0.3 * thick if k % 2 else 0.8 * thick], sides)
-        groups[k % 2].append(rotated(moved(rotated(pen, "y", lean), x=-0.55 * r), "z", float(turn)))
-    return {"cup": cup, "pens": [*groups[0]], "pencils": [*groups[1]]}
-
-
-def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return stacked letter trays of plastic or wire with piles of paper."""
-    _, _, height, half_d, half_w = halved(size_m)
-    levels = max(1, min(3, round(height / 0.075)))
-    step = height / levels
-    tray, sheets = [], []
-    for k in range(levels):
-        z = k * step
-        rim = z + min(0.6 * step, 0.045)
-        if style == "wire":
-            x, y = half_d - 0.003, half_w - 0.003
-            tray += [bent(points([x, -x, -x, x], [-y, -y, y, y], top), 0.003, 0.02, 6, 2) for top in (z + 0.004, rim)]
-            tray += [
-                rod((x, -half_w + 0.003, z + 0.004), (x, half_w - 0.003, z + 0.004), 0.0015, segments=4)
-                for x in np.linspace(-half_d + 0.01, half_d - 0.003, 9)
-            ]
-        else:
-            tray.append(block((-half_d, -half_w, z), (half_d, half_w, z + 0.004), 0.001))
-            tray.append(side_boards(half_w, 0.004, (-half_d, half_d), (z, rim), 0.001))
-            tray.append(block((-half_d, -half_w, z), (-half_d + 0.004, half_w, rim), 0.001))
-        pile = z + 0.004 + rng.uniform(0.15, 0.7) * (rim - z)
-        turn = rng.uniform(-0.03, 0.03)
-        sheets.append(rotated(block((-0.9 * half_d, -0.88 * half_w, z + 0.003), (0.9 * half_d, 0.86 * half_w, pile), 0.001), "z", turn))
-    posts = [(x, y) for x in (-half_d + 0.004, half_d - 0.02) for y in (-half_w + 0.004, half_w - 0.004)]
-    tray += [rod((x, y, 0.0), (x, y, height), 0.004, segments=8) for x, y in posts]
-    return {"tray": tray, "papers": sheets}
-
-
 def build_globe(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a terrestrial globe, tilted in its meridian, on a turned foot; land is drawn as patches on the sea."""
     depth, width, height = size_m
@@ -391,8 +345,6 @@ MODELS = {
     "whiteboard": Model(build_whiteboard, ("framed",)),
     "printer": Model(build_printer, ("laser", "inkjet")),
     "desk_lamp": Model(build_desk_lamp, ("jointed", "bar")),
-    "pen_holder": Model(build_pen_holder, ("round", "square")),
-    "paper_tray": Model(build_paper_tray, ("plastic", "wire")),
     "globe": Model(build_globe, ("globe",)),
     "laptop": Model(build_laptop, ("slim", "classic")),
     "keyboard": Model(build_keyboard, ("full", "compact")),

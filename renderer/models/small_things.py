@@ -53,49 +53,6 @@ def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     return {"body": [body, plate], "front": cones, "trim": rims}
 
 
-def build_game_console(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a console of two shells with a dark gap between them; it stands or lies with its longest side."""
-    _, width, height, half_d, half_w = halved(size_m)
-    if height > width:
-        shells = [
-            rounded_box((-half_d, -half_w, 0.03 * height), (half_d, -0.3 * half_w, height), 0.012, 3),
-            rounded_box((-half_d, 0.3 * half_w, 0.03 * height), (half_d, half_w, height), 0.012, 3),
-        ]
-        core = block((-half_d + 0.004, -0.4 * half_w, 0.0), (half_d - 0.005, 0.4 * half_w, 0.97 * height), 0.003)
-        slot = block((half_d - 0.006, -0.06 * half_w, 0.45 * height), (half_d - 0.0035, 0.06 * half_w, 0.85 * height), 0.0005)
-    else:
-        shells = [
-            rounded_box((-half_d, -half_w, 0.06 * height), (half_d, half_w, 0.42 * height), 0.012, 3),
-            rounded_box((-half_d, -half_w, 0.58 * height), (half_d, half_w, height), 0.012, 3),
-        ]
-        core = block((-half_d + 0.004, -half_w + 0.006, 0.0), (half_d - 0.005, half_w - 0.006, 0.9 * height), 0.003)
-        slot = block((half_d - 0.006, -0.7 * half_w, 0.47 * height), (half_d - 0.0035, 0.1 * half_w, 0.53 * height), 0.0005)
-    return {"body": shells, "core": core, "trim": slot}
-
-
-def _flame_wick(z: float, tall: float, r: float) -> Mesh:
-    return sweep([(0.0, 0.0, z - 0.002), (0.0, 0.0, z + 0.6 * tall), (0.5 * tall, 0.0, z + tall)], r, 6)
-
-
-def build_candle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a candle that does not burn: a thick one on a dish, or a slim one in a turned candlestick."""
-    depth, width, height = size_m
-    r = 0.5 * min(depth, width)
-    if style == "pillar":
-        dish = [(0.0, 0.0), (0.7 * r, 0.0), (r, 0.08 * height), (0.97 * r, 0.1 * height), (0.7 * r, 0.045 * height), (0.0, 0.045 * height)]
-        w, top = 0.72 * r, 0.93 * height
-        bowl = [(0.85 * w, top), (0.7 * w, top - 0.03 * height), (0.0, top - 0.045 * height)]
-        wax = [(0.0, 0.04 * height), (w, 0.04 * height), (w, top - 0.02 * height), (0.97 * w, top), *bowl]
-        wick = _flame_wick(top - 0.045 * height, 0.11 * height, 0.02 * r)
-        return {"holder": lathe(dish, 28), "wax": lathe(wax, 28), "wick": wick}
-    split = rng.uniform(0.35, 0.5) * height
-    foot = [(0.0, 0.0), (r, 0.0), (r, 0.02 * height), (0.55 * r, 0.06 * height), (0.2 * r, 0.12 * height), (0.3 * r, 0.5 * split)]
-    cup = [(0.16 * r, 0.72 * split), (0.42 * r, 0.9 * split), (0.42 * r, split), (0.3 * r, split), (0.0, 0.93 * split)]
-    w = min(0.26 * r, 0.014)
-    wax = [(0.0, 0.9 * split), (w, 0.9 * split), (0.85 * w, 0.94 * height), (0.5 * w, 0.965 * height), (0.0, 0.97 * height)]
-    return {"holder": lathe([*foot, *cup], 28), "wax": lathe(wax, 18), "wick": _flame_wick(0.965 * height, 0.035 * height, 0.1 * w)}
-
-
 def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a standing frame that leans back on a strut: a portrait or a landscape behind a mat."""
     depth, width, height = size_m
@@ -140,23 +97,6 @@ def _portrait(rng: np.random.Generator, half: float, low: float, high: float) ->
     turn = np.arange(24) * (2.0 * math.pi / 24)
     head = np.column_stack([y + 0.8 * r * el.cos(turn), low + 0.55 * tall + r * el.sin(turn)])
     return [ground, shoulders, head]
-
-
-def build_bowl(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return an empty bowl: wide and round, or a flared dish on a foot."""
-    depth, width, height = size_m
-    return {"body": bowl_body(0.5 * min(depth, width), height, style == "footed")}
-
-
-def bowl_body(r: float, height: float, footed: bool, segments: int = 36) -> Mesh:
-    """Return a thin-walled bowl of radius ``r``."""
-    wall = min(0.006, 0.06 * r)
-    foot = 0.22 * height if footed else 0.05 * height
-    stem = [(0.0, 0.0), (0.5 * r, 0.0), (0.46 * r, 0.4 * foot), (0.26 * r if footed else 0.44 * r, foot)]
-    angle = np.linspace(0.12, 0.5 * math.pi, 8)
-    outer = [(r * math.sin(a), foot + (height - foot) * (1.0 - math.cos(a))) for a in angle[2:]]
-    inner = [((r - wall) * math.sin(a), foot + wall + (height - foot - wall) * (1.0 - math.cos(a))) for a in angle[::-1]]
-    return lathe([*stem, *outer, *inner, (0.0, foot + wall)], segments)
 
 
 def build_wall_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -303,46 +243,6 @@ def _hand(x: float, z: float, angle: float, reach: float, half_width: float, sta
     return moved(rotated(bar, "x", angle), z=z)
 
 
-def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a mug with a drink in it, its handle along the longer side of its box; straight or rounded."""
-    along_x = size_m[0] > size_m[1]
-    depth, width, height = (size_m[1], size_m[0], size_m[2]) if along_x else size_m
-    grip = 0.24 * width
-    radius = 0.5 * (width - grip)
-    r = min(radius, 0.5 * depth)
-    wall = min(0.004, 0.1 * r)
-    if style == "straight":
-        outer = [(0.0, 0.0), (0.9 * r, 0.0), (r, 0.05 * height), (r, height - 0.002)]
-    else:
-        outer = [
-            (0.0, 0.0),
-            (0.6 * r, 0.0),
-            (0.8 * r, 0.08 * height),
-            (0.97 * r, 0.3 * height),
-            (r, 0.5 * height),
-            (0.97 * r, 0.8 * height),
-            (r, height - 0.002),
-        ]
-    inner = [
-        (r - 0.4 * wall, height),
-        (r - wall, height - 0.002),
-        (r - wall, 0.3 * height),
-        (0.8 * r - wall, 0.1 * height),
-        (0.0, 0.08 * height),
-    ]
-    angle = np.linspace(-0.55 * math.pi, 0.55 * math.pi, 11)
-    y0 = r - 0.5 * wall
-    path = points(0.0, y0 - 0.16 * grip + (grip + 0.1 * grip) * el.cos(angle), 0.52 * height + 0.31 * height * el.sin(angle))
-    handle = sweep(path, 0.09 * grip + 0.0028, 8, 1.3)
-    drink_level = height * rng.uniform(0.72, 0.85)
-    drink = lathe(
-        [(0.0, drink_level - 0.004), (r - 1.05 * wall, drink_level - 0.004), (r - 1.05 * wall, drink_level), (0.0, drink_level)], 24
-    )
-    turn = -0.5 * math.pi if along_x else 0.0
-    parts = {"body": merged(lathe(outer + inner, 28), handle), "drink": drink}
-    return {name: rotated(moved(mesh, y=-0.5 * grip), "z", turn) for name, mesh in parts.items()}
-
-
 def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an open tapered bin, a basket of hoops and rods, or a pedal bin with lid."""
     depth, width, height = size_m
@@ -388,12 +288,8 @@ def _basket(r: float, height: float) -> list[Mesh]:
 
 MODELS = {
     "speaker": Model(build_speaker, ("cones", "cloth")),
-    "game_console": Model(build_game_console, ("shells",)),
-    "candle": Model(build_candle, ("pillar", "candlestick")),
     "photo_frame": Model(build_photo_frame, ("portrait", "view")),
-    "bowl": Model(build_bowl, ("round", "footed")),
     "wall_clock": Model(build_wall_clock, ("round", "rays")),
     "alarm_clock": Model(build_alarm_clock, ("digital", "bells")),
-    "mug": Model(build_mug, ("straight", "rounded")),
     "waste_bin": Model(build_waste_bin, ("open", "basket", "pedal")),
 }

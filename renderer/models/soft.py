@@ -346,3 +346,38 @@ def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Arr
         weight += 2.5 * el.exp(-(((fine - value) / 0.07) ** 2))
     total = np.concatenate([[0.0], np.cumsum(0.5 * (weight[1:] + weight[:-1]))])
     return np.interp(np.linspace(0.0, total[-1], count), total, fine)
+
+
+def heap(rng: np.random.Generator, low: ArrayLike, high: ArrayLike) -> Mesh:
+    """Return cloth in folds over a low dome between two corners (3,)."""
+    a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, 12), np.linspace(0.0, 2.0 * math.pi, 31), indexing="ij")
+    outline, folds = wrinkle_field(rng, 5, 0.25, 0.7), wrinkle_field(rng, 7, 0.5, 1.4)
+    x, y = u * el.cos(v), u * el.sin(v)
+    edge = 1.0 + 0.2 * np.clip(outline(el.cos(v), el.sin(v)), -1.3, 1.3)
+    dome = np.clip(1.0 - u**2, 0.0, 1.0)
+    z = 0.05 + 0.3 * dome + 0.4 * np.clip(0.5 + 0.5 * folds(x, y), 0.0, 1.2) * el.power(dome, 0.4)
+    half, middle = 0.5 * (b - a), 0.5 * (a + b)
+    top = np.dstack([middle[0] + half[0] * edge * x, middle[1] + half[1] * edge * y, a[2] + (b[2] - a[2]) * z])
+    return sheet(top, np.dstack([top[..., 0], top[..., 1], np.full_like(z, a[2])]))
+
+
+SHOULDERS = ((0.0, 0.12), (0.05, 0.3), (0.16, 0.62), (0.5, 0.8), (1.0, 1.0))
+"""Way down a coat, and its width there, as shares."""
+
+
+def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: ArrayLike = SHOULDERS) -> Mesh:
+    """Return a garment that hangs from its top between two corners (3,): folds grow towards the hem; ``shape``: rows of way down and width."""
+    a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    vv, aa = np.meshgrid(np.linspace(0.0, 1.0, 13), np.linspace(0.0, 2.0 * math.pi, 31), indexing="ij")
+    spread = np.interp(vv, *np.asarray(shape, np.float64).T)
+    folds = 1.0 + 0.16 * vv * el.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.07 * vv * el.cos(12.0 * aa + 3.0 * vv)
+    soft = 1.0 + 0.04 * wrinkles(rng, el.cos(aa) + vv, el.sin(aa) + vv, 6, 0.5, 1.5)
+    radius = spread * folds * soft
+    half, middle = 0.5 * (b - a), 0.5 * (a + b)
+    z = b[2] - (b[2] - a[2]) * vv - 0.02 * np.abs(el.cos(aa)) * (vv > 0.0)
+    rings = np.dstack([half[0] * radius * el.sin(aa), half[1] * radius * el.cos(aa), z])
+    rings[:, -1] = rings[:, 0]
+    inner = rings * (0.9, 0.9, 1.0) - (0.0, 0.0, 0.004)
+    centre = (middle[0], middle[1], 0.0)
+    return sheet(rings[:, ::-1] + centre, inner[:, ::-1] + centre)

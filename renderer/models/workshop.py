@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import math
 
 import numpy as np
 
-import kernel_cache.elementary as el
-from renderer.geometry.lofts import bent, disc, loft, oval, points, ring
+from renderer.geometry.lofts import bent, disc, loft, points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod
 from renderer.models.cabinets import Front, fronts
 from renderer.models.model import Model, Pieces, Size, halved
 
@@ -133,90 +131,6 @@ def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pi
     return {"body": body, "drawers": fronts(front, areas, 0.016), "handles": [*grips, grip, lock], "top": mat, "castors": wheels}
 
 
-def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a plastic box with latches and recessed grip, or a steel cantilever box with a bar handle."""
-    _, _, height, half_d, half_w = halved(size_m)
-    return (_steel_box if style == "steel" else _plastic_box)(half_d, half_w, height, 0.8 * height)
-
-
-def _box_grip(outer: float, inner: float, low: float, high: float, tube: float) -> Mesh:
-    """Return the handle over a toolbox, ``outer`` to both sides at its feet and ``inner`` at its top."""
-    return bent(points(0, [-outer, -inner, inner, outer], [low, high, high, low]), tube, 0.03, 10)
-
-
-def _steel_box(half_d: float, half_w: float, height: float, top: float) -> Pieces:
-    """Return a box of three trays on arms."""
-    body = [
-        block((-half_d + 0.004 * k, -half_w, a + 0.002), (half_d - 0.004 * k, half_w, b), 0.006)
-        for k, (a, b) in enumerate(itertools.pairwise([0.0, 0.3 * top, 0.62 * top, top]))
-    ]
-    arms = [
-        block((x * half_d - 0.008, s * half_w - 0.003, 0.12 * top), (x * half_d + 0.008, s * half_w + 0.003, 0.92 * top), 0.001)
-        for s in (-1.0, 1.0)
-        for x in (-0.45, 0.45)
-    ]
-    rings = ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
-    lid = loft([oval(half_d - i, half_w - 0.5 * i, z, power=14.0) for i, z in rings])
-    grip = _box_grip(0.75 * half_w, 0.75 * half_w, top - 0.01, height - 0.008, 0.008)
-    return {"body": body, "lid": lid, "handle": [*arms, grip]}
-
-
-def _plastic_box(half_d: float, half_w: float, height: float, top: float) -> Pieces:
-    """Return a box with a lid, latches, and compartments for small parts on the lid."""
-    split = 0.62 * top
-    base = ((0.88, 0.0), (0.9, 0.01), (0.98, split - 0.012), (1.0, split - 0.01), (1.0, split), (0.96, split))
-    lid = ((1.0, split + 0.003), (1.0, split + 0.016), (0.96, split + 0.018), (0.92, 0.93 * top), (0.86, top), (0.8, top))
-    shells = [loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in rings]) for rings in (base, lid)]
-    grip = [_box_grip(0.42 * half_w, 0.38 * half_w, top - 0.005, height - 0.012, 0.012)]
-    for y in (-0.6 * half_w, 0.6 * half_w):
-        grip.append(block((0.93 * half_d, y - 0.025, split - 0.05), (half_d + 0.004, y + 0.025, split + 0.03), 0.006))
-    wide, tall = 0.2 * half_d, 0.2 * half_w
-    for x, y in itertools.product((-0.45 * half_d, 0.45 * half_d), (-0.55 * half_w, 0.55 * half_w)):
-        grip.append(block((x - wide, y - tall, top - 0.004), (x + wide, y + tall, top + 0.006), 0.003))
-    return {"body": shells[0], "lid": shells[1], "handle": grip}
-
-
-def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a tin with label, rims, pressed lid and a wire handle that lies at its side; open, its paint shows."""
-    depth, width, height = size_m
-    r = 0.5 * min(depth, width) - 0.006
-    top = height - 0.004
-    rim = points(
-        [0.0, 0.97 * r, r, r, 0.97 * r, 0.97 * r, r, r, 0.93 * r], [0.0, 0.0, 0.004, 0.01, 0.014, top - 0.016, top - 0.012, top, top]
-    )
-    label = lathe(
-        [(0.95 * r, 0.1 * height), (0.982 * r, 0.1 * height), (0.982 * r, 0.86 * height), (0.95 * r, 0.86 * height)], 26, closed=True
-    )
-    if style == "open":
-        level = rng.uniform(0.6, 0.85) * height
-        body = lathe([*rim, (0.8 * r, top), (0.8 * r, top - 0.006), (0.93 * r, top - 0.008), (0.93 * r, 0.02), (0.0, 0.02)], 26)
-        inside = lathe([(0.0, level - 0.004), (0.94 * r, level - 0.004), (0.94 * r, level), (0.0, level)], 26)
-        drip = [
-            moved(rod((0, 0, h), (0, 0, top), 0.005, 0.006, 8), 0.985 * r * math.cos(a), 0.985 * r * math.sin(a))
-            for a, h in zip(rng.uniform(0, 6.3, 3), rng.uniform(0.4, 0.8, 3) * height, strict=True)
-        ]
-        paint = merged(inside, *drip)
-    else:
-        body = lathe([*rim, (0.92 * r, top - 0.008), (0.0, top - 0.008)], 26)
-        paint = lathe(
-            points(
-                [0.0, 0.88 * r, 0.88 * r, 0.8 * r, 0.78 * r, 0.0],
-                [top - 0.01, top - 0.01, top - 0.001, top - 0.001, top - 0.005, top - 0.005],
-            ),
-            26,
-        )
-    ears = merged(*(disc("y", (0.0, s * (r - 0.001), 0.78 * height), 0.014, 0.012, 14, 0.003) for s in (-1.0, 1.0)))
-    turn = np.linspace(0.0, math.pi, 15)
-    wire = np.column_stack([1.02 * r * el.sin(turn), (r + 0.003) * el.cos(turn), 0.78 * height - 0.42 * height * el.sin(turn)])
-    lift = lathe([(0.0, height - 0.006), (0.25 * r, height - 0.006), (0.25 * r, height), (0.0, height)], 16)
-    handle = (
-        merged(ears, sweep(wire, 0.002, 6), lift)
-        if style == "closed"
-        else merged(ears, sweep(wire, 0.002, 6), ring("z", (0, 0, top), 0.97 * r, 0.004, 26, 6))
-    )
-    return {"body": body, "label": label, "paint": paint, "handle": handle}
-
-
 def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an opened step ladder of aluminium or wood, or one with a broad platform and a tray; one climbs it from +x."""
     depth, _, height, half_d, half_w = halved(size_m)
@@ -282,7 +196,5 @@ def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: f
 MODELS = {
     "workbench": Model(build_workbench, ("wooden", "steel", "pedestals")),
     "tool_cabinet": Model(build_tool_cabinet, ("drawers", "door")),
-    "toolbox": Model(build_toolbox, ("plastic", "steel")),
-    "paint_can": Model(build_paint_can, ("closed", "open")),
     "step_ladder": Model(build_step_ladder, ("aluminium", "wooden", "platform")),
 }

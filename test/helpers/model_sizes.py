@@ -2,7 +2,13 @@
 
 import numpy as np
 
-SIZES = {
+from grammar.small_things.rules import read_small_things
+from grammar.spec.categories import read_categories
+from scene_description.share import config_path
+
+_THINGS = read_small_things(config_path("small_things.yaml"), read_categories(config_path("categories.yaml"))).things
+
+SIZES = {name: thing.size_m for name, thing in _THINGS.items()} | {
     "bed": (2.1, 1.7, 1.05),
     "nightstand": (0.42, 0.5, 0.52),
     "dresser": (0.48, 1.3, 0.85),

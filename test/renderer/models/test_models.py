@@ -20,21 +20,18 @@ from renderer.geometry.shapes import (
     slab,
     surface_area,
 )
-from renderer.models import FAMILIES, MODELS, build_model
+from renderer.models import FAMILIES, MODELS, build_model, shape_rows
 from renderer.models.soft import pillow
 from scene_description.share import config_path
 
-SMALL = {"table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "mug", "vase", "picture", "wall_mirror", "waste_bin"}
-SMALL |= {"speaker", "game_console", "candle", "photo_frame", "bowl", "wall_clock", "wall_shelf", "plate", "drinking_glass", "wine_bottle"}
-SMALL |= {"toaster", "kettle", "coffee_maker", "cooking_pot", "knife_block", "cutting_board", "fruit_bowl", "microwave"}
-SMALL |= {"wall_hooks", "umbrella_stand", "light_switch"}
+SMALL = set(shape_rows.MODELS) | {
+    *("table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "vase", "picture", "wall_mirror", "waste_bin", "speaker"),
+    *("photo_frame", "wall_clock", "wall_shelf", "wall_hooks", "umbrella_stand", "light_switch", "toilet_paper_holder", "towel_rail", "bath_mat"),
+    *("globe", "desk_lamp", "printer", "whiteboard", "shoes", "kettlebell", "gym_ball", "exercise_mat", "cardboard_box", "plastic_crate"),
+}
 TOPS = ("nightstand", "dresser", "desk", "bookshelf", "coffee_table", "tv_stand", "side_table", "sideboard", "dining_table")
 TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_shelf", "china_cabinet")
 CASES = [(generator, style) for generator, model in MODELS.items() for style in model.styles]
-SMALL |= {"toilet_paper_holder", "soap_dispenser", "toothbrush_cup", "towel_rail", "bath_mat"}
-SMALL |= {"pen_holder", "paper_tray", "globe", "desk_lamp", "printer", "whiteboard"}
-SMALL |= {"shoes", "papers", "remote_control"}
-SMALL |= {"kettlebell", "gym_ball", "exercise_mat", "cardboard_box", "plastic_crate", "paint_can", "toolbox"}
 TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine")
 
 
