@@ -38,7 +38,9 @@ def local_solids(category: Category, size_m: Size) -> Boxes:
 
 
 def layout_solids(category: Category, size_m: Size) -> Boxes:
-    """Return :func:`local_solids`, of a rug or mat its sheet below the floor, where it meets doors and its like but no furniture."""
+    """Return :func:`local_solids`, of open shelves their box, of a rug its sheet below the floor, where it meets doors but no furniture."""
+    if category.open:
+        return np.array([[0.0, 0.0, 0.0, size_m[2], 0.5 * size_m[0], 0.5 * size_m[1]]])
     if not category.underlay:
         return local_solids(category, size_m)
     return np.array([[0.0, 0.0, -SHEET_M, 0.0, 0.5 * size_m[0], 0.5 * size_m[1]]])

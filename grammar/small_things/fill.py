@@ -1,13 +1,13 @@
-"""Filling supports and floor with small things, one after the other in the order in which growing clutter brings them.
+"""Filling a room with small things, one after the other in the order in which growing clutter brings them.
 
-The things of a support are the events of a Poisson process whose time is the clutter, so every clutter contains what smaller ones have.
+The things of a site are the events of a Poisson process whose time is the clutter, so every clutter contains what smaller ones have.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,13 +15,13 @@ import numpy as np
 
 from grammar.derivation.constraints import numbers_asked
 from grammar.derivation.densities import draw_index
-from grammar.geometry.boxes import Z_HIGH, X, Y, box_rows
-from grammar.geometry.solids import object_solids, whole_box
-from grammar.geometry.walls import rectangle_outside, wall_rows
-from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
-from grammar.small_things.place import Newcomer, Obstacles, Top, by_wall, draw_thing_size, kept_free, on_floor, on_top, tops_of, use_strips
-from grammar.small_things.rules import SmallThings
-from grammar.spec.categories import Categories, Role
+from grammar.geometry.boxes import box_rows
+from grammar.geometry.solids import local_solids
+from grammar.small_things.groups import members
+from grammar.small_things.place import Newcomer, Top, draw_thing_size, kept_free, tops_of
+from grammar.small_things.rules import SmallThings, Stock
+from grammar.small_things.sites import HookSite, Site, Surroundings, TopSite, floor_site, wall_site
+from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, Room, SceneObject, Support
@@ -71,15 +71,19 @@ def disorder(level: float) -> float:
     return min(max((level - _TIDY) / (_MESSY - _TIDY), 0.0), 1.0)
 
 
-FLOOR = 0
-"""Stands for the floor where supports go by their ids, which count from 1."""
+class Key(NamedTuple):
+    """Names a site: its kind, and the object that it belongs to, whose ids count from 1; 0 for the room's own."""
 
-_STREAM = 1
+    kind: int
+    owner: int = 0
+
+
+_TOP, _WALL, _HOOK = 1, 2, 3
+FLOOR, WALLS = Key(_TOP), Key(_WALL)
+
 _MAX_SEED = 2**63 - 1
-_WALL_M = 0.01
 _KINDS_TRIED = 2
 _LEAST_GROWTH, _MOST_GROWTH = 0.5, 2.0
-_OPENED: tuple[Role, ...] = ("store", "shelf", "wardrobe", "fridge", "wall_unit")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,53 +98,50 @@ class Source:
 
 
 class Placed(NamedTuple):
-    """A small thing in its place: the level of clutter at which it comes, and the log-probability of its category there."""
+    """A small thing in its place: the level of clutter at which it comes, its site, and log-probabilities.
+
+    ``group`` names the group that it belongs to, ``core`` whether it is its core.  The log-probabilities are those of what was drawn at its
+    site (of a core its group), of the number of its kind in the group, and of the supporter in the group where it chose one.
+    """
 
     item: SceneObject
     level: float
+    site: Key
     log_probability: float
+    group: str = ""
+    core: bool = True
+    log_address: float | None = None
 
 
 class _Arrival(NamedTuple):
     level: float
-    support: int
+    site: Key
     number: int
 
 
-@dataclass(slots=True)
-class _Surface:
-    """A support that is being filled: its rectangles, what is in the way near it, and the odds of what it carries."""
-
-    item: SceneObject
-    tops: list[Top]
-    obstacles: Obstacles
-    odds: Mapping[str, float]
-
-
 class Filling:
-    """Supports and floor of a room while small things come.
+    """Sites of a room while small things come.
 
-    ``objects``: what stands in it at clutter 1, before small things are taken away or added; ``root``: seed of all that is drawn; every
-    thing has a stream of its own.
+    ``objects``: what stands in it at clutter 1, before small things are taken away or added; ``blocked``: what else is in the way; ``still``:
+    furniture that carries nothing; ``root``: seed of all that is drawn; every thing has a stream of its own.
     """
 
-    def __init__(self, source: Source, room: Room, objects: Sequence[SceneObject], root: int) -> None:
-        self._source, self._room, self._objects, self._root = source, room, objects, root
-        self._boxes, self._owners = object_solids(source.categories, objects)
-        self._surfaces: dict[int, _Surface] = {}
-        self._means: dict[int, float] = {}
-        self._floor = self._floor_obstacles()
-        self._used = use_strips(source.categories, objects)
-        self._wall = wall_rows(room.polygon_m)
-        self._doors = [opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"]
-        # what lies on the floor lies beside furniture that is not opened there, and not on rugs
-        self._anchors = [
-            item
-            for item in objects
-            if item.support.kind == "floor"
-            and not source.categories[item.category].underlay
-            and not set(_OPENED) & set(source.categories[item.category].roles)
-        ]
+    def __init__(
+        self,
+        source: Source,
+        room: Room,
+        objects: Sequence[SceneObject],
+        root: int,
+        blocked: Sequence[SceneObject] = (),
+        still: frozenset[int] = frozenset(),
+    ) -> None:
+        self._source, self._room, self._objects, self._root, self._still = source, room, objects, root, still
+        self._around = Surroundings(source.categories, room, objects)
+        for item in blocked:
+            self._around.add(item)
+        self._sites: dict[Key, Site] = {}
+        self._means: dict[Key, float] = {}
+        self._next = max((item.id for item in objects), default=len(room.openings)) + 1
 
     def things(self, there: Sequence[SceneObject], since: float = 0.0) -> Iterator[Placed]:
         """Yield the small things that come up to the clutter asked for, in that order, with ids after all others.
@@ -152,79 +153,103 @@ class Filling:
         for name, _, high, _ in numbers_asked(request, self._source.categories):
             most[name] = min(high, most.get(name, high))
         count, total = Counter(item.category for item in there), len(there)
-        first = max((item.id for item in self._objects), default=len(self._room.openings)) + 1
-        for number, arrival in enumerate(sorted(arrival for arrival in self._arrivals() if arrival.level > since)):
+
+        def allowed(name: str) -> bool:
+            return total < request.max_objects and count[name] < most.get(name, math.inf)
+
+        for arrival in sorted(arrival for arrival in self._arrivals() if arrival.level > since):
             if total >= request.max_objects:
                 return
-            rng = np.random.default_rng([self._root, _STREAM, arrival.support, arrival.number])
-            placed = self._place(rng, arrival, first + number)
-            if placed is None or count[placed.item.category] >= most.get(placed.item.category, math.inf):
-                continue
-            self._occupy(arrival.support, placed.item)
-            count[placed.item.category] += 1
-            total += 1
-            yield placed
+            rng = np.random.default_rng([self._root, *arrival.site[:2], arrival.number])
+            for placed in self._place(rng, arrival, allowed):
+                count[placed.item.category] += 1
+                total += 1
+                yield placed
 
-    def mean(self, support: int) -> float:
-        """Return the mean number of things that come to a support up to the clutter asked for."""
-        return self._means[support]
+    def mean(self, site: Key) -> float:
+        """Return the mean number of things and groups that come to a site up to the clutter asked for."""
+        return self._means[site]
 
     def _arrivals(self) -> Iterator[_Arrival]:
-        """Yield what comes to each support and to the floor; supports to which something comes are prepared."""
-        source, clutter = self._source, self._source.request.clutter
+        """Yield what comes to each site; those to which something comes are prepared."""
+        rules, grammar = self._source.rules, self._source.grammar
+        carried = Counter(item.support.id for item in self._objects if item.support.kind == "object")
         for item in self._objects:
-            support, stock = source.rules.supports.get(item.category), source.rules.stock(item.category, source.grammar.looks_like)
-            if support is None or stock is None or clutter <= float(support.seat):
-                continue
-            tops = tops_of(source.categories[item.category], item, seat=support.seat)
-            area = sum(top.area_m2 for top in tops)
-            count = stock.count * min(max(area / support.area_m2, _LEAST_GROWTH), _MOST_GROWTH) if area > 0.0 else 0.0
-            carried = sum(other.support.id == item.id for other in self._objects)
-            levels = self._levels(item.id, 0.0 if support.seat else early_rate(count, carried), count)
-            if levels:
-                self._surfaces[item.id] = self._surface(item, tops, stock.things)
-            yield from (_Arrival(level, item.id, k) for k, level in enumerate(levels))
-        tidy, strewn = source.rules.tidy_floor(source.grammar.looks_like), source.rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
-        yield from (_Arrival(level, FLOOR, k) for k, level in enumerate(self._levels(FLOOR, tidy.count, strewn)))
+            hung = rules.hooks.get(item.category)
+            if hung is not None and item.support.kind == "wall":
+                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, lambda i=item, h=hung: HookSite(i, h.things))
+            stock = rules.stock(item.category, grammar.looks_like)
+            if stock is not None and item.id not in self._still:
+                yield from self._on_object(item, stock, carried[item.id])
+        tidy, strewn = rules.tidy_floor(grammar.looks_like), rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
+        args = (grammar, self._source.categories, self._room, self._objects)
+        yield from self._levels(FLOOR, tidy.count, strewn, lambda: floor_site(rules, *args))
+        walls = rules.walls.get(grammar.looks_like)
+        if walls is not None:
+            things = walls.things
+            yield from self._levels(WALLS, walls.count, 0.25 * walls.count, lambda: wall_site(rules, things, grammar, self._room, self._objects))
 
-    def _levels(self, support: int, early: float, late: float) -> list[float]:
-        rng, clutter = np.random.default_rng([self._root, _STREAM, support]), self._source.request.clutter
-        self._means[support] = mean_arrivals(early, late, clutter)
-        return list(arrival_levels(rng, early, late, clutter))
+    def _on_object(self, item: SceneObject, stock: Stock, carried: int) -> Iterator[_Arrival]:
+        """Yield what comes to the surfaces of furniture."""
+        support = self._source.rules.supports[item.category]
+        tops = tuple(tops_of(self._source.categories[item.category], item, seat=support.seat))
+        area = sum(top.area_m2 for top in tops)
+        growth = min(max(area / support.area_m2, _LEAST_GROWTH), _MOST_GROWTH) if area > 0.0 else 0.0
+        early, tidy = early_rate(growth * stock.count, carried), stock.things
+        if support.seat:
+            early, tidy = (growth * support.tidy.count, support.tidy.things) if support.tidy else (0.0, {})
+        yield from self._levels(Key(_TOP, item.id), early, growth * stock.count, lambda: self._top(item, tops, tidy, stock.things))
 
-    def _surface(self, item: SceneObject, tops: list[Top], odds: Mapping[str, float]) -> _Surface:
-        """Return a support with the solids that are near it, and the strips of it that stay free."""
-        low = item.position_m[2] + min(top.z for top in tops)
-        reach = 0.5 * math.hypot(*item.size_m[:2]) + 1.0
-        boxes = self._boxes
-        near = (boxes[:, Z_HIGH] > low + 1e-6) & (np.hypot(boxes[:, X] - item.position_m[0], boxes[:, Y] - item.position_m[1]) < reach)
-        on_it = [other for other in self._objects if other.support.id == item.id and other.category in self._source.rules.front_free]
-        free = [kept_free(item, tops[0], other) for other in on_it]
-        return _Surface(
-            item,
-            tops,
-            Obstacles(boxes[near], self._owners[near]).with_more(box_rows(free)),
-            odds,
-        )
+    def _levels(self, key: Key, early: float, late: float, site: Callable[[], Site]) -> Iterator[_Arrival]:
+        rng, clutter = np.random.default_rng([self._root, *key]), self._source.request.clutter
+        self._means[key] = mean_arrivals(early, late, clutter)
+        levels = list(arrival_levels(rng, early, late, clutter))
+        if levels:
+            self._sites[key] = site()
+        return (_Arrival(level, key, k) for k, level in enumerate(levels))
 
-    def _place(self, rng: np.random.Generator, arrival: _Arrival, identifier: int) -> Placed | None:
-        """Return the thing of an arrival, None where no place is free for it, nor for a second one that is tried then."""
-        surface = self._surfaces.get(arrival.support)
-        odds = self._floor_odds(disorder(arrival.level)) if surface is None else surface.odds
+    def _top(self, item: SceneObject, tops: tuple[Top, ...], tidy: Mapping[str, float], late: Mapping[str, float]) -> TopSite:
+        """Return a support with the strips of it that stay free."""
+        wide = self._source.rules.front_free
+        free = [kept_free(item, tops[0], other) for other in self._objects if other.support.id == item.id and other.category in wide]
+        return TopSite(item, tops, tidy, late, box_rows(free))
+
+    def _place(self, rng: np.random.Generator, arrival: _Arrival, allowed: Callable[[str], bool]) -> Iterator[Placed]:
+        """Yield what an arrival brings, a thing or a group; nothing where no place is free for it, nor for a second one that is tried then."""
+        site, rules, mess = self._sites[arrival.site], self._source.rules, disorder(arrival.level)
+        odds = site.odds(mess)
         names, shares = list(odds), [share / sum(odds.values()) for share in odds.values()]
-        for _ in range(_KINDS_TRIED):
+        for _ in range(_KINDS_TRIED if names else 0):
             chosen = draw_index(rng, shares)
-            found = self._placed(rng, names[chosen], identifier, surface, disorder(arrival.level))
-            if found is not None:
-                return Placed(found, arrival.level, math.log(shares[chosen]))
-        return None
+            group = rules.groups.get(names[chosen])
+            name = group.core if group else names[chosen]
+            found = site.place(rng, self._new(rng, name), mess, self._around)
+            if found is None:
+                continue
+            if not allowed(name):
+                return
+            found = self._settled(found)
+            yield Placed(found, arrival.level, arrival.site, math.log(shares[chosen]), names[chosen] if group else "")
+            if group:
+                carrier = (site.item, site.tops()) if isinstance(site, TopSite) else None
+                make = lambda one: self._new(rng, one) if allowed(one) else None  # noqa: E731
+                for joined in members(rng, group, found, carrier, mess, self._around, make):
+                    item = self._settled(joined.item)
+                    yield Placed(item, arrival.level, arrival.site, joined.log_count, names[chosen], False, joined.log_address)
+            return
 
-    def _placed(self, rng: np.random.Generator, name: str, identifier: int, surface: _Surface | None, mess: float) -> SceneObject | None:
-        """Return a thing of a category on a support, or on the floor where that is None, if a place is free."""
+    def _settled(self, item: SceneObject) -> SceneObject:
+        """Return a thing in its place after it is put in the way of those that come after it."""
+        self._around.add(item)
+        self._next += 1
+        return item
+
+    def _new(self, rng: np.random.Generator, name: str) -> Newcomer:
+        """Return a thing of a category without a place."""
         thing, category = self._source.rules.things[name], self._source.categories[name]
         drawn = draw_thing_size(rng, thing)
         item = SceneObject(
-            id=identifier,
+            id=self._next,
             category=name,
             label=category.label_id,
             size_m=self._source.sizes_m.get(name, drawn),
@@ -234,44 +259,4 @@ class Filling:
             model=ModelReference(generator=name, seed=int(rng.integers(_MAX_SEED))),
             parts=(),
         )
-        new = Newcomer(thing, category, item)
-        if surface is None and mess == 0.0:
-            return self._tidy_place(rng, new)
-        if surface is None:
-            return on_floor(rng, new, self._anchors, mess, self._inside, self._floor)
-        return on_top(rng, new, surface.item, surface.tops, mess, surface.obstacles)
-
-    def _tidy_place(self, rng: np.random.Generator, new: Newcomer) -> SceneObject | None:
-        """Return a thing on the floor where a tidy person puts it, None where no place is free."""
-        beside = self._source.rules.tidy_floor(self._source.grammar.looks_like).beside
-        obstacles = self._floor.with_more(self._used)
-        if beside == "furniture":
-            return on_floor(rng, new, self._anchors, 0.0, self._inside, obstacles)
-        return by_wall(rng, new, self._wall, self._doors if beside == "door" else (), self._inside, obstacles)
-
-    def _floor_odds(self, mess: float) -> Mapping[str, float]:
-        """Return the odds of what comes to the floor."""
-        rules, room_type = self._source.rules, self._source.grammar.looks_like
-        return rules.strewn(room_type) if mess > 0.0 else rules.tidy_floor(room_type).things
-
-    def _occupy(self, support: int, item: SceneObject) -> None:
-        """Put a thing in the way of those that come after it."""
-        boxes, owners = object_solids(self._source.categories, [item])
-        if support == FLOOR:
-            self._floor = self._floor.with_more(boxes, owners)
-        else:
-            self._surfaces[support].obstacles = self._surfaces[support].obstacles.with_more(boxes, owners)
-
-    def _inside(self, item: SceneObject) -> bool:
-        x, y, _ = item.position_m
-        c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
-        return bool(rectangle_outside(self._wall, x, y, c, s, 0.5 * item.size_m[0] + _WALL_M, 0.5 * item.size_m[1] + _WALL_M) <= 0.0)
-
-    def _floor_obstacles(self) -> Obstacles:
-        """Return what things on the floor keep off: solids, rugs, and where doors swing."""
-        found = Obstacles(self._boxes, self._owners)
-        for opening in self._room.openings:
-            x, y, yaw = opening_frame(self._room, opening)
-            zones = [zone for zone in opening_zones(opening, self._source.grammar.openings[opening.category]) if zone.kind == SWING]
-            found = found.with_more(placed_zones(zones, x, y, opening.sill_m, yaw))
-        return found.with_more(box_rows(whole_box(item) for item in self._objects if self._source.categories[item.category].underlay))
+        return Newcomer(thing, item, local_solids(category, item.size_m))

@@ -27,7 +27,7 @@ from grammar.geometry.boxes import (
     footprint_penetration,
     place_boxes,
 )
-from grammar.geometry.solids import local_solids, rest_top, surface_top, whole_box
+from grammar.geometry.solids import rest_top, surface_top, whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
 from grammar.small_things.rules import Depth, Thing
 from grammar.spec.categories import Categories, Category, Role
@@ -57,6 +57,7 @@ _DEPTHS: Mapping[Depth, Callable[[np.random.Generator], float]] = {
     "back": lambda rng: -1.0 + float(rng.beta(1.0, 2.5)),
     "middle": lambda rng: float(np.clip(rng.normal(0.0, 0.35), -1.0, 1.0)),
     "front": lambda rng: 1.0 - float(rng.beta(1.0, 2.5)),
+    "edge": lambda rng: (1.0 - 0.15 * float(rng.beta(1.0, 2.5))) * (1.0 if rng.random() < 0.5 else -1.0),
     "any": lambda rng: float(rng.uniform(-1.0, 1.0)),
 }
 
@@ -90,14 +91,12 @@ class Top(NamedTuple):
 
 
 def tops_of(category: Category, item: SceneObject, *, seat: bool) -> list[Top]:
-    """Return the support surfaces of an object, of a seat its rests."""
+    """Return the support surfaces of an object and its inner boards, of a seat only what one sits or lies on."""
+    rests = [Top(*rest_top(rest, item.size_m)) for rest in category.rests]
     if seat:
-        return [Top(*rest_top(rest, item.size_m)) for rest in category.rests]
-    found = []
-    for surface in category.surfaces:
-        z, half_depth, half_width = surface_top(surface, item.size_m)
-        found.append(Top(z, 0.0, 0.0, half_depth, half_width))
-    return found
+        return rests
+    tops = [surface_top(surface, item.size_m) for surface in category.surfaces]
+    return [*(Top(z, 0.0, 0.0, half_depth, half_width) for z, half_depth, half_width in tops), *rests]
 
 
 def world_box(owner: SceneObject, x: float, y: float, z: float, size_m: tuple[float, float, float], turn: float) -> Boxes:
@@ -154,6 +153,8 @@ def draw_on_top(
     turn = draw_turn(rng, thing, disorder)
     u = _DEPTHS["any" if rng.random() < disorder else thing.at](rng)
     v = float(rng.uniform(-1.0, 1.0))
+    if thing.at == "edge" and u < 0.0:
+        turn += math.pi
     c, s = abs(math.cos(turn)), abs(math.sin(turn))
     free_depth = top.half_depth - 0.5 * (size_m[0] * c + size_m[1] * s)
     free_width = top.half_width - 0.5 * (size_m[0] * s + size_m[1] * c)
@@ -163,11 +164,11 @@ def draw_on_top(
 
 
 class Newcomer(NamedTuple):
-    """A thing that looks for a place: its rule, the category of its solids, and itself, with its size and without a place."""
+    """A thing that looks for a place: its rule, itself, with its size and without a place, and its (n, 6) solids in its own frame."""
 
     thing: Thing
-    category: Category
     item: SceneObject
+    solids: Boxes
 
 
 class Obstacles(NamedTuple):
@@ -182,71 +183,59 @@ class Obstacles(NamedTuple):
         return Obstacles(np.concatenate([self.boxes, boxes]), np.concatenate([self.owners, of]))
 
 
-def clear_of(category: Category, item: SceneObject, obstacles: Obstacles) -> bool:
-    """Return whether a thing keeps its air from what is in the way."""
-    local = local_solids(category, item.size_m)
-    placed = np.empty((len(local), BOX_WIDTH))
-    place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
-    placed[:, [HALF_DEPTH, HALF_WIDTH]] += GAP_M
-    mine = np.full(len(placed), item.id, np.int64)
-    return not len(obstacles.boxes) or bool(deepest_penetrations(placed, mine, *obstacles).max() <= _TOUCH_M)
+def clear_of(new: Newcomer, placed: SceneObject, obstacles: Obstacles) -> bool:
+    """Return whether a newcomer keeps its air from what is in the way where it is ``placed``."""
+    boxes = np.empty((len(new.solids), BOX_WIDTH))
+    place_boxes(new.solids, 0, len(boxes), *placed.position_m, placed.yaw_rad, boxes)
+    boxes[:, [HALF_DEPTH, HALF_WIDTH]] += GAP_M
+    mine = np.full(len(boxes), placed.id, np.int64)
+    return not len(obstacles.boxes) or bool(deepest_penetrations(boxes, mine, *obstacles).max() <= _TOUCH_M)
+
+
+Fits = Callable[[SceneObject], bool]
+"""Whether a placed thing is inside the room, below its ceiling."""
 
 
 def on_top(
-    rng: np.random.Generator, new: Newcomer, owner: SceneObject, tops: Sequence[Top], disorder: float, obstacles: Obstacles
+    rng: np.random.Generator, new: Newcomer, owner: SceneObject, tops: Sequence[Top], disorder: float, fits: Fits, obstacles: Obstacles
 ) -> SceneObject | None:
     """Return a thing on one of the surfaces of its owner, None where no drawn pose is free; ``disorder``: 0 tidy to 1 messy."""
-    thing, category, item = new
-    c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
-    for _ in range(TRIALS):
+    for _ in range(TRIALS if tops else 0):
         top = tops[int(rng.integers(len(tops)))]
-        pose = draw_on_top(rng, thing, item.size_m, top, disorder)
+        pose = draw_on_top(rng, new.thing, new.item.size_m, top, disorder)
         if pose is None:
             continue
-        x, y, turn = pose
-        placed = replace(
-            item,
-            position_m=(owner.position_m[0] + x * c - y * s, owner.position_m[1] + x * s + y * c, owner.position_m[2] + top.z),
-            yaw_rad=math.remainder(owner.yaw_rad + turn, 2.0 * math.pi),
-            support=Supported(kind="object", id=owner.id),
-        )
-        if clear_of(category, placed, obstacles):
+        placed = in_frame(new.item, owner, pose[0], pose[1], top.z, pose[2], Supported(kind="object", id=owner.id))
+        if fits(placed) and clear_of(new, placed, obstacles):
             return placed
     return None
 
 
-def on_floor(
-    rng: np.random.Generator,
-    new: Newcomer,
-    anchors: Sequence[SceneObject],
-    disorder: float,
-    inside: Callable[[SceneObject], bool],
-    obstacles: Obstacles,
-) -> SceneObject | None:
-    """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free.
+def in_frame(item: SceneObject, owner: SceneObject, x: float, y: float, z: float, turn: float, support: Supported) -> SceneObject:
+    """Return an object at a place in the frame of another one."""
+    box = world_box(owner, x, y, z, item.size_m, turn)
+    yaw = math.remainder(owner.yaw_rad + turn, 2.0 * math.pi)
+    return replace(item, position_m=(float(box[0]), float(box[1]), float(box[Z_LOW])), yaw_rad=yaw, support=support)
 
-    ``inside`` says whether the footprint of a placed thing is inside the room.
-    """
-    thing, category, item = new
+
+def on_floor(
+    rng: np.random.Generator, new: Newcomer, anchors: Sequence[SceneObject], disorder: float, fits: Fits, obstacles: Obstacles
+) -> SceneObject | None:
+    """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free."""
+    size = new.item.size_m
     for _ in range(TRIALS if anchors else 0):
         beside = anchors[int(rng.integers(len(anchors)))]
-        turn = draw_turn(rng, thing, disorder)
+        turn = draw_turn(rng, new.thing, disorder)
         c, s = abs(math.cos(turn)), abs(math.sin(turn))
-        half = 0.5 * (item.size_m[0] * c + item.size_m[1] * s), 0.5 * (item.size_m[0] * s + item.size_m[1] * c)
+        half = 0.5 * (size[0] * c + size[1] * s), 0.5 * (size[0] * s + size[1] * c)
         gap, along = GAP_M + abs(float(rng.normal(0.0, 0.12))), float(rng.uniform(-1.0, 1.0))
         side = int(rng.integers(3))
         if side == 0:
             x, y = 0.5 * beside.size_m[0] + half[0] + gap, 0.5 * along * beside.size_m[1]
         else:
             x, y = 0.5 * along * beside.size_m[0], (0.5 * beside.size_m[1] + half[1] + gap) * (1.0 if side == 1 else -1.0)
-        cos, sin = math.cos(beside.yaw_rad), math.sin(beside.yaw_rad)
-        placed = replace(
-            item,
-            position_m=(beside.position_m[0] + x * cos - y * sin, beside.position_m[1] + x * sin + y * cos, 0.0),
-            yaw_rad=math.remainder(beside.yaw_rad + turn, 2.0 * math.pi),
-            support=Supported(kind="floor"),
-        )
-        if inside(placed) and clear_of(category, placed, obstacles):
+        placed = in_frame(new.item, beside, x, y, -beside.position_m[2], turn, Supported(kind="floor"))
+        if fits(placed) and clear_of(new, placed, obstacles):
             return placed
     return None
 
@@ -268,14 +257,13 @@ def by_wall(
     new: Newcomer,
     wall: Floats,
     doors: Sequence[Point2],
-    inside: Callable[[SceneObject], bool],
+    fits: Fits,
     obstacles: Obstacles,
 ) -> SceneObject | None:
     """Return a thing with its back to a wall, (w, 9) rows of ``wall_rows``, None where no drawn pose is free.
 
-    ``doors``: the nearest places (x, y) of the doors that it belongs by; none: it may be anywhere.  ``inside`` as for :func:`on_floor`.
+    ``doors``: the nearest places (x, y) of the doors that it belongs by; none: it may be anywhere.
     """
-    thing, category, item = new
     boxes, owners = obstacles
     standing = boxes[(owners > 0) & (boxes[:, Z_LOW] < _KNEE_HIGH_M)]
     boxes = boxes.copy()
@@ -283,10 +271,10 @@ def by_wall(
     obstacles = Obstacles(boxes, owners)
     free = [
         (_nearness(placed, wall, k, along, standing), n, placed)
-        for n, (k, along, placed) in enumerate(_along_walls(rng, thing, item, wall))
+        for n, (k, along, placed) in enumerate(_along_walls(rng, new.thing, new.item, wall))
         if (not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M)
-        and inside(placed)
-        and clear_of(category, placed, obstacles)
+        and fits(placed)
+        and clear_of(new, placed, obstacles)
     ]
     return min(free, key=lambda found: found[:2])[2] if free else None
 

@@ -19,7 +19,7 @@ from scene_description.yaml_text import read_yaml
 
 Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
 Count = Annotated[float, Limits(ge=0.0, le=100.0)]
-Depth = Literal["back", "middle", "front", "any"]
+Depth = Literal["back", "middle", "front", "edge", "any"]
 Beside = Literal["wall", "door", "furniture"]
 
 
@@ -28,20 +28,46 @@ class Thing:
     """A kind of small thing, by its category.
 
     Sizes are normal about ``size_m`` (depth, width, height) with ``sd_m``, cut at two deviations.  ``at`` is the part of a support's depth
-    that it keeps to where things are tidy, ``turns`` the yaws against the supporter that people give it, the first one most often; none:
-    it is round, so any.
+    that it keeps to where things are tidy (edge: at the front one or the back one, looking out over it), ``turns`` the yaws against the
+    supporter that people give it, the first one most often; none: it is round, so any.  On a wall its middle hangs between the heights
+    ``hangs_m``, over the back of one of ``above`` where the room has one.
     """
 
     size_m: tuple[Extent, Extent, Extent]
     sd_m: tuple[Spread, Spread, Spread]
     at: Depth = "any"
     hangs_m: tuple[Extent, Extent] | None = None
+    above: tuple[str, ...] = ()
     turns: Annotated[tuple[Radians, ...], Limits(max_length=8)] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """A branch of a group's Set node: a thing, and the probabilities of 0, 1, 2, ... of it (``multiplicity``).
+
+    Its middle lies at ``at_m`` in the frame of the group's core, within ``sd_m``, turned by ``turn`` (none: any way); or it stands ``upon`` a
+    thing of the group that has come before it, which its address node draws.
+    """
+
+    thing: str
+    multiplicity: Annotated[tuple[Annotated[float, Limits(ge=0.0, le=1.0)], ...], Limits(min_length=2, max_length=16)] = (0.0, 1.0)
+    at_m: tuple[Annotated[float, Limits(ge=-3.0, le=3.0, unit="m")], Annotated[float, Limits(ge=-3.0, le=3.0, unit="m")]] = (0.0, 0.0)
+    sd_m: Spread = 0.02
+    turn: Radians | None = 0.0
+    upon: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Things that people leave together: a core, which finds its place as any thing does, and what lies around or on it."""
+
+    core: str
+    members: tuple[Member, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Stock:
-    """What a support carries: the mean number of things at clutter 1, what stands there by the grammar counted, and odds by category."""
+    """What a support carries: the mean number of things or groups at clutter 1, what the grammar stands there counted, and their odds."""
 
     count: Count
     things: Mapping[str, Odds]
@@ -64,13 +90,15 @@ class Support:
     """What a category of furniture carries.
 
     The count holds for a surface of ``area_m2`` and grows with the surface, from half to twice.  ``rooms`` take the place of the stock in
-    rooms of a type.  On a ``seat`` things lie only beyond clutter 1: ``count`` is then their mean number for each unit above that.
+    rooms of a type.  On a ``seat`` the stock lies only beyond clutter 1: ``count`` is then its mean number for each unit above that; up to
+    clutter 1 there is what is ``tidy`` there.
     """
 
     area_m2: Annotated[float, Limits(ge=0.001, le=100.0, unit="m2")]
     stock: Stock
     rooms: Mapping[str, Stock] = field(default_factory=dict)
     seat: bool = False
+    tidy: Stock | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,11 +116,17 @@ _NOTHING = TidyFloor(count=0.0, things={})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SmallThings:
-    """All rules of small things: the kinds, the supports by category, the floor, and what needs the surface before it free."""
+    """All rules of small things: the kinds, groups, supports by category, the floor, and what needs the surface before it free.
+
+    ``walls``: by room type what hangs on its walls besides pictures; ``hooks``: by category of what hangs what is hung below it.
+    """
 
     things: Mapping[str, Thing]
+    groups: Mapping[str, Group] = field(default_factory=dict)
     supports: Mapping[str, Support]
     floor: Strewn
+    walls: Mapping[str, Stock] = field(default_factory=dict)
+    hooks: Mapping[str, Stock] = field(default_factory=dict)
     front_free: tuple[str, ...] = ()
 
     def stock(self, category: str, room_type: str) -> Stock | None:
@@ -103,6 +137,14 @@ class SmallThings:
     def tidy_floor(self, room_type: str) -> TidyFloor:
         """Return what stands on the floor of rooms of a type up to clutter 1."""
         return self.floor.tidy.get(room_type, _NOTHING)
+
+    def categories(self) -> set[str]:
+        """Return the categories of all that supports, floors, walls and hooks may bring."""
+        supports = [stock for one in self.supports.values() for stock in (one.stock, one.tidy, *one.rooms.values())]
+        names = set(_drawn(*supports, *self.floor.tidy.values(), *self.walls.values(), *self.hooks.values()))
+        names |= {*self.floor.things, *(name for odds in self.floor.rooms.values() for name in odds)}
+        groups = [self.groups[name] for name in names & set(self.groups)]
+        return (names - set(self.groups)) | {name for group in groups for name in (group.core, *(one.thing for one in group.members))}
 
     def strewn(self, room_type: str) -> Mapping[str, Odds]:
         """Return the odds of what lies on the floor of rooms of a type."""
@@ -132,10 +174,25 @@ def read_small_things(path: Path, categories: Categories) -> SmallThings:
 def _names(rules: SmallThings, categories: Categories) -> list[tuple[str, list[str], list[str]]]:
     """Return for each part of the rules the names in it and those that are known there."""
     known, things = list(categories), list(rules.things)
+    drawn = [*things, *rules.groups]
     found = [("things", things, known), ("supports", list(rules.supports), known), ("front_free", list(rules.front_free), known)]
+    found += [("hooks", list(rules.hooks), known), *((f"things.{name}", list(thing.above), known) for name, thing in rules.things.items())]
+    for name, group in rules.groups.items():
+        found.append((f"groups.{name}", [group.core, *(member.thing for member in group.members)], things))
+        before = [group.core]
+        for member in group.members:
+            found.append((f"groups.{name}", [member.upon] if member.upon else [], before))
+            before = [*before, member.thing]
     for name, support in rules.supports.items():
-        stocks = [support.stock, *support.rooms.values()]
-        found.append((f"supports.{name}", [thing for stock in stocks for thing in stock.things], things))
+        found.append((f"supports.{name}", _drawn(support.stock, *support.rooms.values(), support.tidy), drawn))
     for odds in (rules.floor.things, *rules.floor.rooms.values(), *(stock.things for stock in rules.floor.tidy.values())):
-        found.append(("floor", list(odds), things))
+        found.append(("floor", list(odds), drawn))
+    hanging = [name for name, thing in rules.things.items() if thing.hangs_m]
+    found += [(f"walls.{name}", _drawn(stock), hanging) for name, stock in rules.walls.items()]
+    found += [(f"hooks.{name}", _drawn(stock), things) for name, stock in rules.hooks.items()]
     return found
+
+
+def _drawn(*stocks: Stock | None) -> list[str]:
+    """Return the names of all that stocks draw from."""
+    return [name for stock in stocks if stock is not None for name in stock.things]

@@ -6,6 +6,7 @@ clutter 2 holds what it holds at 1.5, in the same places, and more.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
@@ -16,7 +17,7 @@ import numpy as np
 
 from grammar.checks.validity import check_room
 from grammar.derivation.constraints import numbers_asked
-from grammar.small_things.fill import FLOOR, Filling, Placed, Source
+from grammar.small_things.fill import Filling, Key, Placed, Source
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.request import SceneRequest
@@ -144,16 +145,34 @@ def _valid(
     report = report_with(added)
     if report.valid:
         return list(added), report
-    kept = [thing for thing in added if thing.item.support.kind == "object"]
+    on_floor = {thing.item.id for thing in added if thing.item.support.kind == "floor"}
+    on_floor |= _above(added, on_floor)
+    kept = [thing for thing in added if thing.item.id not in on_floor]
     report = report_with(kept)
     if not report.valid:
+        named = {key for check in report.checks if not check.passed for key in check.objects}
+        named |= _above(added, named)
+        kept = [thing for thing in kept if thing.item.id not in named]
+        report = report_with(kept)
+    if not report.valid:
         kept, report = [], report_with([])
-    for thing in added:
-        if thing.item.support.kind == "floor":
-            with_it = report_with([*kept, thing])
-            if with_it.valid:
-                kept, report = [*kept, thing], with_it
-    return kept, report
+    for first in (thing for thing in added if thing.item.support.kind == "floor"):
+        above = _above(added, {first.item.id})
+        with_it = [*kept, first, *(thing for thing in added if thing.item.id in above)]
+        judged = report_with(with_it)
+        if judged.valid:
+            kept, report = with_it, judged
+    return sorted(kept, key=lambda thing: thing.item.id), report
+
+
+def _above(things: Sequence[Placed], below: Collection[int]) -> set[int]:
+    """Return the ids of the things that stand on others of these ids, or on what stands on these, and of the members of their groups."""
+    found, core = set(below), 0
+    for thing in things:
+        core = thing.item.id if thing.core else core
+        if thing.item.support.id in found or (not thing.core and core in found):
+            found.add(thing.item.id)
+    return found - set(below)
 
 
 def _rules(source: Source, sampled: FurnishedRoom) -> dict[int, ObjectRule]:
@@ -169,29 +188,39 @@ def _plain_rule(item: SceneObject) -> ObjectRule:
 
 
 def _graph(graph: ParseGraph, added: Sequence[Placed], filling: Filling) -> ParseGraph:
-    """Return the parse graph with a Set node for each support that has small things, below its own terminal, and their terminals."""
-    below: Mapping[int, list[Placed]] = defaultdict(list)
+    """Return the parse graph with a Set node for each site that has small things, below its own terminal or the root, and their nodes.
+
+    A group is a Set node of its own, with the terminals of its core and members; an address node below a terminal has the supporter that a
+    member chose within the group.
+    """
+    arrived: Mapping[Key, list[Placed]] = defaultdict(list)
     for thing in added:
-        below[thing.item.support.id or FLOOR].append(thing)
+        arrived[thing.site].append(thing)
     terminal = {node.object: k for k, node in enumerate(graph.nodes) if node.kind == "terminal" and node.object is not None}
     nodes = list(graph.nodes)
-    for support, things in sorted(below.items()):
-        owner, parent = terminal.get(support, 0), len(nodes)
-        odds = _log_poisson(len(things), filling.mean(support))
-        nodes.append(ParseNode(symbol=f"{SYMBOL}things", kind="set", parent=owner, choice=str(len(things)), log_probability=odds))
-        nodes.extend(
-            ParseNode(
-                symbol=f"{SYMBOL}{thing.item.category}",
-                kind="terminal",
-                parent=parent,
-                choice=thing.item.category,
-                log_probability=thing.log_probability,
-                object=thing.item.id,
-            )
-            for thing in things
-        )
+    for site, things in sorted(arrived.items()):
+        owner, parent, count = terminal.get(site.owner, 0), len(nodes), sum(thing.core for thing in things)
+        odds = _log_poisson(count, filling.mean(site))
+        nodes.append(ParseNode(symbol=f"{SYMBOL}things", kind="set", parent=owner, choice=str(count), log_probability=odds))
+        for k, thing in enumerate(things):
+            if thing.group and thing.core:
+                more = sum(1 for _ in itertools.takewhile(lambda other: not other.core, things[k + 1 :]))
+                group, symbol = len(nodes), f"{SYMBOL}{thing.group}"
+                nodes.append(ParseNode(symbol=symbol, kind="set", parent=parent, choice=str(1 + more), log_probability=thing.log_probability))
+            nodes += _thing_nodes(thing, len(nodes), group if thing.group else parent)
     added_log = sum(node.log_probability for node in nodes[len(graph.nodes) :])
     return replace(graph, nodes=tuple(nodes), log_probability=graph.log_probability + added_log)
+
+
+def _thing_nodes(thing: Placed, index: int, parent: int) -> list[ParseNode]:
+    """Return the terminal of a thing, whose node has this index, and the address node of the supporter that it chose in its group."""
+    item, odds = thing.item, 0.0 if thing.group and thing.core else thing.log_probability
+    symbol = f"{SYMBOL}{item.category}"
+    nodes = [ParseNode(symbol=symbol, kind="terminal", parent=parent, choice=item.category, log_probability=odds, object=item.id)]
+    if thing.log_address is not None:
+        choice = str(item.support.id)
+        nodes.append(ParseNode(symbol=symbol, kind="address", parent=index, choice=choice, log_probability=thing.log_address))
+    return nodes
 
 
 def _log_poisson(count: int, mean: float) -> float:

@@ -57,7 +57,7 @@ class SupportSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """A seat or mattress that small things are left on: fractions of the owner's depth, width and height, from back, right, bottom."""
+    """A seat, mattress or inner board that carries small things: fractions of the owner's depth, width, height, from back, right, bottom."""
 
     depth: tuple[Fraction, Fraction] = (0.0, 1.0)
     width: tuple[Fraction, Fraction] = (0.0, 1.0)
@@ -68,8 +68,9 @@ class Rest:
 class Category:
     """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
 
-    ``surfaces`` carry what the grammar stands on them, ``rests`` only what is left lying about.  ``roles`` say how people use it, for
-    the checks of :mod:`grammar.checks.faults`.  ``access`` is the space that people need where an object's rule names none.
+    ``surfaces`` carry what the grammar stands on them, ``rests`` only small things.  The layout keeps all else out of the whole box of what
+    is ``open`` to its front, whatever its solids are.  ``roles`` say how people use it, for the checks of :mod:`grammar.checks.faults`.
+    ``access`` is the space that people need where an object's rule names none.
     """
 
     label: str
@@ -77,6 +78,7 @@ class Category:
     surfaces: Annotated[tuple[SupportSurface, ...], Limits(max_length=32)] = ()
     rests: Annotated[tuple[Rest, ...], Limits(max_length=8)] = ()
     underlay: bool = False
+    open: bool = False
     roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
     access: Annotated[tuple[Access, ...], Limits(max_length=8)] = ()
 

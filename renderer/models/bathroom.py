@@ -255,7 +255,7 @@ def _shower(x: float, y: float, height: float) -> Mesh:
 
 
 def build_washbasin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a basin over a vanity with drawers or doors, or a bowl that stands on a wooden top; with a tap."""
+    """Return a basin over a vanity with drawers or doors, or a bowl on a wooden top before a ledge; with a tap."""
     depth, width, height, half_d, half_w = halved(size_m)
     tap_top = min(0.16, 0.14 * height)
     rim = height - tap_top
@@ -286,8 +286,9 @@ def build_washbasin(rng: np.random.Generator, size_m: Size, style: str) -> Piece
         handles = [bar_handle(front, 0.0, a.high - 0.035, 0.4 * width, 0.022) for a in areas]
     basin, tap_x = (_vessel if vessel else _inset_basin)(half_d, half_w, slab_top, rim)
     top = block((-half_d, -half_w, slab_top - 0.03), (half_d, half_w, slab_top + 0.002), 0.004)
+    ledge = block((-half_d, -half_w, slab_top), (-0.52 * half_d, half_w, rim), 0.004)
     return {
-        "body": [*body, *legs, *([top] if vessel else [])],
+        "body": [*body, *legs, *([top, ledge] if vessel else [])],
         "drawers": fronts(front, areas, 0.018, framed=style == "doors"),
         "handles": handles,
         "basin": basin,

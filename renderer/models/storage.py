@@ -1,4 +1,4 @@
-"""What is stored: shelves with boxes, cardboard boxes, plastic crates, suitcases; and plain boxes for what is of no known kind."""
+"""What is stored: shelves, cardboard boxes, plastic crates, suitcases; and plain boxes for what is of no known kind."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.model import Model, Pieces, Size, halved
 
-Corner = tuple[float, float, float]
+SHELF_LEVELS = (0.055, 0.29, 0.525, 0.76, 1.0)
+"""Heights of the boards of a storage shelf as shares of its own; what stands on them are objects of their own."""
 
 
 def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return boards between posts, the top one at full height; boxes, crates and tins on those below."""
+    """Return boards between posts, the top one at full height."""
+    del rng
     _, _, height, half_d, half_w = halved(size_m)
-    boards = max(2, round(height / 0.42))
-    levels = np.linspace(0.09, height, boards + 1)[1:] if height < 0.6 else np.linspace(0.1, height, boards)
+    levels = height * np.array(SHELF_LEVELS)
     thick = {"steel": 0.03, "wooden": 0.022, "tubes": 0.05}[style]
     shelves = blocks([(-half_d, -half_w, z - thick) for z in levels], [(half_d, half_w, z) for z in levels], 0.003)
     posts = []
@@ -57,10 +58,7 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
             for s in (-1.0, 1.0)
             for z in levels
         ]
-    goods: dict[str, list[Mesh]] = {"boxes": [], "crates": [], "tape": []}
-    for low, high in itertools.pairwise(levels):
-        _fill_board(rng, goods, half_d - 0.02, half_w - side - 0.01, float(low), float(high - thick - low))
-    return {"frame": posts, "shelves": [shelves], **goods}
+    return {"frame": posts, "shelves": shelves}
 
 
 def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Mesh]:
@@ -74,39 +72,6 @@ def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Me
             below = under + 0.004
         posts.append(moved(lathe([*profile, (0.0, below)], 14), sx * x, sy * y))
     return posts
-
-
-def _fill_board(rng: np.random.Generator, goods: dict[str, list[Mesh]], half_d: float, half_w: float, z: float, room: float) -> None:
-    """Add a row of cardboard boxes and crates on one board; at least one of each kind."""
-    y, k = -half_w, int(rng.integers(3))
-    while y < half_w - 0.08:
-        wide = min(rng.uniform(0.2, 0.42), half_w - y)
-        tall, deep = room * rng.uniform(0.45, 0.88), half_d * rng.uniform(0.75, 1.0)
-        if wide > 0.1:
-            x0, x1, y1 = half_d - 2.0 * deep, half_d - rng.uniform(0.0, 0.03), y + wide - 0.008
-            if k % 3 == 1:
-                goods["crates"].append(_small_crate((x0, y, z), (x1, y1, z + 0.8 * tall)))
-            else:
-                goods["boxes"].append(block((x0, y, z), (x1, y1, z + tall), 0.003))
-                middle = 0.5 * (y + y1)
-                goods["tape"].append(
-                    block((x0 - 0.0006, middle - 0.022, z + 0.7 * tall), (x1 + 0.0006, middle + 0.022, z + tall + 0.0008), 0.0002)
-                )
-        y += wide + rng.uniform(0.005, 0.06)
-        k += 1
-    for name in ("boxes", "crates", "tape"):
-        if not goods[name]:
-            s = {"boxes": -0.5, "crates": 0.5, "tape": 0.0}[name] * half_w
-            goods[name].append(block((-0.02, s - 0.02, z), (0.02, s + 0.02, z + min(0.04, 0.5 * room)), 0.002))
-
-
-def _small_crate(low: Corner, high: Corner) -> Mesh:
-    """A lidded plastic box with a rim and a grip."""
-    x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
-    hx, hy, z0, z1 = 0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1]), low[2], high[2]
-    shares = ((0.9, z0), (0.97, z1 - 0.03), (1.0, z1 - 0.03), (1.0, z1 - 0.004), (0.97, z1))
-    box = loft([oval(s * hx, s * hy, z, x, 12.0, 20, y) for s, z in shares])
-    return merged(box, block((high[0] - 0.02, y - 0.3 * hy, z1 - 0.05), (high[0] + 0.002, y + 0.3 * hy, z1 - 0.034), 0.003))
 
 
 def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

@@ -1,0 +1,202 @@
+"""Where small things find places: tops and boards of furniture, the floor, walls, hooks; one kind of site each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from grammar.geometry.arrays import Boxes, Floats
+from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, box_rows
+from grammar.geometry.slopes import above_slopes, slope_rows
+from grammar.geometry.solids import object_solids, whole_box
+from grammar.geometry.walls import rectangle_outside, wall_rows
+from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
+from grammar.small_things.place import Newcomer, Obstacles, Top, by_wall, on_floor, on_top, use_strips
+from grammar.small_things.rules import SmallThings
+from grammar.small_things.walls import below_hooks, on_wall
+from grammar.spec.categories import Categories, Role
+from grammar.spec.rules import Grammar
+from scene_description import Room, SceneObject
+from scene_description.types import Point2
+
+Odds = Mapping[str, float]
+
+_WALL_M = 0.01
+_OPENED: tuple[Role, ...] = ("store", "shelf", "wardrobe", "fridge", "wall_unit")
+
+
+class Surroundings:
+    """A furnished room as what comes into it finds it: walls, ceiling, and the solids that are in the way, which grow in number."""
+
+    def __init__(self, categories: Categories, room: Room, objects: Sequence[SceneObject]) -> None:
+        self.categories, self.room, self.wall = categories, room, wall_rows(room.polygon_m)
+        self.taken = Obstacles(*object_solids(categories, objects))
+        self._slope = None if room.slopes is None else slope_rows(room)
+
+    def add(self, item: SceneObject) -> None:
+        """Put a thing in the way of those that come after it."""
+        self.taken = self.taken.with_more(*object_solids(self.categories, [item]))
+
+    def fits(self, item: SceneObject) -> bool:
+        """Return whether a thing is inside the room, clear of its walls but for that on which it hangs, and below the ceiling."""
+        x, y, z = item.position_m
+        if z + item.size_m[2] > self.room.height_m:
+            return False
+        if self._slope is not None and above_slopes(self._slope, whole_box(item)[None], 0) > 0.0:
+            return False
+        gap = 0.0 if item.support.kind == "wall" else _WALL_M
+        c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+        half = 0.5 * item.size_m[0] + gap, 0.5 * item.size_m[1] + gap
+        return bool(rectangle_outside(self.wall, x, y, c, s, *half) <= 1e-6)
+
+
+class Site(Protocol):
+    """A place that things come to."""
+
+    def odds(self, mess: float) -> Odds:
+        """Return the odds of what comes to it, tidy (``mess`` 0) or not."""
+
+    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
+        """Return a newcomer in its place, None where no drawn pose is free."""
+
+    def tops(self) -> Sequence[Top]:
+        """Return the surfaces that carry it, in their owner's frame; none for the floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopSite:
+    """Surfaces of an object, what is tidy there and what comes beyond that, and (n, 8) boxes over them that stay free."""
+
+    item: SceneObject
+    surfaces: tuple[Top, ...]
+    tidy: Odds
+    late: Odds
+    free: Boxes
+
+    def odds(self, mess: float) -> Odds:
+        """Return the odds of what comes to it."""
+        return self.late if mess > 0.0 else self.tidy
+
+    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
+        """Return a newcomer on one of the surfaces."""
+        return on_top(rng, new, self.item, self.surfaces, mess, around.fits, around.taken.with_more(self.free))
+
+    def tops(self) -> Sequence[Top]:
+        """Return the surfaces."""
+        return self.surfaces
+
+
+@dataclass(frozen=True, slots=True)
+class FloorSite:
+    """The floor: tidy things stand beside walls, doors or furniture, the others lie beside furniture that is not opened there."""
+
+    tidy: Odds
+    late: Odds
+    beside: str
+    anchors: Sequence[SceneObject]
+    doors: Sequence[Point2]
+    free: Boxes
+    used: Boxes
+
+    def odds(self, mess: float) -> Odds:
+        """Return the odds of what comes to it."""
+        return self.late if mess > 0.0 else self.tidy
+
+    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
+        """Return a newcomer on the floor, where doors do not swing and off rugs."""
+        taken = around.taken.with_more(self.free)
+        if mess > 0.0:
+            return on_floor(rng, new, self.anchors, mess, around.fits, taken)
+        taken = taken.with_more(self.used)
+        if self.beside == "furniture":
+            return on_floor(rng, new, self.anchors, 0.0, around.fits, taken)
+        return by_wall(rng, new, around.wall, self.doors if self.beside == "door" else (), around.fits, taken)
+
+    def tops(self) -> Sequence[Top]:
+        """Return none."""
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class WallSite:
+    """The walls of the room, the furniture that some things belong above, and what openings need free."""
+
+    things: Odds
+    below: Mapping[str, Sequence[SceneObject]]
+    free: Boxes
+
+    def odds(self, mess: float) -> Odds:
+        """Return the odds of what comes to it."""
+        del mess
+        return self.things
+
+    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
+        """Return a newcomer flat on a wall."""
+        del mess
+        return on_wall(rng, new, around.wall, self.below.get(new.item.category, ()), around.fits, around.taken.with_more(self.free))
+
+    def tops(self) -> Sequence[Top]:
+        """Return none."""
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class HookSite:
+    """Hooks on a wall."""
+
+    item: SceneObject
+    things: Odds
+
+    def odds(self, mess: float) -> Odds:
+        """Return the odds of what comes to it."""
+        del mess
+        return self.things
+
+    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
+        """Return a newcomer below the hooks."""
+        del mess
+        return below_hooks(rng, new, self.item, around.fits, around.taken)
+
+    def tops(self) -> Sequence[Top]:
+        """Return none."""
+        return ()
+
+
+def floor_site(rules: SmallThings, grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject]) -> FloorSite:
+    """Return the floor of a furnished room as a site."""
+    tidy = rules.tidy_floor(grammar.looks_like)
+    rugs = [whole_box(item) for item in objects if categories[item.category].underlay]
+    standing = [item for item in objects if item.support.kind == "floor" and not categories[item.category].underlay]
+    return FloorSite(
+        tidy=tidy.things,
+        late=rules.strewn(grammar.looks_like),
+        beside=tidy.beside,
+        anchors=[item for item in standing if not set(_OPENED) & set(categories[item.category].roles)],
+        doors=[opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"],
+        free=np.concatenate([_opening_boxes(grammar, room, swings=True), box_rows(rugs)]),
+        used=use_strips(categories, objects),
+    )
+
+
+def wall_site(rules: SmallThings, things: Odds, grammar: Grammar, room: Room, objects: Sequence[SceneObject]) -> WallSite:
+    """Return the walls of a furnished room as a site."""
+    above = {name: rules.things[name].above for name in things}
+    below = {name: [item for item in objects if item.category in wanted] for name, wanted in above.items() if wanted}
+    return WallSite(things, below, _opening_boxes(grammar, room, swings=False))
+
+
+def _opening_boxes(grammar: Grammar, room: Room, *, swings: bool) -> Floats:
+    """Return the (n, 8) boxes that openings need free: where doors swing, or all, and the wall from floor to ceiling, for curtains."""
+    rows = [np.empty((0, 8))]
+    for opening in room.openings:
+        x, y, yaw = opening_frame(room, opening)
+        zones = opening_zones(opening, grammar.openings[opening.category])
+        placed = placed_zones([zone for zone in zones if not swings or zone.kind == SWING], x, y, opening.sill_m, yaw)
+        if not swings:
+            placed[:, [HALF_DEPTH, HALF_WIDTH]] += 0.08
+        rows.append(placed)
+    return np.concatenate(rows)
