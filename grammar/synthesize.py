@@ -30,6 +30,7 @@ from grammar.camera.sights import find_sights
 from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
 from grammar.derivation.plan import check_room_size, make_plan
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.slopes import low_ceiling, roof_boxes
 from grammar.geometry.solids import object_solids
@@ -41,13 +42,17 @@ from grammar.spec.categories import Categories, Category, read_categories
 from grammar.spec.grammar_file import GrammarTable, learned_types, read_grammar, room_types
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
-from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
+from scene_description import NYU40, SCHEMA, CameraPose, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
 from scene_description.catalog import Catalog
 from scene_description.rounding import rounded
 from scene_description.share import config_path
 
 PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
 """Streams of random numbers of a room, in the order of their spawn keys."""
+
+
+LENS_GAP_M = 0.2
+"""Space that small things leave a camera on its path."""
 
 
 class FloorMap(NamedTuple):
@@ -186,7 +191,7 @@ class SceneSynthesizer:
         appearance = restricted(self.appearance, self._as_known(request), (), self._file_parts())
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
         furnished, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
-        sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
+        sampled, gone, moved = self._strewn(request, models, furnished, rng["small_things"])
         # sample the appearance, of small things that are not there too, so that the rest looks the same at any clutter
         objects, taken = choose_after(rng["catalog"], self.catalog, appearance, models, sampled.objects)
         pool = MaterialPool(rng["appearance"], appearance)
@@ -195,10 +200,12 @@ class SceneSynthesizer:
         room, objects = apply_looks(rng["looks"], pool, request, room, objects)
         # sample the light and the camera's path, which small things do not change
         lights, spots, environment = self._light(rng, request, room, objects)
-        boxes, owners = object_solids(self.categories, furnished.objects)
+        boxes, owners = object_solids(self.categories, (*furnished.objects, *moved))
         objects = tuple(item for item in objects if item.id not in gone)
         space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room), find_sights(room, owners, lights))
         path, motion = sample_motion(rng["camera"], self.motion, self.camera, space, times)
+        first = max((item.id for item in furnished.objects), default=0) + 1
+        objects = clear_of_path(self.categories, path, objects, first)
         scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",
@@ -224,18 +231,21 @@ class SceneSynthesizer:
         appearance = restricted(self.appearance, self._as_known(request), (), self._file_parts())
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
         furnished, _ = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
-        sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
+        sampled, gone, _ = self._strewn(request, models, furnished, rng["small_things"])
         return replace(sampled, objects=tuple(item for item in sampled.objects if item.id not in gone))
 
     def _strewn(
         self, request: SceneRequest, models: RoomModels, sampled: SampledRoom, rng: np.random.Generator
-    ) -> tuple[SampledRoom, frozenset[int]]:
-        """Return a furnished room with small things, and the ids of those of its objects that the clutter asked for leaves out."""
+    ) -> tuple[SampledRoom, frozenset[int], tuple[SceneObject, ...]]:
+        """Return a furnished room with small things, the ids of its objects that the clutter asked for leaves out, and what may move."""
         sizes = {rule.category: rule.high_m for rule in models.grammar.objects.values() if rule.category in models.chosen}
-        source = Source(rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes)
+        source = Source(
+            rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes,
+            held=frozenset(model.entry.category for model in self.catalog.models),
+        )
         before = FurnishedRoom(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
-        (_, objects, graph, report), gone = strew(source, tuple(self.lighting.lamps), before, rng)
-        return replace(sampled, objects=objects, parse_graph=graph, validity=report), gone
+        (_, objects, graph, report), gone, moved = strew(source, tuple(self.lighting.lamps), before, rng)
+        return replace(sampled, objects=objects, parse_graph=graph, validity=report), gone, moved
 
     def _light(
         self, rng: Mapping[str, np.random.Generator], request: SceneRequest, room: Room, objects: Sequence[SceneObject]
@@ -267,6 +277,24 @@ class SceneSynthesizer:
     def floor_map(self, scene: SceneDescription) -> FloorMap:
         """Return the free floor of a room, for navigation: what a robot as tall as the grammar's may stand on."""
         return floor_map(scene, self.categories, self.grammars[scene.category].validity)
+
+
+def clear_of_path(
+    categories: Categories, path: Sequence[CameraPose], objects: Sequence[SceneObject], first: int
+) -> tuple[SceneObject, ...]:
+    """Return the objects without those small things, whose ids begin at ``first``, that a camera would come too close to."""
+    loose = [item for item in objects if item.id >= first and item.support.kind != "object"]
+    boxes, owners = object_solids(categories, loose)
+    at = np.array([pose.position_m for pose in path]).reshape(-1, 1, 3)
+    dx, dy = at[..., 0] - boxes[:, X], at[..., 1] - boxes[:, Y]
+    deep = np.abs(dx * boxes[:, COS_YAW] + dy * boxes[:, SIN_YAW]) < boxes[:, HALF_DEPTH] + LENS_GAP_M
+    wide = np.abs(dy * boxes[:, COS_YAW] - dx * boxes[:, SIN_YAW]) < boxes[:, HALF_WIDTH] + LENS_GAP_M
+    high = (at[..., 2] > boxes[:, Z_LOW] - LENS_GAP_M) & (at[..., 2] < boxes[:, Z_HIGH] + LENS_GAP_M)
+    gone = set(owners[(deep & wide & high).any(axis=0)].tolist())
+    for item in objects:  # what stands on others comes after them
+        if item.support.id in gone:
+            gone.add(item.id)
+    return tuple(item for item in objects if item.id not in gone)
 
 
 def floor_map(scene: SceneDescription, categories: Categories, thresholds: Thresholds) -> FloorMap:

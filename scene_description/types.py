@@ -117,7 +117,9 @@ class FileReading:
 class ModelReference:
     """Where an object's geometry comes from: a generator of the renderer with style and seed, or a file of the user's catalogue.
 
-    ``file`` is a relative POSIX path inside the catalogue's folder; absolute paths and ``..`` are refused.
+    ``file`` is a relative POSIX path inside the catalogue's folder; absolute paths and ``..`` are refused.  ``ajar`` is how far a generator's
+    movable parts are from shut or straight: the share of the object's depth that an open drawer or door takes, in front of the body; of
+    curtains and pictures, which stay within their box, the share of the most.
     """
 
     generator: Name | None = None
@@ -125,6 +127,7 @@ class ModelReference:
     reading: FileReading | None = None
     style: Name = "default"
     seed: Seed = 0
+    ajar: Annotated[float, Limits(ge=0.0, le=1.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

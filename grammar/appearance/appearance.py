@@ -128,7 +128,7 @@ def sample_appearance_from(
             continue
         owner = core_of(item, by_id)
         model, parts = _look(rng, appearance, pool, looks, item.category, item.id, owner)
-        new_objects.append(replace(item, model=model, parts=parts))
+        new_objects.append(replace(item, model=replace(model, ajar=item.model.ajar), parts=parts))
     return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(new_objects)
 
 

@@ -88,13 +88,17 @@ _LEAST_GROWTH, _MOST_GROWTH = 0.5, 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source:
-    """What small things are drawn from: their rules, grammar and categories of the room, the request, and sizes that models fix."""
+    """What small things are drawn from: their rules, grammar and categories of the room, the request, and sizes that models fix.
+
+    ``held``: categories whose models may be files, so that nothing of theirs opens.
+    """
 
     rules: SmallThings
     grammar: Grammar
     categories: Categories
     request: SceneRequest
     sizes_m: Mapping[str, tuple[float, float, float]]
+    held: frozenset[str] = frozenset()
 
 
 class Placed(NamedTuple):

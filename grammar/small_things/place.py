@@ -95,8 +95,9 @@ def tops_of(category: Category, item: SceneObject, *, seat: bool) -> list[Top]:
     rests = [Top(*rest_top(rest, item.size_m)) for rest in category.rests]
     if seat:
         return rests
-    tops = [surface_top(surface, item.size_m) for surface in category.surfaces]
-    return [*(Top(z, 0.0, 0.0, half_depth, half_width) for z, half_depth, half_width in tops), *rests]
+    reach = item.model.ajar * item.size_m[0]  # an open drawer carries nothing
+    tops = [surface_top(surface, (item.size_m[0] - reach, *item.size_m[1:])) for surface in category.surfaces]
+    return [*(Top(z, -0.5 * reach, 0.0, half_depth, half_width) for z, half_depth, half_width in tops), *rests]
 
 
 def world_box(owner: SceneObject, x: float, y: float, z: float, size_m: tuple[float, float, float], turn: float) -> Boxes:

@@ -111,6 +111,20 @@ class Strewn:
     rooms: Mapping[str, Mapping[str, Odds]] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Untidy:
+    """What untidiness does to furniture, by category.
+
+    ``reach_m``: how far a drawer or door reaches out where it is left ajar; ``posed``: ``ajar`` at the most of what moves within its box;
+    ``turned``: seats that are pushed back, at most so far (m), and turned, at most so much (rad); ``shifted``: the same of rugs.
+    """
+
+    reach_m: Mapping[str, Extent] = field(default_factory=dict)
+    posed: Mapping[str, Annotated[float, Limits(ge=0.0, le=1.0)]] = field(default_factory=dict)
+    turned: Mapping[str, tuple[Spread, Spread]] = field(default_factory=dict)
+    shifted: Mapping[str, tuple[Spread, Spread]] = field(default_factory=dict)
+
+
 _NOTHING = TidyFloor(count=0.0, things={})
 
 
@@ -127,6 +141,7 @@ class SmallThings:
     floor: Strewn
     walls: Mapping[str, Stock] = field(default_factory=dict)
     hooks: Mapping[str, Stock] = field(default_factory=dict)
+    untidy: Untidy = Untidy()
     front_free: tuple[str, ...] = ()
 
     def stock(self, category: str, room_type: str) -> Stock | None:
@@ -176,6 +191,8 @@ def _names(rules: SmallThings, categories: Categories) -> list[tuple[str, list[s
     known, things = list(categories), list(rules.things)
     drawn = [*things, *rules.groups]
     found = [("things", things, known), ("supports", list(rules.supports), known), ("front_free", list(rules.front_free), known)]
+    moved = rules.untidy
+    found += [("untidy", [*moved.reach_m, *moved.posed, *moved.turned, *moved.shifted], known)]
     found += [("hooks", list(rules.hooks), known), *((f"things.{name}", list(thing.above), known) for name, thing in rules.things.items())]
     for name, group in rules.groups.items():
         found.append((f"groups.{name}", [group.core, *(member.thing for member in group.members)], things))
@@ -188,6 +205,7 @@ def _names(rules: SmallThings, categories: Categories) -> list[tuple[str, list[s
     for odds in (rules.floor.things, *rules.floor.rooms.values(), *(stock.things for stock in rules.floor.tidy.values())):
         found.append(("floor", list(odds), drawn))
     hanging = [name for name, thing in rules.things.items() if thing.hangs_m]
+    hanging += [name for name, group in rules.groups.items() if group.core in hanging]
     found += [(f"walls.{name}", _drawn(stock), hanging) for name, stock in rules.walls.items()]
     found += [(f"hooks.{name}", _drawn(stock), things) for name, stock in rules.hooks.items()]
     return found

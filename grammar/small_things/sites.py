@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, box_rows
+from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, Z_HIGH, Z_LOW, box_rows
 from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.solids import object_solids, whole_box
 from grammar.geometry.walls import rectangle_outside, wall_rows
@@ -177,19 +177,20 @@ def floor_site(rules: SmallThings, grammar: Grammar, categories: Categories, roo
         beside=tidy.beside,
         anchors=[item for item in standing if not set(_OPENED) & set(categories[item.category].roles)],
         doors=[opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"],
-        free=np.concatenate([_opening_boxes(grammar, room, swings=True), box_rows(rugs)]),
+        free=np.concatenate([opening_boxes(grammar, room, swings=True), box_rows(rugs)]),
         used=use_strips(categories, objects),
     )
 
 
 def wall_site(rules: SmallThings, things: Odds, grammar: Grammar, room: Room, objects: Sequence[SceneObject]) -> WallSite:
     """Return the walls of a furnished room as a site."""
-    above = {name: rules.things[name].above for name in things}
+    cores = {rules.groups[name].core if name in rules.groups else name for name in things}
+    above = {name: rules.things[name].above for name in cores}
     below = {name: [item for item in objects if item.category in wanted] for name, wanted in above.items() if wanted}
-    return WallSite(things, below, _opening_boxes(grammar, room, swings=False))
+    return WallSite(things, below, opening_boxes(grammar, room, swings=False))
 
 
-def _opening_boxes(grammar: Grammar, room: Room, *, swings: bool) -> Floats:
+def opening_boxes(grammar: Grammar, room: Room, *, swings: bool) -> Floats:
     """Return the (n, 8) boxes that openings need free: where doors swing, or all, and the wall from floor to ceiling, for curtains."""
     rows = [np.empty((0, 8))]
     for opening in room.openings:
@@ -198,5 +199,6 @@ def _opening_boxes(grammar: Grammar, room: Room, *, swings: bool) -> Floats:
         placed = placed_zones([zone for zone in zones if not swings or zone.kind == SWING], x, y, opening.sill_m, yaw)
         if not swings:
             placed[:, [HALF_DEPTH, HALF_WIDTH]] += 0.08
+            placed[:, [Z_LOW, Z_HIGH]] = 0.0, room.height_m
         rows.append(placed)
     return np.concatenate(rows)

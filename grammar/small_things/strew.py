@@ -18,6 +18,9 @@ import numpy as np
 from grammar.checks.validity import check_room
 from grammar.derivation.constraints import numbers_asked
 from grammar.small_things.fill import Filling, Key, Placed, Source
+from grammar.small_things.place import Obstacles
+from grammar.small_things.sites import Surroundings, opening_boxes
+from grammar.small_things.untidy import Move, moves
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.request import SceneRequest
@@ -99,7 +102,7 @@ class FurnishedRoom(NamedTuple):
 
 
 class Strewn(NamedTuple):
-    """A room with its small things, and the ids of those of its objects that come above the clutter asked for.
+    """A room with its small things, the ids of those of its objects that come above the clutter asked for, and what may move to where.
 
     The validity report is that of the room without these.  They are still among the objects, and in the parse graph, so that looks can be
     drawn for the same objects at any clutter.
@@ -107,6 +110,8 @@ class Strewn(NamedTuple):
 
     furnished: FurnishedRoom
     gone: frozenset[int]
+    moved: tuple[SceneObject, ...]
+    """Furniture as it is where all that may move has moved, at any clutter."""
 
 
 def strew(source: Source, lamps: Collection[str], sampled: FurnishedRoom, rng: np.random.Generator) -> Strewn:
@@ -120,15 +125,41 @@ def strew(source: Source, lamps: Collection[str], sampled: FurnishedRoom, rng: n
     """
     root = int(rng.integers(_MAX_SEED))
     gone = taken_away(sampled.objects, source.categories, lamps, source.request, root)
-    there = [item for item in sampled.objects if item.id not in gone]
-    filling = Filling(source, sampled.room, sampled.objects, root)
+    found = _moves(source, sampled, root)
+    moved = tuple(move.item for move in found)
+    still = frozenset(item.id for item in moved if not item.model.ajar)
+    filling = Filling(source, sampled.room, sampled.objects, root, moved, still)
+    now = _as_moved(source, sampled, gone, [move.item for move in found if move.level <= source.request.clutter])
+    there = [item for item in now if item.id not in gone]
     added = list(filling.things(there))
-    if not gone and not added:
-        return Strewn(sampled, gone)
+    if not gone and not added and not moved:
+        return Strewn(sampled, gone, moved)
     added, report = _valid(source, sampled, there, added)
     graph = _graph(sampled.graph, added, filling)
-    room = FurnishedRoom(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
-    return Strewn(room, gone)
+    room = FurnishedRoom(sampled.room, (*now, *(thing.item for thing in added)), graph, report)
+    return Strewn(room, gone, moved)
+
+
+def _moves(source: Source, sampled: FurnishedRoom, root: int) -> list[Move]:
+    """Return what moves in a room, whatever clutter is asked for; nothing that a request has put where it is."""
+    asked = {text.split(":")[0].strip() for text in source.request.fixed}
+    around = Surroundings(source.categories, sampled.room, sampled.objects)
+    doors = opening_boxes(source.grammar, sampled.room, swings=True)
+    swings = Obstacles(doors, np.zeros(len(doors), np.int64))
+    found = moves(source.rules, around, sampled.objects, root, source.held, swings)
+    return [move for move in found if move.item.category not in asked]
+
+
+def _as_moved(source: Source, sampled: FurnishedRoom, gone: Collection[int], moved: Sequence[SceneObject]) -> list[SceneObject]:
+    """Return the objects with those that moved, as many of these as leave the room valid, the first ones first."""
+    rules = _rules(source, sampled)
+    for count in range(len(moved), 0, -1):
+        by_id = {item.id: item for item in moved[:count]}
+        now = [by_id.get(item.id, item) for item in sampled.objects]
+        there = [item for item in now if item.id not in gone]
+        if check_room(source.grammar, source.categories, sampled.room, there, rules, sampled.report.attempts).valid:
+            return now
+    return list(sampled.objects)
 
 
 def _valid(
@@ -156,7 +187,7 @@ def _valid(
         report = report_with(kept)
     if not report.valid:
         kept, report = [], report_with([])
-    for first in (thing for thing in added if thing.item.support.kind == "floor"):
+    for first in (thing for thing in added if thing.item.support.kind == "floor" and thing.core):
         above = _above(added, {first.item.id})
         with_it = [*kept, first, *(thing for thing in added if thing.item.id in above)]
         judged = report_with(with_it)

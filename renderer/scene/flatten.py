@@ -27,6 +27,7 @@ from renderer.models.openings import OPENING_MODELS
 from renderer.scene.daylight_sky import daylight_map
 from renderer.scene.environment_map import load_environment_map
 from renderer.scene.flat_scene import NO_PROFILE, NO_PROFILES, FlatScene, PartTable, Sky, tabulate_materials
+from renderer.scene.moved_parts import moved_model
 from renderer.scene.object_boxes import object_box, opening_box, room_box
 from renderer.scene.room_shell import build_opening, build_shell
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
@@ -247,7 +248,7 @@ def _build(where: str, thing: SceneObject, catalog_dir: Path | None) -> Parts:
     if model.generator not in MODELS:
         raise FlattenError(f"{where}: expected one of the generators {_listed(MODELS)}, got '{model.generator}'")
     _check_style(where, model, MODELS[model.generator].styles)
-    return build_model(model.generator, model.style, model.seed, thing.size_m)
+    return moved_model(model, thing.size_m) if model.ajar else build_model(model.generator, model.style, model.seed, thing.size_m)
 
 
 def _check_style(where: str, model: ModelReference, styles: tuple[str, ...]) -> None:
