@@ -57,11 +57,14 @@ def _more(work: Work, there: int, wanted: int) -> Outcome:
     source = Source(rules=rules.small_things, grammar=grammar, categories=categories, request=request, sizes_m={})
     filling = Filling(source, scene.room, scene.objects, int(rng.integers(_MAX_SEED)))
     new: list[int] = []
+    ids = {item.id: item.id for item in scene.objects}  # of the filling -> of the scene
     for placed in filling.things(scene.objects, since=1.0):
         if len(new) == wanted - there:
             break
-        if placed.item.support.kind == "object":
-            item = replace(placed.item, id=next_id(scene))
+        if placed.item.support.kind == "object" and placed.item.support.id in ids:
+            ids[placed.item.id] = next_id(scene)
+            support = replace(placed.item.support, id=ids[placed.item.support.id])
+            item = replace(placed.item, id=ids[placed.item.id], support=support)
             scene, item = dressed(random_numbers(work.scene, work.change, len(new)), rules, scene, item)
             scene = replace(scene, objects=(*scene.objects, item))
             new.append(item.id)

@@ -118,10 +118,11 @@ def _askew(parts: Parts, size_m: Size, ajar: float) -> Parts:
 
 def _drawn(parts: Parts, size_m: Size, ajar: float) -> Parts:
     """Return a curtain whose cloth at one side is drawn towards the middle of the window."""
-    cloth, half = parts["cloth"], 0.5 * size_m[1]
+    del size_m
+    cloth = parts["cloth"]
     y = cloth.vertices[:, 1].astype(np.float64)
     side = y > 0.0
-    inner = float(y[side].min())
+    inner, half = float(y[side].min()), float(y[side].max())
     wide = half - inner
     further = half - (half - y) * (1.0 + _DRAWN_SHARE * ajar * inner / max(wide, 1e-6))
     points = cloth.vertices.copy()

@@ -111,7 +111,7 @@ def test_the_room_types_are_the_grammar_files() -> None:
 def test_every_category_has_its_place_in_some_room(grammars: dict[str, Grammar]) -> None:
     used = {grammar.objects[symbol].category for grammar in grammars.values() for symbol in reachable_symbols(grammar)}
     small = read_small_things(config_path("small_things.yaml"), CATEGORIES)
-    used |= {name for support in small.supports.values() for name in support.stock.things}
+    used |= small.categories()
     assert used | {"door", "garage_door", "window", FURNITURE, THING} == set(CATEGORIES)
     assert len(CATEGORIES) >= 100
 

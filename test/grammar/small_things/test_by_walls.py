@@ -9,6 +9,7 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, X, Y
+from grammar.geometry.solids import local_solids
 from grammar.geometry.walls import wall_rows
 from grammar.small_things.place import DOOR_REACH_M, Newcomer, Obstacles, by_wall, use_strips
 from grammar.small_things.rules import Thing
@@ -32,7 +33,7 @@ def placed(
     box = thing("cardboard_box", 0.0, 0.0, 0.0, BOX.size_m)
     inside = lambda item: 0.14 < item.position_m[0] < 3.86 and 0.14 < item.position_m[1] < 2.86  # noqa: E731
     return by_wall(
-        np.random.default_rng(seed), Newcomer(BOX, CATEGORIES["cardboard_box"], box), WALL, doors, inside, Obstacles(boxes, owners)
+        np.random.default_rng(seed), Newcomer(BOX, box, local_solids(CATEGORIES["cardboard_box"], box.size_m)), WALL, doors, inside, Obstacles(boxes, owners)
     )
 
 

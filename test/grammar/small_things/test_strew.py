@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -24,6 +25,10 @@ LEVELS = (0.0, 0.5, 1.0, 2.0, 3.0)
 @cache
 def rules() -> SceneSynthesizer:
     return SceneSynthesizer.from_config()
+
+
+UNTIDY = rules().small_things.untidy
+MOVED = {*UNTIDY.reach_m, *UNTIDY.posed, *UNTIDY.turned, *UNTIDY.shifted}
 
 
 @cache
@@ -49,18 +54,22 @@ def thing(number: int, category: str, support: Support, x: float = 0.0) -> Scene
 
 def test_furniture_and_lamps_are_the_same_at_any_clutter() -> None:
     small = small_things(study(1.0), rules().categories, rules().lighting.lamps)
-    furniture = [item for item in study(1.0) if item.id not in small and item.category not in ("papers", "book_stack", "cardboard_box")]
+    first = max(item.id for item in study(0.0))
+    furniture = [item for item in study(1.0) if item.id <= first and item.id not in small]
     assert len(furniture) >= 5
-    assert [item for item in study(0.0)] == furniture
+    assert {item.id for item in study(0.0)} == {item.id for item in furniture}
     for clutter in LEVELS[1:]:
-        assert [item for item in study(clutter) if item.id in {one.id for one in furniture}] == furniture
+        there = [item for item in study(clutter) if item.id in {one.id for one in furniture}]
+        assert [item.category for item in there] == [item.category for item in furniture]
+        moved = [now for now, then in zip(there, study(0.0), strict=True) if now != then]
+        assert all(item.category in MOVED for item in moved) and (clutter > 0.5 or not moved) and (clutter < 2.0 or moved)
 
 
 def test_every_clutter_holds_what_smaller_ones_hold() -> None:
     for few, more in itertools.pairwise(LEVELS):
         kept = {item.id: item for item in study(more)}
         assert len(kept) > len(study(few))
-        assert all(kept[item.id] == item for item in study(few))
+        assert all(kept[item.id] == item for item in study(few) if item.category not in MOVED)
 
 
 def test_things_lie_about_on_the_floor_beyond_clutter_1() -> None:
@@ -81,7 +90,7 @@ def test_things_lie_along_the_edges_until_they_are_a_mess() -> None:
 
 def test_a_request_bounds_small_things_too() -> None:
     assert not [item for item in study(3.0, must_not=("papers",)) if item.category == "papers"]
-    assert len(study(3.0, max_objects=26)) == 26
+    assert len(study(3.0, max_objects=40)) == 40
     assert [item.category for item in study(0.0, must_have=("mug",))].count("mug") >= 1
 
 
@@ -98,7 +107,10 @@ def test_tops_and_rests_and_what_stays_free() -> None:
         label="bed", surfaces=(SupportSurface(inset_m=0.1),), rests=(Rest(depth=(0.5, 1.0), width=(0.25, 0.75), height=0.5),)
     )
     owner = thing(1, "bed", Support(kind="floor"))
-    (top,), (rest,) = tops_of(category, owner, seat=False), tops_of(category, owner, seat=True)
+    (top, inner), (rest,) = tops_of(category, owner, seat=False), tops_of(category, owner, seat=True)
+    assert inner == rest
+    ajar = replace(owner, size_m=(0.25, 0.4, 0.3), model=ModelReference(generator="bed", ajar=0.2))
+    assert tops_of(category, ajar, seat=False)[0] == pytest.approx((0.3, -0.025, 0.0, 0.0, 0.1))
     assert top == pytest.approx((0.3, 0.0, 0.0, 0.0, 0.1)) and rest == pytest.approx((0.15, 0.05, 0.0, 0.05, 0.1))
     assert rest.area_m2 == pytest.approx(0.02)
     # a strip from the middle of a screen to the front edge, 5 cm wider at each side, above flat things
