@@ -240,7 +240,11 @@ class SceneSynthesizer:
         """Return a furnished room with small things, the ids of its objects that the clutter asked for leaves out, and what may move."""
         sizes = {rule.category: rule.high_m for rule in models.grammar.objects.values() if rule.category in models.chosen}
         source = Source(
-            rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes,
+            rules=self.small_things,
+            grammar=models.grammar,
+            categories=models.categories,
+            request=request,
+            sizes_m=sizes,
             held=frozenset(model.entry.category for model in self.catalog.models),
         )
         before = FurnishedRoom(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)

@@ -117,9 +117,9 @@ class FileReading:
 class ModelReference:
     """Where an object's geometry comes from: a generator of the renderer with style and seed, or a file of the user's catalogue.
 
-    ``file`` is a relative POSIX path inside the catalogue's folder; absolute paths and ``..`` are refused.  ``ajar`` is how far a generator's
-    movable parts are from shut or straight: the share of the object's depth that an open drawer or door takes, in front of the body; of
-    curtains and pictures, which stay within their box, the share of the most.
+    ``file`` is a relative POSIX path inside the catalogue's folder; absolute paths and ``..`` are refused.  ``ajar`` is how far a
+    generator's movable parts are from shut or straight: the share of the object's depth that an open drawer or door takes, in front of the
+    body; of curtains and pictures, which stay within their box, the share of the most.
     """
 
     generator: Name | None = None

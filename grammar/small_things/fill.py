@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -126,8 +127,8 @@ class _Arrival(NamedTuple):
 class Filling:
     """Sites of a room while small things come.
 
-    ``objects``: what stands in it at clutter 1, before small things are taken away or added; ``blocked``: what else is in the way; ``still``:
-    furniture that carries nothing; ``root``: seed of all that is drawn; every thing has a stream of its own.
+    ``objects``: what stands in it at clutter 1, before small things are taken away or added; ``blocked``: what else is in the way;
+    ``still``: furniture that carries nothing; ``root``: seed of all that is drawn; every thing has a stream of its own.
     """
 
     def __init__(
@@ -181,7 +182,7 @@ class Filling:
         for item in self._objects:
             hung = rules.hooks.get(item.category)
             if hung is not None and item.support.kind == "wall":
-                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, lambda i=item, h=hung: HookSite(i, h.things))
+                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, partial(HookSite, item, hung.things))
             stock = rules.stock(item.category, grammar.looks_like)
             if stock is not None and item.id not in self._still:
                 yield from self._on_object(item, stock, carried[item.id])
@@ -190,8 +191,8 @@ class Filling:
         yield from self._levels(FLOOR, tidy.count, strewn, lambda: floor_site(rules, *args))
         walls = rules.walls.get(grammar.looks_like)
         if walls is not None:
-            things = walls.things
-            yield from self._levels(WALLS, walls.count, 0.25 * walls.count, lambda: wall_site(rules, things, grammar, self._room, self._objects))
+            things, rest = walls.things, (grammar, self._room, self._objects)
+            yield from self._levels(WALLS, walls.count, 0.25 * walls.count, lambda: wall_site(rules, things, *rest))
 
     def _on_object(self, item: SceneObject, stock: Stock, carried: int) -> Iterator[_Arrival]:
         """Yield what comes to the surfaces of furniture."""
@@ -219,7 +220,7 @@ class Filling:
         return TopSite(item, tops, tidy, late, box_rows(free))
 
     def _place(self, rng: np.random.Generator, arrival: _Arrival, allowed: Callable[[str], bool]) -> Iterator[Placed]:
-        """Yield what an arrival brings, a thing or a group; nothing where no place is free for it, nor for a second one that is tried then."""
+        """Yield what an arrival brings, a thing or a group; nothing where no place is free for it, nor for another one that is tried."""
         site, rules, mess = self._sites[arrival.site], self._source.rules, disorder(arrival.level)
         odds = site.odds(mess)
         names, shares = list(odds), [share / sum(odds.values()) for share in odds.values()]

@@ -1,4 +1,4 @@
-"""Groups as people leave them: a core that found its place, and the things of its Set node beside it or, by address nodes, on each other."""
+"""Groups as people leave them: a core in its place, and the things of its Set node beside it or, by address nodes, on each other."""
 
 from __future__ import annotations
 

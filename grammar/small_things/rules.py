@@ -45,8 +45,8 @@ class Thing:
 class Member:
     """A branch of a group's Set node: a thing, and the probabilities of 0, 1, 2, ... of it (``multiplicity``).
 
-    Its middle lies at ``at_m`` in the frame of the group's core, within ``sd_m``, turned by ``turn`` (none: any way); or it stands ``upon`` a
-    thing of the group that has come before it, which its address node draws.
+    Its middle lies at ``at_m`` in the frame of the group's core, within ``sd_m``, turned by ``turn`` (none: any way); or it stands ``upon``
+    a thing of the group that has come before it, which its address node draws.
     """
 
     thing: str
@@ -156,8 +156,9 @@ class SmallThings:
     def categories(self) -> set[str]:
         """Return the categories of all that supports, floors, walls and hooks may bring."""
         supports = [stock for one in self.supports.values() for stock in (one.stock, one.tidy, *one.rooms.values())]
-        names = set(_drawn(*supports, *self.floor.tidy.values(), *self.walls.values(), *self.hooks.values()))
-        names |= {*self.floor.things, *(name for odds in self.floor.rooms.values() for name in odds)}
+        names = set(_drawn(*supports, *self.walls.values(), *self.hooks.values()))
+        floors = [self.floor.things, *self.floor.rooms.values(), *(tidy.things for tidy in self.floor.tidy.values())]
+        names |= {name for odds in floors for name in odds}
         groups = [self.groups[name] for name in names & set(self.groups)]
         return (names - set(self.groups)) | {name for group in groups for name in (group.core, *(one.thing for one in group.members))}
 

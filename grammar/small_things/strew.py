@@ -237,7 +237,8 @@ def _graph(graph: ParseGraph, added: Sequence[Placed], filling: Filling) -> Pars
             if thing.group and thing.core:
                 more = sum(1 for _ in itertools.takewhile(lambda other: not other.core, things[k + 1 :]))
                 group, symbol = len(nodes), f"{SYMBOL}{thing.group}"
-                nodes.append(ParseNode(symbol=symbol, kind="set", parent=parent, choice=str(1 + more), log_probability=thing.log_probability))
+                odds = thing.log_probability
+                nodes.append(ParseNode(symbol=symbol, kind="set", parent=parent, choice=str(1 + more), log_probability=odds))
             nodes += _thing_nodes(thing, len(nodes), group if thing.group else parent)
     added_log = sum(node.log_probability for node in nodes[len(graph.nodes) :])
     return replace(graph, nodes=tuple(nodes), log_probability=graph.log_probability + added_log)

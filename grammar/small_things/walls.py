@@ -28,7 +28,7 @@ _LOWEST_M = 0.12
 
 
 def backed(wall: Floats, item: SceneObject) -> tuple[int, float] | None:
-    """Return the wall (row of ``wall_rows``) that furniture has its back to, and how far along it its middle is; None: there is none."""
+    """Return the wall (row of ``wall_rows``) that furniture has its back to, and how far along it the middle is, if any."""
     for k, row in enumerate(wall):
         dx, dy = item.position_m[0] - row[START_X], item.position_m[1] - row[START_Y]
         along, across = dx * row[ALONG_X] + dy * row[ALONG_Y], dx * row[NORMAL_X] + dy * row[NORMAL_Y]
@@ -72,9 +72,7 @@ def on_wall(
     return None
 
 
-def below_hooks(
-    rng: np.random.Generator, new: Newcomer, hooks: SceneObject, fits: Fits, obstacles: Obstacles
-) -> SceneObject | None:
+def below_hooks(rng: np.random.Generator, new: Newcomer, hooks: SceneObject, fits: Fits, obstacles: Obstacles) -> SceneObject | None:
     """Return a thing that hangs from hooks on a wall, its top at their lower edge; None where no drawn pose is free."""
     depth, width, height = new.item.size_m
     reach = max(0.5 * (hooks.size_m[1] - 0.5 * width), 0.0)

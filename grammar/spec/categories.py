@@ -57,7 +57,7 @@ class SupportSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """A seat, mattress or inner board that carries small things: fractions of the owner's depth, width, height, from back, right, bottom."""
+    """A seat, mattress or inner board that carries small things: fractions of depth, width and height, from back, right and bottom."""
 
     depth: tuple[Fraction, Fraction] = (0.0, 1.0)
     width: tuple[Fraction, Fraction] = (0.0, 1.0)

@@ -1,8 +1,8 @@
 """Models as data: the rows of ``config/models.yaml``, and what makes meshes of them.
 
-A row names its styles, a style its parts, a part its pieces.  Places are shares of the object's box: x of half its depth (front +1), y of half
-its width, z of its height; radii are shares of half the shorter side of its footprint.  A piece has one of the kinds of :data:`SOLIDS` and
-any of the moves of :func:`_moved`; a name in place of an outline means one of the file's ``profiles``.
+A row names its styles, a style its parts, a part its pieces.  Places are shares of the object's box: x of half its depth (front +1), y of
+half its width, z of its height; radii are shares of half the shorter side of its footprint.  A piece has one of the kinds of
+:data:`SOLIDS` and any of the moves of :func:`_moved`; a name in place of an outline means one of the file's ``profiles``.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class Frame(NamedTuple):
 
 
 def hollowed(outer: Array, wall: float, floor: float) -> Array:
-    """Return the profile of a vessel: an outer wall (n, 2) from the axis to the rim, its inner one ``wall`` inward, its bottom at ``floor``."""
+    """Return the profile of a vessel: an outer wall (n, 2) from the axis to the rim, an inner one ``wall`` inward, and a ``floor``."""
     inner = [(r - wall, z) for r, z in outer[::-1] if z > floor]
     low = float(np.interp(floor, outer[1:, 1], outer[1:, 0])) - wall
     return np.array([*outer, *inner, (low, floor), (0.0, floor)])
 
 
 def _lathe(frame: Frame, value: Any, row: Row) -> Mesh:
-    """A turned body: radius and height of its profile; ``wall`` and ``floor`` hollow it, ``axis`` lays it down, ``closed`` makes a ring."""
+    """A turned body: radius and height of its profile; ``wall`` and ``floor`` hollow it, ``axis`` lays it down, ``closed``: a ring."""
     profile, axis = frame.outline(value), row.get("axis", "z")
     if "wall" in row:
         profile = hollowed(profile, row["wall"], row.get("floor", row["wall"]))
@@ -71,13 +71,11 @@ def _lathe(frame: Frame, value: Any, row: Row) -> Mesh:
 
 def _box(frame: Frame, value: Any, row: Row) -> Mesh:
     """A box between two corners; ``round``: radius of its edges as a share of half its thinnest side."""
-    low, high = (np.array(frame.at(corner)) for corner in value)
-    share = row.get("round", 0.0)
-    return (
-        rounded_box(low, high, 0.5 * share * float((high - low).min()), row.get("steps", 1))
-        if share
-        else block(low, high, min(0.002, 0.2 * float((high - low).min())))
-    )
+    low, high = (frame.at(corner) for corner in value)
+    thin = min(b - a for a, b in zip(low, high, strict=True))
+    if "round" in row:
+        return rounded_box(low, high, 0.5 * row["round"] * thin, row.get("steps", 1))
+    return block(low, high, min(0.002, 0.2 * thin))
 
 
 def _loft(frame: Frame, value: Any, row: Row) -> Mesh:
@@ -144,26 +142,27 @@ def _strip(frame: Frame, value: Any, row: Row) -> Mesh:
 
 def _stuffed(frame: Frame, value: Any, row: Row) -> Mesh:
     """A pillow between two corners, or with ``bulge`` an upholstered block that swells by that share of its height."""
-    low, high = (np.array(frame.at(corner)) for corner in value)
+    low, high = (frame.at(corner) for corner in value)
+    depth, width, height = (b - a for a, b in zip(low, high, strict=True))
     if "bulge" in row:
-        return cushion(
-            frame.rng, low, high, row.get("round", 0.3) * float((high - low).min()), row["bulge"] * float(high[2] - low[2]), 2, True, 4
-        )
-    size, middle = high - low, 0.5 * (low + high)
-    return moved(pillow(frame.rng, *map(float, size), row.get("steps", 12)), *map(float, middle))
+        edge = row.get("round", 0.3) * min(depth, width, height)
+        return cushion(frame.rng, low, high, edge, row["bulge"] * height, 2, True, 4)
+    mesh = pillow(frame.rng, depth, width, height, row.get("steps", 12))
+    return moved(mesh, *(0.5 * (a + b) for a, b in zip(low, high, strict=True)))
 
 
 def _heap(frame: Frame, value: Any, row: Row) -> Mesh:
     """Cloth in folds between two corners."""
     del row
-    return heap(frame.rng, *(frame.at(corner) for corner in value))
+    low, high = (frame.at(corner) for corner in value)
+    return heap(frame.rng, low, high)
 
 
 def _coat(frame: Frame, value: Any, row: Row) -> Mesh:
     """A garment that hangs between two corners; ``shape``: its widths from collar to hem, or those of a coat."""
     shape = row.get("shape")
-    rows = SHOULDERS if shape is None else np.column_stack([np.linspace(0.0, 1.0, len(shape)), shape])
-    return garment(frame.rng, *(frame.at(corner) for corner in value), rows)
+    low, high = (frame.at(corner) for corner in value)
+    return garment(frame.rng, low, high, SHOULDERS if shape is None else np.column_stack([np.linspace(0.0, 1.0, len(shape)), shape]))
 
 
 SOLIDS: Mapping[str, Callable[[Frame, Any, Row], Mesh]] = {
@@ -176,8 +175,8 @@ SOLIDS: Mapping[str, Callable[[Frame, Any, Row], Mesh]] = {
 def _moved(frame: Frame, mesh: Mesh, row: Row) -> list[Mesh]:
     """Return a piece where its moves put it, in this order.
 
-    ``grow``: stretched upward by a factor between two numbers; ``turn``: degrees about axes through the origin; ``spin``: about z by up to so
-    many degrees either way; ``at``: shifted; ``around``: so many copies about z; ``copies``: one at each of these places besides.
+    ``grow``: stretched upward by a factor between two numbers; ``turn``: degrees about axes through the origin; ``spin``: about z by up
+    to so many degrees either way; ``at``: shifted; ``around``: so many copies about z; ``copies``: one at each of these places besides.
     """
     if "grow" in row:
         mesh = stretched(mesh, (1.0, 1.0, float(frame.rng.uniform(*row["grow"]))), (0.0, 0.0, 0.0))
@@ -196,7 +195,8 @@ def _moved(frame: Frame, mesh: Mesh, row: Row) -> list[Mesh]:
 def build_row(row: Row, profiles: Mapping[str, Any], rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return the pieces of a model by part.
 
-    ``row``: of the file; ``profiles``: its named outlines.  A row with ``long: y`` is drawn along y and turned where the box is longer along x.
+    ``row``: of the file; ``profiles``: its named outlines.  A row with ``long: y`` is drawn along y, and turned where the box is longer
+    along x.
     """
     turned = row.get("long") == "y" and size_m[0] > size_m[1]
     depth, width, height = (size_m[1], size_m[0], size_m[2]) if turned else size_m

@@ -367,7 +367,7 @@ SHOULDERS = ((0.0, 0.12), (0.05, 0.3), (0.16, 0.62), (0.5, 0.8), (1.0, 1.0))
 
 
 def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: ArrayLike = SHOULDERS) -> Mesh:
-    """Return a garment that hangs from its top between two corners (3,): folds grow towards the hem; ``shape``: rows of way down and width."""
+    """Return a garment that hangs between two corners (3,): folds grow towards the hem; ``shape``: rows of way down and width."""
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
     vv, aa = np.meshgrid(np.linspace(0.0, 1.0, 13), np.linspace(0.0, 2.0 * math.pi, 31), indexing="ij")
     spread = np.interp(vv, *np.asarray(shape, np.float64).T)

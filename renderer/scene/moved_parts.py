@@ -46,7 +46,8 @@ def fronts_of(mesh: Mesh) -> Array:
     if len(mesh.vertices) % _BLOCK:
         return np.zeros((0, 4))
     corners = mesh.vertices.reshape(-1, _BLOCK, 3)[:, :, 1:].astype(np.float64)
-    boxes = np.concatenate([corners.min(axis=1)[:, [0]], corners.max(axis=1)[:, [0]], corners.min(axis=1)[:, [1]], corners.max(axis=1)[:, [1]]], 1)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    boxes = np.column_stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]])
     merged_boxes: list[Array] = []
     for box in boxes:
         apart = []

@@ -33,7 +33,12 @@ def placed(
     box = thing("cardboard_box", 0.0, 0.0, 0.0, BOX.size_m)
     inside = lambda item: 0.14 < item.position_m[0] < 3.86 and 0.14 < item.position_m[1] < 2.86  # noqa: E731
     return by_wall(
-        np.random.default_rng(seed), Newcomer(BOX, box, local_solids(CATEGORIES["cardboard_box"], box.size_m)), WALL, doors, inside, Obstacles(boxes, owners)
+        np.random.default_rng(seed),
+        Newcomer(BOX, box, local_solids(CATEGORIES["cardboard_box"], box.size_m)),
+        WALL,
+        doors,
+        inside,
+        Obstacles(boxes, owners),
     )
 
 

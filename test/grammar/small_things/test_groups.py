@@ -49,7 +49,9 @@ def test_members_lie_beside_the_core_on_its_surface_or_upon_each_other() -> None
     number = iter(range(3, 9))
     found = []
     carrier = (table, tops_of(CATEGORIES["dining_table"], table, seat=False))
-    for joined in members(np.random.default_rng(4), group, tray, carrier, 0.0, around, lambda name: newcomer(next(number), name, sizes[name])):
+    for joined in members(
+        np.random.default_rng(4), group, tray, carrier, 0.0, around, lambda name: newcomer(next(number), name, sizes[name])
+    ):
         around.add(joined.item)
         found.append(joined)
     plate, bread, jar = (joined.item for joined in found)
