@@ -21,7 +21,7 @@ from grammar.geometry.solids import local_solids
 from grammar.small_things.groups import members
 from grammar.small_things.place import Newcomer, Top, draw_thing_size, kept_free, tops_of
 from grammar.small_things.rules import SmallThings, Stock
-from grammar.small_things.sites import HookSite, Site, Surroundings, TopSite, floor_site, wall_site
+from grammar.small_things.sites import HookSite, Site, Surroundings, TopSite, floor_site, opening_boxes, wall_site
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
@@ -83,7 +83,7 @@ _TOP, _WALL, _HOOK = 1, 2, 3
 FLOOR, WALLS = Key(_TOP), Key(_WALL)
 
 _MAX_SEED = 2**63 - 1
-_KINDS_TRIED = 2
+_KINDS_TRIED = 4
 _LEAST_GROWTH, _MOST_GROWTH = 0.5, 2.0
 
 
@@ -178,11 +178,12 @@ class Filling:
     def _arrivals(self) -> Iterator[_Arrival]:
         """Yield what comes to each site; those to which something comes are prepared."""
         rules, grammar = self._source.rules, self._source.grammar
+        openings = opening_boxes(grammar, self._room, swings=False)
         carried = Counter(item.support.id for item in self._objects if item.support.kind == "object")
         for item in self._objects:
             hung = rules.hooks.get(item.category)
             if hung is not None and item.support.kind == "wall":
-                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, partial(HookSite, item, hung.things))
+                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, partial(HookSite, item, hung.things, openings))
             stock = rules.stock(item.category, grammar.looks_like)
             if stock is not None and item.id not in self._still:
                 yield from self._on_object(item, stock, carried[item.id])
@@ -220,7 +221,7 @@ class Filling:
         return TopSite(item, tops, tidy, late, box_rows(free))
 
     def _place(self, rng: np.random.Generator, arrival: _Arrival, allowed: Callable[[str], bool]) -> Iterator[Placed]:
-        """Yield what an arrival brings, a thing or a group; nothing where no place is free for it, nor for another one that is tried."""
+        """Yield what an arrival brings, a thing or a group; nothing where no place is free for it, nor for others that are tried."""
         site, rules, mess = self._sites[arrival.site], self._source.rules, disorder(arrival.level)
         odds = site.odds(mess)
         names, shares = list(odds), [share / sum(odds.values()) for share in odds.values()]
@@ -236,7 +237,7 @@ class Filling:
             found = self._settled(found)
             yield Placed(found, arrival.level, arrival.site, math.log(shares[chosen]), names[chosen] if group else "")
             if group:
-                carrier = (site.item, site.tops()) if isinstance(site, TopSite) else None
+                carrier = site.carrier()
                 make = lambda one: self._new(rng, one) if allowed(one) else None  # noqa: E731
                 for joined in members(rng, group, found, carrier, mess, self._around, make):
                     item = self._settled(joined.item)

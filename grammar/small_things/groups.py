@@ -11,7 +11,8 @@ import numpy as np
 from grammar.derivation.densities import draw_index
 from grammar.small_things.place import GAP_M, TRIALS, Newcomer, Top, clear_of, in_frame, on_top, tops_of
 from grammar.small_things.rules import Group, Member
-from grammar.small_things.sites import Surroundings
+from grammar.small_things.sites import Carrier, Surroundings
+from grammar.small_things.walls import below_hooks
 from scene_description import SceneObject
 
 _MESSY_SPREAD = 3.0
@@ -29,7 +30,7 @@ def members(
     rng: np.random.Generator,
     group: Group,
     core: SceneObject,
-    carrier: tuple[SceneObject, Sequence[Top]] | None,
+    carrier: Carrier,
     mess: float,
     around: Surroundings,
     newcomer: Callable[[str], Newcomer | None],
@@ -40,7 +41,7 @@ def members(
         rng: source of randomness.
         group: its rule.
         core: its core, in its place.
-        carrier: what carries the core, with its surfaces; None for the floor.
+        carrier: what carries the core.
         mess: 0 tidy to 1 messy.
         around: the room; the one that takes what is yielded adds it to this.
         newcomer: name -> a thing without a place, None where no more of its kind may come.
@@ -58,6 +59,8 @@ def members(
                 owner = owners[int(rng.integers(len(owners)))]
                 tops = tops_of(around.categories[owner.category], owner, seat=False)
                 found = on_top(rng, new, owner, tops, mess, around.fits, around.taken)
+            elif member.below:
+                found = below_hooks(rng, new, core, around.fits, around.taken.with_more(carrier.free))
             else:
                 found = _beside(rng, new, member, core, carrier, mess, around)
             if found is not None:
@@ -71,18 +74,20 @@ def _beside(
     new: Newcomer,
     member: Member,
     core: SceneObject,
-    carrier: tuple[SceneObject, Sequence[Top]] | None,
+    carrier: Carrier,
     mess: float,
     around: Surroundings,
 ) -> SceneObject | None:
     """Return a member near its place beside the core, on the same surface; None where no drawn pose is free."""
+    taken = around.taken.with_more(carrier.free)
     for trial in range(TRIALS):
         spread = (member.sd_m + 0.01 * trial) * (1.0 + _MESSY_SPREAD * mess)
         x, y = (at + spread * float(rng.standard_normal()) for at in member.at_m)
         wobble = (0.05 + 0.6 * mess) * float(rng.standard_normal())
         turn = float(rng.uniform(-math.pi, math.pi)) if member.turn is None else member.turn + wobble
         placed = in_frame(new.item, core, x, y, 0.0, turn, core.support)
-        if (carrier is None or _carried(placed, *carrier)) and around.fits(placed) and clear_of(new, placed, around.taken):
+        on_it = carrier.item is None or _carried(placed, carrier.item, carrier.tops)
+        if on_it and around.fits(placed) and clear_of(new, placed, taken):
             return placed
     return None
 

@@ -46,7 +46,7 @@ class Member:
     """A branch of a group's Set node: a thing, and the probabilities of 0, 1, 2, ... of it (``multiplicity``).
 
     Its middle lies at ``at_m`` in the frame of the group's core, within ``sd_m``, turned by ``turn`` (none: any way); or it stands ``upon``
-    a thing of the group that has come before it, which its address node draws.
+    a thing of the group that has come before it, which its address node draws; or it hangs ``below`` the core, which is on a wall.
     """
 
     thing: str
@@ -55,6 +55,7 @@ class Member:
     sd_m: Spread = 0.02
     turn: Radians | None = 0.0
     upon: str | None = None
+    below: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

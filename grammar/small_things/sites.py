@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -54,6 +54,14 @@ class Surroundings:
         return bool(rectangle_outside(self.wall, x, y, c, s, *half) <= 1e-6)
 
 
+class Carrier(NamedTuple):
+    """What carries the core of a group: an object with its surfaces, None for floor and walls; (n, 8) boxes that stay free there."""
+
+    item: SceneObject | None
+    tops: Sequence[Top]
+    free: Boxes
+
+
 class Site(Protocol):
     """A place that things come to."""
 
@@ -63,8 +71,8 @@ class Site(Protocol):
     def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
         """Return a newcomer in its place, None where no drawn pose is free."""
 
-    def tops(self) -> Sequence[Top]:
-        """Return the surfaces that carry it, in their owner's frame; none for the floor."""
+    def carrier(self) -> Carrier:
+        """Return what carries those that join it there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +93,9 @@ class TopSite:
         """Return a newcomer on one of the surfaces."""
         return on_top(rng, new, self.item, self.surfaces, mess, around.fits, around.taken.with_more(self.free))
 
-    def tops(self) -> Sequence[Top]:
-        """Return the surfaces."""
-        return self.surfaces
+    def carrier(self) -> Carrier:
+        """Return the object with its surfaces."""
+        return Carrier(self.item, self.surfaces, self.free)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,11 +122,12 @@ class FloorSite:
         taken = taken.with_more(self.used)
         if self.beside == "furniture":
             return on_floor(rng, new, self.anchors, 0.0, around.fits, taken)
-        return by_wall(rng, new, around.wall, self.doors if self.beside == "door" else (), around.fits, taken)
+        stood = by_wall(rng, new, around.wall, self.doors if self.beside == "door" else (), around.fits, taken)
+        return stood or on_floor(rng, new, self.anchors, 0.0, around.fits, taken)
 
-    def tops(self) -> Sequence[Top]:
-        """Return none."""
-        return ()
+    def carrier(self) -> Carrier:
+        """Return the floor with what stays free of it."""
+        return Carrier(None, (), np.concatenate([self.free, self.used]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,17 +148,18 @@ class WallSite:
         del mess
         return on_wall(rng, new, around.wall, self.below.get(new.item.category, ()), around.fits, around.taken.with_more(self.free))
 
-    def tops(self) -> Sequence[Top]:
-        """Return none."""
-        return ()
+    def carrier(self) -> Carrier:
+        """Return the walls with what stays free of them."""
+        return Carrier(None, (), self.free)
 
 
 @dataclass(frozen=True, slots=True)
 class HookSite:
-    """Hooks on a wall."""
+    """Hooks on a wall, and what openings need free."""
 
     item: SceneObject
     things: Odds
+    free: Boxes
 
     def odds(self, mess: float) -> Odds:
         """Return the odds of what comes to it."""
@@ -159,11 +169,11 @@ class HookSite:
     def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
         """Return a newcomer below the hooks."""
         del mess
-        return below_hooks(rng, new, self.item, around.fits, around.taken)
+        return below_hooks(rng, new, self.item, around.fits, around.taken.with_more(self.free))
 
-    def tops(self) -> Sequence[Top]:
-        """Return none."""
-        return ()
+    def carrier(self) -> Carrier:
+        """Return the wall with what stays free of it."""
+        return Carrier(None, (), self.free)
 
 
 def floor_site(rules: SmallThings, grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject]) -> FloorSite:

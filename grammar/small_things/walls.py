@@ -28,7 +28,7 @@ _LOWEST_M = 0.12
 
 
 def backed(wall: Floats, item: SceneObject) -> tuple[int, float] | None:
-    """Return the wall (row of ``wall_rows``) that furniture has its back to, and how far along it the middle is, if any."""
+    """Return the wall (row of ``wall_rows``) that furniture has its back to, and how far along it the middle is."""
     for k, row in enumerate(wall):
         dx, dy = item.position_m[0] - row[START_X], item.position_m[1] - row[START_Y]
         along, across = dx * row[ALONG_X] + dy * row[ALONG_Y], dx * row[NORMAL_X] + dy * row[NORMAL_Y]

@@ -12,7 +12,7 @@ from grammar.geometry.solids import local_solids
 from grammar.small_things.groups import members
 from grammar.small_things.place import Newcomer, Obstacles, tops_of
 from grammar.small_things.rules import Group, Member, SmallThings, Strewn, Thing, Untidy
-from grammar.small_things.sites import Surroundings
+from grammar.small_things.sites import Carrier, Surroundings
 from grammar.small_things.untidy import moves
 from grammar.small_things.walls import backed, below_hooks, on_wall
 from scene_description import ModelReference, Part, Room, SceneObject, Support
@@ -48,7 +48,7 @@ def test_members_lie_beside_the_core_on_its_surface_or_upon_each_other() -> None
     ))  # fmt: skip
     number = iter(range(3, 9))
     found = []
-    carrier = (table, tops_of(CATEGORIES["dining_table"], table, seat=False))
+    carrier = Carrier(table, tops_of(CATEGORIES["dining_table"], table, seat=False), np.empty((0, 8)))
     for joined in members(
         np.random.default_rng(4), group, tray, carrier, 0.0, around, lambda name: newcomer(next(number), name, sizes[name])
     ):
