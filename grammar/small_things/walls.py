@@ -41,7 +41,7 @@ def backed(wall: Floats, item: SceneObject) -> tuple[int, float] | None:
 def on_wall(
     rng: np.random.Generator, new: Newcomer, wall: Floats, below: Sequence[SceneObject], fits: Fits, obstacles: Obstacles
 ) -> SceneObject | None:
-    """Return a thing flat on a wall at its height, or above furniture that it belongs over (``below``); None where no drawn pose is free."""
+    """Return a thing flat on a wall at its height, or above furniture that it belongs over; None where no drawn pose is free."""
     depth, width, height = new.item.size_m
     lowest, highest = new.thing.hangs_m or (1.4, 1.6)
     shares = wall[:, LENGTH] / wall[:, LENGTH].sum()
