@@ -209,25 +209,24 @@ def _sample_environment(
     return replace(plain, daylight=make_daylight(moment, cover, config.moment.ground_color))
 
 
-NO_SURROUNDINGS = "none"
-
-
-def sample_surroundings(rng: np.random.Generator, config: LightingConfig, asked: str) -> Surroundings | None:
-    """Sample what stands outside; ``asked``: a setting, ``NO_SURROUNDINGS``, or an empty text to draw one.  None where there is nothing.
+def sample_surroundings(
+    rng: np.random.Generator, config: LightingConfig, asked: Setting | Literal["any", "none"] = "any"
+) -> Surroundings | None:
+    """Sample what stands outside; None where nothing is asked for, or the settings have nothing.
 
     Raises:
-        GrammarError: there is no such setting.
+        GrammarError: the setting that is asked for is not among them.
     """
-    names = list(config.surroundings)
-    if asked and asked not in (NO_SURROUNDINGS, *names):
-        raise GrammarError(f"surroundings: expected one of {', '.join((NO_SURROUNDINGS, *names))}, got '{asked}'")
-    if asked == NO_SURROUNDINGS or not names:
+    if asked == "none" or not config.surroundings:
         return None
+    if asked != "any" and asked not in config.surroundings:
+        raise GrammarError(f"surroundings: expected one of {', '.join(config.surroundings)}, got '{asked}'")
+    names = list(config.surroundings)
     drawn = names[int(rng.choice(len(names), p=[row.probability for row in config.surroundings.values()]))]
-    name = next(known for known in names if known == (asked or drawn))
-    floors = config.surroundings[name].floors_m
+    setting = drawn if asked == "any" else asked
+    floors = config.surroundings[setting].floors_m
     return Surroundings(
-        setting=name,
+        setting=setting,
         seed=int(rng.integers(2**53)),
         floor_above_ground_m=floors[int(rng.integers(len(floors)))],
         quarter_turns=int(rng.integers(4)),

@@ -126,9 +126,8 @@ class SceneRequest:
     turbidity: Annotated[float, Limits(ge=0.0, le=10.0, description="haze of the air, 2 very clear to 6 hazy; 0: drawn")] = 0.0
     cloud_cover: Annotated[float, Limits(ge=-1.0, le=1.0, description="0 clear to 1 overcast; -1: drawn")] = -1.0
     surroundings: Annotated[
-        str,
-        Limits(max_length=60, pattern="[a-z_]*", description="setting outside, of config/lighting.yaml, or none; empty: drawn"),
-    ] = ""
+        Literal["any", "none", "suburb", "town", "country"], Limits(description="what stands outside the windows; any: drawn")
+    ] = "any"
     environment_map: Annotated[
         str,
         Limits(max_length=240, description="picture outside, .hdr or .exr below the renderer's catalogue folder; empty: sky and sun"),
