@@ -18,7 +18,9 @@ from renderer.core.equirectangular import arcsin, bilinear_map, map_position
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.surroundings import neighbourhood as nb
 from renderer.surroundings.neighbourhood import Neighbourhood
-from renderer.surroundings.surfaces import Hit, body_surface, ground_surface, hash_unit, value_noise
+from renderer.surroundings.surfaces import Surface, body_surface, ground_surface, hash_unit, value_noise
+
+Vector = tuple[np.float32, np.float32, np.float32]
 
 ROWS, COLUMNS, TILE = 1024, 2048, 16
 _FINE_ROWS = (0.30, 0.62)
@@ -124,7 +126,7 @@ def draw_rows(
                 dy = a[1] + s * (b[1] - a[1]) + t * (c[1] - a[1])
                 dz = a[2] + s * (b[2] - a[2]) + t * (c[2] - a[2])
                 scale = _ONE / np.sqrt(dx * dx + dy * dy + dz * dz)
-                r, g, b_ = _radiance(place, light, tiles.item[begin:end], memo, eye, dx * scale, dy * scale, dz * scale)
+                r, g, b_ = _radiance(place, light, tiles.item[begin:end], memo, eye, (dx * scale, dy * scale, dz * scale))
                 red, green, blue = red + r, green + g, blue + b_
             share = _ONE / np.float32(count)
             image[i, j, 0], image[i, j, 1], image[i, j, 2] = share * red, share * green, share * blue
@@ -132,43 +134,36 @@ def draw_rows(
 
 @kernel
 def _radiance(
-    place: Neighbourhood,
-    light: OutsideLight,
-    items: NDArray[np.int32],
-    memo: NDArray[np.float32],
-    eye: np.float32,
-    dx: np.float32,
-    dy: np.float32,
-    dz: np.float32,
+    place: Neighbourhood, light: OutsideLight, items: NDArray[np.int32], memo: NDArray[np.float32], eye: np.float32, direction: Vector
 ) -> Rgb:
     """Return the luminance towards a unit direction."""
+    dx, dy, dz = direction
     nearest, which, face = _FAR, -1, 0
     bodies = len(place.planes)
     for n in items:
         if n < bodies:
-            t, entered = _meet_body(place.planes, n, _ZERO, _ZERO, eye, dx, dy, dz)
+            t, entered = _meet_body(place.planes[n], (_ZERO, _ZERO, eye), direction)
         else:
-            t, entered = _meet_ball(place.clumps, n - bodies, eye, dx, dy, dz), 0
+            t, entered = _meet_ball(place.clumps, n - bodies, eye, direction), 0
         if t < nearest:
             nearest, which, face = t, n, entered
     down = -eye / dz if dz < np.float32(-1e-6) else _FAR
-    if min(nearest, down) >= _FAR:
-        return _backdrop(light, dx, dy, dz)
     t = min(nearest, down)
+    if t >= _FAR:
+        return _backdrop(light, dx, dy, dz)
     x, y, z = t * dx, t * dy, eye + t * dz
     if down <= nearest:
-        hit = ground_surface(place.street, x, y, t)
+        surface, normal = ground_surface(place.street, x, y, t), (_ZERO, _ZERO, _ONE)
     elif which < bodies:
-        nx, ny, nz = place.planes[which, face, 0], place.planes[which, face, 1], place.planes[which, face, 2]
-        hit = body_surface(place.kind[which], place.corner[which], place.looks[which], face, x, y, z, nx, ny, nz)
+        plane = place.planes[which, face]
+        surface, normal = body_surface(place, which, face, x, y, z), (plane[0], plane[1], plane[2])
     else:
-        ball = place.clumps[which - bodies]
-        hit = _leaf(ball, which, x, y, z)
-    surface = np.float32(-2.0) if down <= nearest else np.float32(nb.PLANES * which + face)
-    if memo[0] != surface:
-        memo[0] = surface
-        memo[1] = _sunlit(place, light, hit, x, y, z)
-    r, g, b = _shaded(place, light, hit, memo[1], x, y, z, dx, dy, dz)
+        surface, normal = _leaf(place.clumps[which - bodies], which, x, y, z)
+    # rays of a pixel that meet the same face share what they know of the sun
+    key = np.float32(-2.0) if down <= nearest else np.float32(nb.PLANES * which + face)
+    if memo[0] != key:
+        memo[0], memo[1] = key, _sunlit(place, light, normal, (x, y, z))
+    r, g, b = _shaded(place, light, surface, normal, memo[1], (x, y, z), direction)
     # far things fade into the light above the horizon
     haze = t * _HAZE_M / (_ONE + t * _HAZE_M)
     level = np.sqrt(dx * dx + dy * dy + np.float32(0.0025))
@@ -177,14 +172,13 @@ def _radiance(
 
 
 @inlined
-def _meet_body(
-    planes: NDArray[np.float32], n: int, ox: np.float32, oy: np.float32, oz: np.float32, dx: np.float32, dy: np.float32, dz: np.float32
-) -> tuple[np.float32, int]:
-    """Return how far along a ray it enters a convex body, and by which face; ``_FAR`` where it does not."""
+def _meet_body(planes: NDArray[np.float32], origin: Vector, direction: Vector) -> tuple[np.float32, int]:
+    """Return how far along a ray it enters a convex body (PLANES, 4), and by which face; ``_FAR`` where it does not."""
     enter, leave, face = _ZERO, _FAR, -1
     for i in range(nb.PLANES):
-        a, b, c, d = planes[n, i, 0], planes[n, i, 1], planes[n, i, 2], planes[n, i, 3]
-        toward, room = a * dx + b * dy + c * dz, d - (a * ox + b * oy + c * oz)
+        a, b, c = planes[i, 0], planes[i, 1], planes[i, 2]
+        toward = a * direction[0] + b * direction[1] + c * direction[2]
+        room = planes[i, 3] - (a * origin[0] + b * origin[1] + c * origin[2])
         if toward < _ZERO:
             t = room / toward
             if t > enter:
@@ -197,7 +191,9 @@ def _meet_body(
 
 
 @inlined
-def _meet_ball(clumps: NDArray[np.float32], n: int, eye: np.float32, dx: np.float32, dy: np.float32, dz: np.float32) -> np.float32:
+def _meet_ball(clumps: NDArray[np.float32], n: int, eye: np.float32, direction: Vector) -> np.float32:
+    """Return how far along a ray from the eye it meets a ball of leaves or bark; ``_FAR`` where it does not, or slips through."""
+    dx, dy, dz = direction
     cx, cy, cz, radius = clumps[n, 0], clumps[n, 1], clumps[n, 2] - eye, clumps[n, 3]
     along = cx * dx + cy * dy + cz * dz
     aside = cx * cx + cy * cy + cz * cz - along * along
@@ -212,8 +208,8 @@ def _meet_ball(clumps: NDArray[np.float32], n: int, eye: np.float32, dx: np.floa
 
 
 @inlined
-def _leaf(ball: NDArray[np.float32], which: int, x: np.float32, y: np.float32, z: np.float32) -> Hit:
-    """Return the surface of a ball of leaves: normals in disorder, colours that differ from leaf to leaf."""
+def _leaf(ball: NDArray[np.float32], which: int, x: np.float32, y: np.float32, z: np.float32) -> tuple[Surface, Vector]:
+    """Return surface and normal at a point of a ball of leaves: normals in disorder, colours that differ from leaf to leaf."""
     i, j, k = np.int32(np.floor(x * np.float32(14.0))), np.int32(np.floor(y * np.float32(14.0))), np.int32(np.floor(z * np.float32(14.0)))
     one, two = hash_unit(i + 57 * which, j, k), hash_unit(j, k + 91 * which, i)
     scale = _ONE / ball[3]
@@ -222,71 +218,60 @@ def _leaf(ball: NDArray[np.float32], which: int, x: np.float32, y: np.float32, z
     nz = (z - ball[2]) * scale + np.float32(0.5)
     length = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
     tone = min(ball[7], _ONE) * (np.float32(0.65) + np.float32(1.4) * one * two)
-    return Hit(ball[4] * tone, ball[5] * tone, ball[6] * tone, nx * length, ny * length, nz * length, _ZERO, _ZERO)
+    return Surface(ball[4] * tone, ball[5] * tone, ball[6] * tone, _ZERO, _ZERO), (nx * length, ny * length, nz * length)
 
 
 @inlined
 def _shaded(
-    place: Neighbourhood,
-    light: OutsideLight,
-    hit: Hit,
-    sunlit: np.float32,
-    x: np.float32,
-    y: np.float32,
-    z: np.float32,
-    dx: np.float32,
-    dy: np.float32,
-    dz: np.float32,
+    place: Neighbourhood, light: OutsideLight, surface: Surface, normal: Vector, sunlit: np.float32, point: Vector, direction: Vector
 ) -> Rgb:
     """Return the luminance that a surface sends back along a ray; ``sunlit``: share of the sun that reaches it."""
-    nx, ny, nz = hit.nx, hit.ny, hit.nz
+    nx, ny, nz = normal
     r, g, b = irradiance(light.harmonics, nx, ny, nz)
-    facing = nx * light.to_sun[0] + ny * light.to_sun[1] + nz * light.to_sun[2]
-    lit = sunlit * max(facing, _ZERO)
+    lit = sunlit * max(nx * light.to_sun[0] + ny * light.to_sun[1] + nz * light.to_sun[2], _ZERO)
     r, g, b = r + lit * light.beam[0], g + lit * light.beam[1], b + lit * light.beam[2]
     if light.lamp[0] > _ZERO:
         for i in range(len(place.lamps)):
-            ax, ay, az = place.lamps[i, 0] - x, place.lamps[i, 1] - y, place.lamps[i, 2] - z
+            ax, ay, az = place.lamps[i, 0] - point[0], place.lamps[i, 1] - point[1], place.lamps[i, 2] - point[2]
             squared = ax * ax + ay * ay + az * az + np.float32(0.1)
             cosine = ax * nx + ay * ny + az * nz
             if cosine > _ZERO:
-                # lamps shine down: their light falls off above
+                # lamps shine down: little of their light goes up
                 share = cosine / (squared * np.sqrt(squared)) * (_ONE if az > _ZERO else np.float32(0.1))
                 r, g, b = r + share * light.lamp[0], g + share * light.lamp[1], b + share * light.lamp[2]
-    r, g, b = hit.red * _INV_PI * r, hit.green * _INV_PI * g, hit.blue * _INV_PI * b
-    if hit.mirror > _ZERO:
+    r, g, b = surface.red * _INV_PI * r, surface.green * _INV_PI * g, surface.blue * _INV_PI * b
+    if surface.mirror > _ZERO:
+        dx, dy, dz = direction
         away = np.float32(2.0) * (dx * nx + dy * ny + dz * nz)
         sr, sg, sb = sky_luminance(light.sky, dx - away * nx, dy - away * ny, dz - away * nz)
-        r, g, b = r + hit.mirror * sr, g + hit.mirror * sg, b + hit.mirror * sb
-    return r + hit.glow * light.pane[0], g + hit.glow * light.pane[1], b + hit.glow * light.pane[2]
+        r, g, b = r + surface.mirror * sr, g + surface.mirror * sg, b + surface.mirror * sb
+    return r + surface.glow * light.pane[0], g + surface.glow * light.pane[1], b + surface.glow * light.pane[2]
 
 
 @kernel
-def _sunlit(place: Neighbourhood, light: OutsideLight, hit: Hit, x: np.float32, y: np.float32, z: np.float32) -> np.float32:
+def _sunlit(place: Neighbourhood, light: OutsideLight, normal: Vector, point: Vector) -> np.float32:
     """Return which share of the sun reaches a point of a surface; leaves cast shadows with gaps."""
     sx, sy, sz = light.to_sun[0], light.to_sun[1], light.to_sun[2]
-    if light.beam[0] + light.beam[1] + light.beam[2] <= _ZERO or hit.nx * sx + hit.ny * sy + hit.nz * sz <= _ZERO:
+    if light.beam[0] + light.beam[1] + light.beam[2] <= _ZERO or normal[0] * sx + normal[1] * sy + normal[2] * sz <= _ZERO:
         return _ZERO
-    x, y, z = x + _LIFT_M * hit.nx, y + _LIFT_M * hit.ny, z + _LIFT_M * hit.nz
+    x, y, z = point[0] + _LIFT_M * normal[0], point[1] + _LIFT_M * normal[1], point[2] + _LIFT_M * normal[2]
     for n in range(len(place.spheres)):
-        if _is_before(place.spheres[n], x, y, z, sx, sy, sz):
-            t, _ = _meet_body(place.planes, n, x, y, z, sx, sy, sz)
+        if _is_before(place.spheres[n], (x, y, z), (sx, sy, sz)):
+            t, _ = _meet_body(place.planes[n], (x, y, z), (sx, sy, sz))
             if t < _FAR:
                 return _ZERO
     for n in range(len(place.crowns)):
-        if _is_before(place.crowns[n], x, y, z, sx, sy, sz):
+        if _is_before(place.crowns[n], (x, y, z), (sx, sy, sz)):
             gap = value_noise((x - z * sx / sz) * np.float32(3.5), (y - z * sy / sz) * np.float32(3.5), 11)
             return _ONE if gap > _LEAF_GAPS else _LEAF_SHADE
     return _ONE
 
 
 @inlined
-def _is_before(
-    sphere: NDArray[np.float32], x: np.float32, y: np.float32, z: np.float32, sx: np.float32, sy: np.float32, sz: np.float32
-) -> bool:
+def _is_before(sphere: NDArray[np.float32], point: Vector, to_sun: Vector) -> bool:
     """Return whether a ray from a point meets a sphere or begins in it."""
-    cx, cy, cz, radius = sphere[0] - x, sphere[1] - y, sphere[2] - z, sphere[3]
-    along, squared = cx * sx + cy * sy + cz * sz, cx * cx + cy * cy + cz * cz
+    cx, cy, cz, radius = sphere[0] - point[0], sphere[1] - point[1], sphere[2] - point[2], sphere[3]
+    along, squared = cx * to_sun[0] + cy * to_sun[1] + cz * to_sun[2], cx * cx + cy * cy + cz * cz
     return bool((squared - along * along < radius * radius) & (along > -radius))
 
 

@@ -42,8 +42,8 @@ def surroundings_map(
         np.random.default_rng(surroundings.seed), SETTINGS[surroundings.setting], None if to_sun is None else to_sun.tolist()
     )
     beam = sun[4:7].astype(np.float64) * (2.0 * math.pi * float(sun[3])) if len(sun) else np.zeros(3)
-    light = _light(turned, np.zeros(3) if to_sun is None else to_sun, beam, cloud_cover)
-    image = _drawn(place, light, surroundings.floor_above_ground_m + EYE_M)
+    light = light_of(turned, np.zeros(3) if to_sun is None else to_sun, beam, cloud_cover)
+    image = panorama_of(place, light, surroundings.floor_above_ground_m + EYE_M)
     return np.ascontiguousarray(np.roll(image, -turns * COLUMNS // 4, axis=1))
 
 
@@ -53,7 +53,7 @@ def _turned_back(direction: NDArray[np.float64], turns: int) -> NDArray[np.float
     return np.array([(x, y, z), (y, -x, z), (-x, -y, z), (-y, x, z)][turns])
 
 
-def _light(sky: NDArray[np.float32], to_sun: NDArray[np.float64], beam: NDArray[np.float64], cloud_cover: float) -> OutsideLight:
+def light_of(sky: NDArray[np.float32], to_sun: NDArray[np.float64], beam: NDArray[np.float64], cloud_cover: float) -> OutsideLight:
     """Return what lights a neighbourhood; lamps and windows where it is dark."""
     directions = map_directions(*sky.shape[:2])
     angle = pixel_solid_angles(*sky.shape[:2])[:, None]
@@ -96,7 +96,8 @@ def _directions() -> NDArray[np.float32]:
     return np.ascontiguousarray(map_directions(ROWS, COLUMNS), np.float32)
 
 
-def _drawn(place: Neighbourhood, light: OutsideLight, eye_m: float) -> NDArray[np.float32]:
+def panorama_of(place: Neighbourhood, light: OutsideLight, eye_m: float) -> NDArray[np.float32]:
+    """Return the view all around (ROWS, COLUMNS, 3), in the neighbourhood's frame, from ``eye_m`` above its ground."""
     directions, image = _directions(), np.zeros((ROWS, COLUMNS, 3), np.float32)
     tiles = tile_lists(place, eye_m)
     draw_rows(place, light, tiles, np.float32(eye_m), directions, image, np.zeros(2, np.float32))

@@ -13,7 +13,7 @@ from renderer.scene.daylight_sky import VERSINE, daylight_map, gradient_map
 from renderer.scene.flatten import build_sky
 from renderer.surroundings.neighbourhood import LOOK, PLANES, POST, Neighbourhood
 from renderer.surroundings.panorama import COLUMNS, ROWS, irradiance
-from renderer.surroundings.view import _drawn, _light, sky_harmonics, surroundings_map
+from renderer.surroundings.view import light_of, panorama_of, sky_harmonics, surroundings_map
 from scene_description import Daylight, Environment, Surroundings
 
 TO_SUN = (0.0, -math.cos(0.6), math.sin(0.6))
@@ -64,12 +64,12 @@ def test_an_even_environment_brings_pi_times_its_luminance_to_any_plane() -> Non
 def test_a_wall_in_the_sun_has_the_luminance_of_a_matt_surface_and_casts_its_shadow() -> None:
     sky = np.zeros((96, 384, 3), np.float32)
     beam = np.array([1000.0, 1000.0, 1000.0])
-    image = _drawn(a_post(-3.0, 10.0, 6.0, 8.0), _light(sky, np.array(TO_SUN), beam, 0.0), 1.8)
+    image = panorama_of(a_post(-3.0, 10.0, 6.0, 8.0), light_of(sky, np.array(TO_SUN), beam, 0.0), 1.8)
     # the wall faces the sun's azimuth; tones vary between 0.8 and 1.1 of the base colour
     expected = 0.5 / math.pi * 1000.0 * math.cos(0.6)
     wall = seen(image, 0.0, 10.0, 2.0)
     assert 0.78 * expected < wall[1] < 1.1 * expected
-    behind = _drawn(a_post(-3.0, -16.0, 6.0, 8.0), _light(sky, np.array(TO_SUN), beam, 0.0), 1.8)
+    behind = panorama_of(a_post(-3.0, -16.0, 6.0, 8.0), light_of(sky, np.array(TO_SUN), beam, 0.0), 1.8)
     # its shadow reaches 8 m / tan(0.6) = 11.7 m beyond it, over the ground before the eye
     assert seen(behind, 0.0, -6.0, -1.8)[1] == 0.0
     assert seen(behind, 6.0, 0.0, -1.8)[1] > 1.0
