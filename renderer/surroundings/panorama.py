@@ -107,11 +107,15 @@ def draw_rows(
     directions: NDArray[np.float32],
     image: NDArray[np.float32],
     memo: NDArray[np.float32],
+    first: int,
 ) -> None:
-    """Fill the map (rows, columns, 3), cd/m2; ``memo`` (2,): which surface was met last, and how much of the sun reached it."""
+    """Fill ``TILE`` rows of the map (rows, columns, 3) from ``first`` on, cd/m2.
+
+    ``memo`` (2,): scratch memory, which surface was met last, and how much of the sun reached it.
+    """
     rows, columns = image.shape[0], image.shape[1]
     fine_first, fine_last = int(_FINE_ROWS[0] * rows), int(_FINE_ROWS[1] * rows)
-    for i in range(rows):
+    for i in range(first, first + TILE):
         count = 2 if fine_first <= i < fine_last else 1
         for j in range(columns):
             right, below = (j + 1) % columns, min(i + 1, rows - 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 from functools import lru_cache
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 
 from renderer.core.color import LUMINANCE
 from renderer.core.equirectangular import map_directions, pixel_solid_angles
+from renderer.core.workers import Workers, thread_count
 from renderer.surroundings.neighbourhood import SETTINGS, Neighbourhood, make_neighbourhood
-from renderer.surroundings.panorama import COLUMNS, ROWS, OutsideLight, draw_rows, tile_lists
+from renderer.surroundings.panorama import COLUMNS, ROWS, TILE, OutsideLight, draw_rows, tile_lists
 from scene_description.color_temperature import luminance_rgb
 from scene_description.products import matmul
 from scene_description.types import Surroundings
@@ -100,5 +102,10 @@ def panorama_of(place: Neighbourhood, light: OutsideLight, eye_m: float) -> NDAr
     """Return the view all around (ROWS, COLUMNS, 3), in the neighbourhood's frame, from ``eye_m`` above its ground."""
     directions, image = _directions(), np.zeros((ROWS, COLUMNS, 3), np.float32)
     tiles = tile_lists(place, eye_m)
-    draw_rows(place, light, tiles, np.float32(eye_m), directions, image, np.zeros(2, np.float32))
+
+    def draw(_: int, first: int) -> None:
+        draw_rows(place, light, tiles, np.float32(eye_m), directions, image, np.zeros(2, np.float32), first)
+
+    with closing(Workers(thread_count(0))) as workers:
+        workers.run(draw, range(0, ROWS, TILE))
     return image
