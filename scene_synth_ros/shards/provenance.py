@@ -34,6 +34,7 @@ _CONFIGURATION = (
     "lighting.yaml",
     "camera.yaml",
     "small_things.yaml",
+    "models.yaml",
     "grammars",
     "learned",
 )
