@@ -8,7 +8,7 @@ from scene_description.share import config_path
 
 _THINGS = read_small_things(config_path("small_things.yaml"), read_categories(config_path("categories.yaml"))).things
 
-SIZES = {name: thing.size_m for name, thing in _THINGS.items()} | {
+_FURNITURE = {
     "bed": (2.1, 1.7, 1.05),
     "nightstand": (0.42, 0.5, 0.52),
     "dresser": (0.48, 1.3, 0.85),
@@ -135,10 +135,14 @@ SIZES = {name: thing.size_m for name, thing in _THINGS.items()} | {
     "light_switch": (0.014, 0.085, 0.085),
 }
 
+SIZES = {name: thing.size_m for name, thing in _THINGS.items()} | _FURNITURE
+_ORDER = [*sorted(_FURNITURE), *sorted(set(SIZES) - set(_FURNITURE))]
+"""Numbers the models' random cases; new small things change none of the others'."""
+
 
 def sizes_of(generator: str) -> list[tuple[float, float, float]]:
     """Return the typical size of a model, a smaller, a larger and three uneven ones."""
-    rng = np.random.default_rng(sorted(SIZES).index(generator))
+    rng = np.random.default_rng(_ORDER.index(generator))
     nominal = np.array(SIZES[generator])
     shapes = [nominal, 0.72 * nominal, 1.3 * nominal, *(nominal * rng.uniform(0.75, 1.25, (3, 3)))]
     return [(float(d), float(w), float(h)) for d, w, h in shapes]
@@ -148,6 +152,6 @@ def random_cases(
     generator: str, styles: tuple[str, ...], count: int = 20, spread: float = 0.22
 ) -> list[tuple[str, int, tuple[float, float, float]]]:
     """Return ``count`` random (style, seed, size) of a model; every style comes up."""
-    rng = np.random.default_rng([sorted(SIZES).index(generator), count])
+    rng = np.random.default_rng([_ORDER.index(generator), count])
     sizes = np.array(SIZES[generator]) * rng.uniform(1.0 - spread, 1.0 + spread, (count, 3))
     return [(styles[k % len(styles)], int(rng.integers(2**31)), (float(d), float(w), float(h))) for k, (d, w, h) in enumerate(sizes)]

@@ -237,7 +237,7 @@ def test_every_key_is_required_or_has_a_default(place: tuple[str | int, ...]) ->
     except FieldError as error:
         assert str(error).isprintable()
     else:
-        optional = {"group", "style", "seed", "parent", "choice", "log_probability", "object", "objects", "on", "hinge", "swing"}
+        optional = {"group", "style", "seed", "ajar", "parent", "choice", "log_probability", "object", "objects", "on", "hinge", "swing"}
         optional |= {
             "roughness",
             "metallic",
