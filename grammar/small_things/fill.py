@@ -192,7 +192,7 @@ class Filling:
         yield from self._levels(FLOOR, tidy.count, strewn, lambda: floor_site(rules, *args))
         walls = rules.walls.get(grammar.looks_like)
         if walls is not None:
-            things, rest = walls.things, (grammar, self._room, self._objects)
+            things, rest = walls.things, (grammar, self._source.categories, self._room, self._objects)
             yield from self._levels(WALLS, walls.count, 0.25 * walls.count, lambda: wall_site(rules, things, *rest))
 
     def _on_object(self, item: SceneObject, stock: Stock, carried: int) -> Iterator[_Arrival]:

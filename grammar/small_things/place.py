@@ -142,6 +142,8 @@ def draw_turn(rng: np.random.Generator, thing: Thing, disorder: float) -> float:
     others = thing.turns[1:]
     main = not others or rng.random() < _MAIN_TURN
     turn = thing.turns[0] if main else others[int(rng.integers(len(others)))]
+    if thing.straight:
+        return turn
     askew = rng.random() < _ASKEW_TIDY + (_ASKEW_MESSY - _ASKEW_TIDY) * disorder
     spread = _ASKEW_RAD + (math.pi - _ASKEW_RAD) * disorder
     return turn + (float(rng.uniform(-spread, spread)) if askew else _WOBBLE_RAD * float(rng.standard_normal()))

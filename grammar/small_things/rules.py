@@ -30,7 +30,7 @@ class Thing:
     Sizes are normal about ``size_m`` (depth, width, height) with ``sd_m``, cut at two deviations.  ``at`` is the part of a support's depth
     that it keeps to where things are tidy (edge: at the front one or the back one, looking out over it), ``turns`` the yaws against the
     supporter that people give it, the first one most often; none: it is round, so any.  On a wall its middle hangs between the heights
-    ``hangs_m``, over the back of one of ``above`` where the room has one.
+    ``hangs_m``, over the back of one of ``above`` where the room has one.  What is ``straight`` stands exactly along its wall.
     """
 
     size_m: tuple[Extent, Extent, Extent]
@@ -38,6 +38,7 @@ class Thing:
     at: Depth = "any"
     hangs_m: tuple[Extent, Extent] | None = None
     above: tuple[str, ...] = ()
+    straight: bool = False
     turns: Annotated[tuple[Radians, ...], Limits(max_length=8)] = ()
 
 

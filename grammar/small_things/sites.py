@@ -15,7 +15,7 @@ from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.solids import object_solids, whole_box
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
-from grammar.small_things.place import Newcomer, Obstacles, Top, by_wall, on_floor, on_top, use_strips
+from grammar.small_things.place import Newcomer, Obstacles, Top, by_wall, on_floor, on_top, use_strips, world_box
 from grammar.small_things.rules import SmallThings
 from grammar.small_things.walls import below_hooks, on_wall
 from grammar.spec.categories import Categories, Role
@@ -26,6 +26,10 @@ from scene_description.types import Point2
 Odds = Mapping[str, float]
 
 _WALL_M = 0.01
+
+_SEEN_M = 0.4
+"""Space that stays free before what hangs to be seen."""
+
 _OPENED: tuple[Role, ...] = ("store", "shelf", "wardrobe", "fridge", "wall_unit")
 
 
@@ -40,6 +44,9 @@ class Surroundings:
     def add(self, item: SceneObject) -> None:
         """Put a thing in the way of those that come after it."""
         self.taken = self.taken.with_more(*object_solids(self.categories, [item]))
+        if "shown" in self.categories[item.category].roles and item.support.kind == "wall":
+            depth = _SEEN_M + item.size_m[0]
+            self.taken = self.taken.with_more(box_rows([world_box(item, 0.5 * _SEEN_M, 0.0, 0.0, (depth, *item.size_m[1:]), 0.0)]))
 
     def fits(self, item: SceneObject) -> bool:
         """Return whether a thing is inside the room, clear of its walls but for that on which it hangs, and below the ceiling."""
@@ -192,12 +199,17 @@ def floor_site(rules: SmallThings, grammar: Grammar, categories: Categories, roo
     )
 
 
-def wall_site(rules: SmallThings, things: Odds, grammar: Grammar, room: Room, objects: Sequence[SceneObject]) -> WallSite:
+def wall_site(
+    rules: SmallThings, things: Odds, grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject]
+) -> WallSite:
     """Return the walls of a furnished room as a site."""
     cores = {rules.groups[name].core if name in rules.groups else name for name in things}
     above = {name: rules.things[name].above for name in cores}
     below = {name: [item for item in objects if item.category in wanted] for name, wanted in above.items() if wanted}
-    return WallSite(things, below, opening_boxes(grammar, room, swings=False))
+    heaters = [whole_box(item) for item in objects if "heater" in categories[item.category].roles]
+    for box in heaters:
+        box[Z_HIGH] = room.height_m
+    return WallSite(things, below, np.concatenate([opening_boxes(grammar, room, swings=False), box_rows(heaters)]))
 
 
 def opening_boxes(grammar: Grammar, room: Room, *, swings: bool) -> Floats:

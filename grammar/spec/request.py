@@ -87,7 +87,11 @@ class SceneRequest:
     ] = ()
     clutter: Annotated[
         float,
-        Limits(ge=0.0, le=10.0, description="small things and untidiness: 0 none, 1 as the counts say, 3 a mess; what is not moved by hand stays as it is"),
+        Limits(
+            ge=0.0,
+            le=10.0,
+            description="small things and untidiness: 0 none, 1 as the counts say, 3 a mess; what is not moved by hand stays as it is",
+        ),
     ] = 1.0
     looks: Annotated[
         tuple[Annotated[str, Limits(min_length=1, max_length=500)], ...],

@@ -62,7 +62,9 @@ def candidates(scene: SceneDescription, factor: str) -> Iterator[Change]:
     elif factor == "clutter":
         yield Change(factor, {}, 0.5)
     elif factor == "object_added":
-        yield from (Change(factor, {"category": name}, 1) for name in ("potted_plant", "picture", "waste_bin"))
+        yield from (
+            Change(factor, {"category": name}, 1) for name in ("potted_plant", "picture", "waste_bin", "wall_clock", "mug", "candle")
+        )
     else:
         value = {"object_removed": True, "object_moved": [0.03, 0.02, 0.0], "object_replaced": {"seed": 5}}[factor]
         yield from (Change(factor, {"object": item.id}, value) for item in sorted(scene.objects, key=lambda item: -np.prod(item.size_m)))
