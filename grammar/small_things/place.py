@@ -71,7 +71,7 @@ _GAP_M, _GAP_SD_M = 0.015, 0.01
 _KNEE_HIGH_M = 0.3
 _USE_M, _USE_HEIGHT_M = 0.55, 1.8
 _FRONT_USED: tuple[Role, ...] = (
-    "store", "shelf", "wardrobe", "fridge", "backed", "seat", "table", "basin", "bathing", "toilet", "sink", "hob",
+    "store", "shelf", "wardrobe", "fridge", "backed", "bedside", "seat", "table", "basin", "bathing", "toilet", "sink", "hob",
 )  # fmt: skip
 
 
