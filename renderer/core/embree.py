@@ -225,7 +225,7 @@ def _floats_at(typing_context, address):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _volumes(rays, stride, k, faces, vertices, face):  # type: ignore[no-untyped-def]
+def _volumes(rays: Any, stride: int, k: int, faces: Any, vertices: Any, face: np.int64) -> tuple[float, float, float, float]:
     """Return six times the volumes by which ray ``k`` of ``stride`` meets the plane of a face, in double precision.
 
     Those that the ray's direction spans with its edges as seen from the origin, all together and over the edges that face its second and
