@@ -66,6 +66,8 @@ TOPIC_CONTENT = {
     "odom": "odometry of the wheels, with a covariance that covers its error ([body.md](body.md))",
     "odom/ideal": "true pose and velocity of the body, at its own rate and with every frame ([body.md](body.md))",
     "joint_states": "angles of the wheels, in steps of their encoders ([body.md](body.md))",
+    "lidar/points": "a sweep of the lidar as it reads it, with the time of each point ([lidar.md](lidar.md))",
+    "lidar/points_ideal": "the same sweep without noise and losses ([lidar.md](lidar.md))",
     "robot_description": "URDF of the body, its sensors and wheels; once a room ([body.md](body.md))",
     "clock": "simulated time; absolute name `/clock`; of a body it ticks with the fastest stream",
     "tf": "world -> `<camera>_link` -> `<camera>_optical_frame`; absolute name `/tf`, live where tf2_msgs is installed, always in bags",
@@ -74,6 +76,7 @@ TOPIC_CONTENT = {
 """Name of a role -> what its messages say."""
 
 SENSES = dict.fromkeys(("imu/data", "imu/ideal"), "imu") | dict.fromkeys(("odom", "joint_states"), "wheels")
+SENSES |= dict.fromkeys(("lidar/points", "lidar/points_ideal"), "lidar")
 SENSES |= dict.fromkeys(("odom/ideal", "robot_description"), "body")
 """Name of a role between frames -> what must be enabled, where that is not the scanner."""
 

@@ -48,7 +48,7 @@ FOLDERS = {
         "annotations": {"camera", "core", "scene"},
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
-        "lidar": {"core", "scene"},
+        "lidar": {"camera", "core", "scene"},
         "body": {"core"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
