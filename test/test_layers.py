@@ -18,7 +18,7 @@ ALLOWED = {
 }
 ONLY_IN = {
     "yaml": {"scene_description/yaml_text.py"},
-    "trimesh": {"renderer/files/trimesh_files.py"},
+    "trimesh": {"renderer/files/trimesh_files.py", "scene_synth_ros/prove/room_mesh.py"},
     "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py", "renderer/core/tiles.py"},
     "PIL": {"renderer/files/image_io.py"},
     "pyoidn": {"renderer/film/denoise.py"},
@@ -80,6 +80,7 @@ FOLDERS = {
         "cluster": {"bags", "shards", "suite", "workers"},
         "estimate": {"synthesize", "mcap", "messages", "offline", "workers"},
         "convert": {"dataset", "messages"},
+        "prove": {"bags", "dataset", "messages"},
         "splits": {"bags", "dataset"},
         "cli": {
             "bags",
@@ -93,6 +94,7 @@ FOLDERS = {
             "messages",
             "offline",
             "pages",
+            "prove",
             "render",
             "record",
             "replay",
