@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -79,6 +79,12 @@ class Mount(NamedTuple):
     def on(self, place: Floats, turn: Rotation) -> tuple[Floats, Rotation]:
         """Return where it is when the body is at ``place`` (n, 3) and ``turn``."""
         return place + turn.apply(self.place), turn * self.turn
+
+
+@lru_cache(maxsize=2)
+def _mesh_of(text: str, catalog_dir: Path | None) -> RoomMesh:
+    scene = scene_from_json(text)
+    return RoomMesh(scene_to_glb(scene, flatten(scene, catalog_dir), CameraConfig()))
 
 
 class Evidence:
@@ -184,8 +190,7 @@ class Room:
         """The room as it is exported; None where its description is not in the bag."""
         if not self._text:
             return None
-        scene = scene_from_json(self._text)
-        return RoomMesh(scene_to_glb(scene, flatten(scene, self.evidence.catalog_dir), CameraConfig()))
+        return _mesh_of(self._text, self.evidence.catalog_dir)
 
     @cached_property
     def settings(self) -> Mapping[str, Any]:

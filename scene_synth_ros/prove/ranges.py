@@ -96,9 +96,11 @@ def _times(topic: str, cloud: CloudRow, points: NDArray[Any]) -> Iterator[Verdic
         ring = points["ring"] == points["ring"][0]
         turned = np.unwrap(np.arctan2(points["y"][ring].astype(np.float64), points["x"][ring]))
         if ring.sum() > _FEWEST and np.ptp(turned) > 1.0:
-            line = np.polynomial.Polynomial.fit(times[ring], turned, 1)
-            off = np.degrees(np.abs(turned - line(times[ring]))) if np.ptp(times[ring]) > 0.0 else [180.0]
-            yield at_most("lidar", topic, "azimuth off a steady turn", off, 0.5, "deg", np.full(np.size(off), cloud.stamp_ns))
+            off = [180.0]
+            if np.ptp(times[ring]) > 0.0:
+                line = np.polynomial.Polynomial.fit(times[ring], turned, 1)
+                off = np.degrees(np.abs(turned - line(times[ring]))).tolist()
+            yield at_most("lidar", topic, "azimuth off a steady turn", off, 0.5, "deg", [cloud.stamp_ns] * len(off))
 
 
 def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:

@@ -40,13 +40,14 @@ class Verdict(NamedTuple):
 def at_most(
     check: str, topic: str, detail: str, values: ArrayLike, limit: float, unit: str = "", stamps: ArrayLike | None = None
 ) -> Verdict:
-    """Return whether no value (n,), each with its stamp, is above a limit; what is not a number is."""
+    """Return whether no value (n,), each with its stamp where that is known, is above a limit; what is not a number is."""
     found = np.asarray(values, np.float64).ravel()
     if not len(found):
         return Verdict(check, topic, True, 0.0, limit, unit, 0, detail)
     found = np.where(np.isnan(found), np.inf, found)
     place = int(np.argmax(found))
-    stamp = _NO_STAMP if stamps is None else int(np.asarray(stamps).ravel()[place])
+    of = np.asarray([] if stamps is None else stamps).ravel()
+    stamp = int(of[place]) if place < len(of) else _NO_STAMP
     worst = float(found[place])
     return Verdict(check, topic, worst <= limit, worst, limit, unit, len(found), detail, stamp)
 
