@@ -6,7 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from renderer.lidar.config import Offset, RangeConfig, Turn
+from renderer.lidar.config import (
+    DarkRange,
+    Divergence,
+    Noise,
+    NoiseShare,
+    Offset,
+    RangeMax,
+    RangeMin,
+    RangeStep,
+    Turn,
+    check_range,
+)
 from scene_description.strict import FieldError, Limits
 
 _FIXED = "sweeps of a bag are of one lidar"
@@ -18,7 +29,7 @@ Deflection = Annotated[float, Limits(ge=0.0, le=0.7)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LidarConfig(RangeConfig):
+class LidarConfig:
     """A lidar that measures in three dimensions: its place in the body, its rays and their times, its errors.
 
     The frame is x forward, y left, z up (REP 103).  A *spinning* lidar turns its beams about z, once in a sweep, from the back on; the
@@ -70,15 +81,17 @@ class LidarConfig(RangeConfig):
         float, Limits(ge=0.0, le=100.0, unit="m", description="Echoes nearer to each other than this are read as one")
     ] = 1.0
     dropout_share: Annotated[float, Limits(ge=0.0, le=1.0, description="Share of the rays that are lost at random")] = 0.0
-    range_max_m: Annotated[float, Limits(ge=0.01, le=10_000.0, unit="m", description="Farthest distance measured", fixed=_FIXED)] = 100.0
-    dark_range_m: Annotated[
-        float,
-        Limits(ge=0.0, le=10_000.0, unit="m", description="How far a matt surface that returns a tenth is seen head-on; 0: all is seen"),
-    ] = 40.0
+    range_min_m: RangeMin = 0.4
+    range_max_m: RangeMax = 100.0
+    dark_range_m: DarkRange = 31.6
+    noise_m: Noise = 0.015
+    noise_share: NoiseShare = 0.0
+    resolution_m: RangeStep = 0.002
+    divergence_rad: Divergence = 0.0
 
     def __post_init__(self) -> None:
         """Check what single ranges cannot say."""
-        self.check_limits()
+        check_range(self.range_min_m, self.range_max_m)
         if len(self.azimuths_rad) not in (1, len(self.elevations_rad)):
             raise FieldError("azimuths_rad", f"one, or as many as elevations_rad: {len(self.elevations_rad)}", f"{len(self.azimuths_rad)}")
         if self.rays > _MOST_RAYS:
