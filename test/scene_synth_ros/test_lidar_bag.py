@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import trimesh
 from bag_readers import read_rosbags
+from body_bag import moving_scene, stamp_of, write_bag
+from mesh_distance import distance_to_mesh_m
 from rosbags.typesys import Stores, get_typestore
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, RotationSpline
-from test_body_bag import moving_scene, stamp_of, write_bag
 
 from renderer.camera.config import CameraConfig
 from renderer.export.scene_glb import scene_to_glb
@@ -43,7 +44,8 @@ def messages(bag: Path) -> dict[str, list[tuple[int, object]]]:
     rows, topics = read_rosbags(bag)
     found = defaultdict(list)
     for topic, log_ns, data in rows:
-        found[topic.removeprefix("/synth/")].append((log_ns, STORE.deserialize_cdr(data, topics[topic].msgtype)))
+        if not topic.endswith("label_info"):  # of a package that rosbags does not know
+            found[topic.removeprefix("/synth/")].append((log_ns, STORE.deserialize_cdr(data, topics[topic].msgtype)))
     return found
 
 
@@ -103,9 +105,9 @@ def test_points_lie_on_the_exported_mesh_at_their_own_times(messages, mesh: trim
         points = points_of(cloud)[::29]
         xyz = np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
         at_s = (stamp_of(cloud) - 10**9) * 1e-9 + points["time"]
-        worst.append(trimesh.proximity.closest_point(mesh, placed(messages, "lidar_link", at_s, xyz))[1].max())
-        at_stamp = trimesh.proximity.closest_point(mesh, placed(messages, "lidar_link", np.full(len(points), at_s[0]), xyz))[1]
-        assert np.quantile(at_stamp, 0.9) > 0.005, "put in place at the stamp they would not"
+        worst.append(distance_to_mesh_m(mesh, placed(messages, "lidar_link", at_s, xyz)).max())
+        at_stamp = distance_to_mesh_m(mesh, placed(messages, "lidar_link", np.full(len(points), at_s[0]), xyz))
+        assert (at_stamp > 0.005).mean() > 0.3, "put in place at the stamp they would not"
     assert max(worst) < 0.001
 
 
@@ -164,8 +166,7 @@ def test_a_planar_scan_lies_on_the_mesh_between_frames_too(messages, mesh: trime
         turn = Rotation.from_quat((1 - share) * turns[after - 1] + share * side * turns[after])
         angles = scan.angle_min + np.arange(len(scan.ranges)) * scan.angle_increment
         beams = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]) * np.where(seen, scan.ranges, 0.0)[:, None]
-        far = trimesh.proximity.closest_point(mesh, (place + turn.apply(beams))[seen])[1]
-        assert far.max() < 0.0005
+        assert distance_to_mesh_m(mesh, (place + turn.apply(beams))[seen][::3]).max() < 0.0005
 
 
 def test_the_same_room_is_the_same_bytes_and_verify_makes_it_again(bag: Path, tmp_path: Path) -> None:
@@ -193,4 +194,4 @@ def test_a_rosette_has_lines_and_no_rings(tmp_path: Path) -> None:
         **{name: 7 for name in ("x", "y", "z", "intensity", "time")},
         "line": 2,
     }
-    assert len(points_of(clouds[0])) > 1000
+    assert len(points_of(clouds[0])) > 500

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from body_bag import write_bag
 from planted_faults import KINDS, Recorded, named, read
-from test_body_bag import write_bag
 
 from scene_synth_ros.dataset.camera import Camera
 from scene_synth_ros.prove.lens import directions, pixels
