@@ -94,13 +94,25 @@ def _times(topic: str, cloud: CloudRow, points: NDArray[Any]) -> Iterator[Verdic
     yield at_most("lidar", topic, "points before their stamp, or not in their order", -np.diff(times, prepend=0.0), 1e-9, "s")
     if "ring" in (points.dtype.names or ()):
         ring = points["ring"] == points["ring"][0]
-        turned = np.unwrap(np.arctan2(points["y"][ring].astype(np.float64), points["x"][ring]))
-        if ring.sum() > _FEWEST and np.ptp(turned) > 1.0:
-            off = [180.0]
-            if np.ptp(times[ring]) > 0.0:
-                line = np.polynomial.Polynomial.fit(times[ring], turned, 1)
-                off = np.degrees(np.abs(turned - line(times[ring]))).tolist()
+        azimuth = np.arctan2(points["y"][ring].astype(np.float64), points["x"][ring])
+        if ring.sum() > _FEWEST and np.ptp(np.unwrap(azimuth)) > 1.0:
+            off = np.degrees(_off_turn(azimuth, times[ring]))
             yield at_most("lidar", topic, "azimuth off a steady turn", off, 0.5, "deg", [cloud.stamp_ns] * len(off))
+
+
+def _off_turn(azimuth: Floats, times: Floats) -> Floats:
+    """Return by how much azimuths (n,) differ from those of a steady turn; gaps may be of any length."""
+    step = np.diff(times)
+    if not (step > 0.0).any():
+        return np.full(len(azimuth), np.pi)
+    rate = float(np.median(_wrapped(np.diff(azimuth)[step > 0.0]) / step[step > 0.0]))
+    rest = azimuth - rate * (times - times[0])
+    rest = _wrapped(rest - np.angle(np.exp(1j * rest).mean()))
+    return np.asarray(np.abs(rest - np.polynomial.Polynomial.fit(times, rest, 1)(times)))
+
+
+def _wrapped(angle: Floats) -> Floats:
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
@@ -177,7 +189,7 @@ def _noise(check: str, topic: str, read: Floats, true: Floats, said: Mapping[str
         return
     step = float(said.get("resolution_m", 0.0))
     sigma = np.sqrt(said["noise_m"] ** 2 + (said.get("noise_share", 0.0) * true[both]) ** 2 + step**2 / 12.0 + 1e-12)
-    ratio = float(np.median(np.abs(read - true)[both] / sigma)) / 0.6745
+    ratio = float(np.median(np.abs(read[both] - true[both]) / sigma)) / 0.6745
     yield at_most(check, topic, "typical error over what the settings say", [ratio], 1.4)
     if float(said["noise_m"]) > 0.0:
         yield at_most(check, topic, "what the settings say over the typical error", [1.0 / max(ratio, 1e-9)], _LOOSE)

@@ -178,7 +178,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth generate --rooms 2 --frames 300 --overlay turtlebot --overlay os1_64 --out bags": Parsed(
         "test/scene_synth_ros/test_lidar_bag.py"
     ),
-    "scene_synth prove BAG": Run("scene_synth prove BAG"),
+    "scene_synth prove BAG": Run(),
     "scene_synth prove my_bag": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth prove my_bag --json > proof.json": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(

@@ -19,7 +19,8 @@ WORDS = (
     "camera.width:=160", "camera.height:=120", "camera.horizontal_fov_rad:=1.2", "body.enabled:=true", "body.rate_hz:=100.0",
     "imu.enabled:=true", "imu.mount_m:=[0.1,0.0,0.2]", "wheels.enabled:=true", "wheels.rate_hz:=30.0", "streams.flow:=true",
     "scan.enabled:=true", "scan.rate_hz:=7.0", "lidar.enabled:=true", "lidar.columns:=300", "lidar.rate_hz:=8.0",
-    "lidar.mount_rotation_rad:=[0.02,0.1,0.3]", "render.samples_per_pixel:=1",
+    "lidar.mount_rotation_rad:=[0.02,0.1,0.3]", "render.samples_per_pixel:=1", "render.integrator:=cached",
+    "render.cache_spacing_m:=0.1", "render.cache_rays:=16", "render.cache_light_samples:=16",
 )  # fmt: skip
 
 
