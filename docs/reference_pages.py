@@ -100,8 +100,8 @@ def commands_page() -> str:
         MADE,
         "`scene_synth` is in `.venv/bin` after `make setup`; in a colcon workspace `ros2 run scene_synth_ros scene_synth` is the "
         "same ([install.md](install.md)). Shipped profiles, presets, cameras, rigs, scanners, lidars, IMUs and sweeps go by their names, "
-        "wherever the package is installed: `--params main --overlay kinect_v1`. Exit status: 0, 1 where something was found to be wrong, 2 for "
-        "input that cannot be used, which is told in one line.",
+        "wherever the package is installed: `--params main --overlay kinect_v1`. Exit status: 0, 1 where something was found to be wrong, "
+        "2 for input that cannot be used, which is told in one line.",
         index,
         *(part for name in COMMANDS for part in _command(name)),
     ]
