@@ -69,10 +69,12 @@ def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
             "frames", topic, f"frames in headers that the tree does not know ({', '.join(sorted(named))[:80]})", [len(named - known)], 0.0
         )
         yield at_most("frames", topic, "frames in the headers of a topic, beyond one", [max(len(named) - 1, 0)], 0.0)
-    yield from _cameras_in_tree(evidence, room, moving)
+    yield from _cameras_in_tree(evidence, room)
+    if moving is not None:
+        yield from _told_twice(evidence, room, moving)
 
 
-def _cameras_in_tree(evidence: Evidence, room: Room, moving: TransformRows | None) -> Iterator[Verdict]:
+def _cameras_in_tree(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether poses of cameras on a body are those that the tree gives."""
     if room.curve is None or room.body is None:
         return
@@ -92,13 +94,23 @@ def _cameras_in_tree(evidence: Evidence, room: Room, moving: TransformRows | Non
         yield at_most(
             "frames", topics.pose, "turn of the camera from how the tree of frames has it", turned, 0.01, "deg", poses.stamps[inside]
         )
-    if moving is None:
-        return
-    of_base = (moving.children == evidence.base) & (moving.stamps >= room.start_ns) & (moving.stamps < room.end_ns)
-    _, mine, its = np.intersect1d(moving.stamps[of_base], room.body.stamps, return_indices=True)
-    away = np.linalg.norm(moving.place[of_base][mine] - room.body.place[its], axis=1)
-    yield at_most("frames", "/tf", "distance of the base from odom/ideal", away, 1e-9, "m", moving.stamps[of_base][mine])
-    yield at_most("frames", "/tf", "poses of odom/ideal that /tf lacks", [len(room.body.stamps) - len(its)], 0.0)
+
+
+def _told_twice(evidence: Evidence, room: Room, moving: TransformRows) -> Iterator[Verdict]:
+    """Yield whether ``/tf`` says of base and scanner what their own topics say, at the same stamps."""
+    scanners = [topic for topic, stream in evidence.streams(roles.POSE).items() if stream.camera == roles.LASER]
+    for topic in (evidence.first(roles.ODOM_IDEAL), *scanners):
+        rows = room.body if topic not in scanners else room.poses(topic)
+        if rows is None:
+            continue
+        child = moving.children == evidence.base if topic not in scanners else np.char.endswith(moving.children, roles.LASER)
+        chosen = child & (moving.stamps >= room.start_ns) & (moving.stamps < room.end_ns)
+        _, mine, its = np.intersect1d(moving.stamps[chosen], rows.stamps, return_indices=True)
+        away = np.linalg.norm(moving.place[chosen][mine] - rows.place[its], axis=1)
+        turned = np.abs(np.abs((moving.quaternion[chosen][mine] * rows.quaternion[its]).sum(axis=1)) - 1.0)
+        yield at_most("frames", "/tf", f"distance from what {topic} says", away, 1e-9, "m", moving.stamps[chosen][mine])
+        yield at_most("frames", "/tf", f"one less the product of quaternions with what {topic} says", turned, 1e-9, "", rows.stamps[its])
+        yield at_most("frames", "/tf", f"stamps of {topic} that it lacks", [len(np.unique(rows.stamps)) - len(its)], 0.0)
 
 
 def camera_info(evidence: Evidence, room: Room) -> Iterator[Verdict]:

@@ -185,7 +185,7 @@ class Room:
             if self.start_ns <= log_ns < self.end_ns:
                 yield log_ns, data
 
-    @cached_property
+    @property
     def mesh(self) -> RoomMesh | None:
         """The room as it is exported; None where its description is not in the bag."""
         if not self._text:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from scene_synth_ros.prove.digests import digests
 from scene_synth_ros.prove.evidence import Evidence, Messages, Room
 from scene_synth_ros.prove.verdict import Verdict
 
+T = TypeVar("T")
 Check = Callable[[Evidence, Room], Iterator[Verdict]]
 
 CHECKS: Mapping[str, Check] = {
@@ -69,24 +71,30 @@ def prove_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[st
     notes: list[str] = []
     messages = open_bag(bag, notes.append)
     progress("digests")
-    found = list(digests(bag))
+    found, of_files = _found("digests", lambda: digests(bag))
     proof = prove_messages(messages, catalog_dir, progress)
-    return Proof((*found, *proof.verdicts), (*notes, *proof.notes))
+    return Proof((*found, *proof.verdicts), (*notes, *of_files, *proof.notes))
 
 
 def prove_messages(messages: Messages, catalog_dir: Path | None = None, progress: Callable[[str], None] = lambda _: None) -> Proof:
     """Check messages, all but whether files hold what they say; a check that cannot read them says so in a note."""
     evidence = Evidence(messages, catalog_dir)
+    rooms, notes = _found("scene", lambda: evidence.rooms)
     verdicts: list[Verdict] = []
-    notes: list[str] = []
-    for number, room in enumerate(evidence.rooms, 1):
+    for number, room in enumerate(rooms, 1):
         for name, check in CHECKS.items():
-            progress(f"room {number} of {len(evidence.rooms)}: {name}")
-            try:
-                verdicts += check(evidence, room)
-            except _MESSAGE_ERRORS as error:
-                notes.append(f"{name}: expected messages that can be checked, got {' '.join(str(error).split())[:200]}")
+            progress(f"room {number} of {len(rooms)}: {name}")
+            found, refused = _found(name, partial(check, evidence, room))
+            verdicts, notes = verdicts + found, notes + refused
     return Proof(tuple(verdicts), tuple(notes))
+
+
+def _found(name: str, look: Callable[[], Iterable[T]]) -> tuple[list[T], list[str]]:
+    """Return what a check yields, and a line where messages are not such as it can read."""
+    try:
+        return list(look()), []
+    except _MESSAGE_ERRORS as error:
+        return [], [f"{name}: expected messages that can be checked, got {' '.join(str(error).split())[:200]}"]
 
 
 def lines_of(proof: Proof) -> Iterator[str]:
