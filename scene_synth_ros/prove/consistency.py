@@ -13,14 +13,9 @@ from scene_synth_ros.dataset.part import find_cameras
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.prove.decode import TransformRows
-from scene_synth_ros.prove.evidence import NS, Evidence, Room
+from scene_synth_ros.prove.evidence import HEADED, NS, Evidence, Room
 from scene_synth_ros.prove.verdict import Verdict, at_most
 
-_HEADED = (
-    roles.RAW, roles.INFO, roles.POSE, roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA,
-    roles.IMU_IDEAL, roles.ODOM, roles.ODOM_IDEAL, roles.JOINT_STATES,
-)  # fmt: skip
-"""Roles whose messages begin with a header, and are logged at its stamp."""
 _EVEN = (
     roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA, roles.IMU_IDEAL, roles.ODOM, roles.JOINT_STATES,
 )  # fmt: skip
@@ -29,8 +24,8 @@ _ROUNDING_NS = 1000
 
 def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether stamps are log times, ascend, come at an even rate, and are the same for all that a frame has."""
-    for topic, stream in evidence.streams_of(_HEADED).items():
-        found = [(log_ns, CdrReader(data).header().stamp_ns) for log_ns, data in room.each(topic)]
+    for topic, stream in evidence.streams_of(HEADED).items():
+        found = [(head.log_ns, head.stamp_ns) for head in room.heads(topic)]
         if not found:
             continue
         logged, told = np.array(found, np.int64).T
@@ -40,7 +35,7 @@ def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         if stream.role in _EVEN and len(spacing) > 2:
             off = np.abs(spacing - np.median(spacing)) * NS
             yield at_most("stamps", topic, "time by which a message is late or early", off, _ROUNDING_NS * NS, "s", told[1:])
-    for topics in find_cameras(evidence.messages.types).values():
+    for topics in find_cameras(evidence.types).values():
         if not topics.pose:
             continue
         whole = _header_stamps(room, topics.pose)
@@ -50,7 +45,7 @@ def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
 
 
 def _header_stamps(room: Room, topic: str) -> NDArray[np.int64]:
-    return np.array([CdrReader(data).header().stamp_ns for _, data in room.each(topic)], np.int64)
+    return np.array([head.stamp_ns for head in room.heads(topic)], np.int64)
 
 
 def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
@@ -63,8 +58,8 @@ def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     known, children = {name for pair in pairs for name in pair}, [child for child, _ in pairs]
     yield at_most("frames", "/tf", "frames with more than one parent", [len(children) - len(set(children))], 0.0)
     yield at_most("frames", "/tf", "frames without a parent, but for one", [len(known - set(children)) - 1], 0.0)
-    for topic in evidence.streams_of(_HEADED):
-        named = {CdrReader(data).header().frame_id for _, data in room.each(topic)} - {""}
+    for topic in evidence.streams_of(HEADED):
+        named = {head.frame for head in room.heads(topic)} - {""}
         yield at_most(
             "frames", topic, f"frames in headers that the tree does not know ({', '.join(sorted(named))[:80]})", [len(named - known)], 0.0
         )
@@ -78,9 +73,9 @@ def _cameras_in_tree(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether poses of cameras on a body are those that the tree gives."""
     if room.curve is None or room.body is None:
         return
-    for topics in find_cameras(evidence.messages.types).values():
+    for topics in find_cameras(evidence.types).values():
         poses = room.poses(topics.pose) if topics.pose else None
-        optical = next((CdrReader(data).header().frame_id for topic in topics.images.values() for _, data in room.each(topic)), "")
+        optical = next((head.frame for topic in topics.images.values() for head in room.heads(topic)), "")
         mount = evidence.mount(optical)
         if poses is None or mount is None:
             continue
@@ -115,7 +110,7 @@ def _told_twice(evidence: Evidence, room: Room, moving: TransformRows) -> Iterat
 
 def camera_info(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether all of a camera's CameraInfo say the same, and the size of its images."""
-    for name, topics in find_cameras(evidence.messages.types).items():
+    for name, topics in find_cameras(evidence.types).items():
         told = [(topic, read_camera(name, data)) for topic in topics.infos.values() for _, data in room.each(topic)]
         for topic, camera in told[:1]:
             differ = [not _same(camera, other) for _, other in told]
@@ -124,7 +119,7 @@ def camera_info(evidence: Evidence, room: Room) -> Iterator[Verdict]:
                 "camera_info", others[0][0] if others else topic, "messages that differ from the camera's first", [len(others)], 0.0
             )
             for layer, image in topics.images.items():
-                sizes = [_size(data) for _, data in room.each(image)] if evidence.messages.types[image] == roles.IMAGE_TYPE else []
+                sizes = [(head.height, head.width) for head in room.heads(image)]
                 wrong = [size != (camera.height, camera.width) for size in sizes]
                 yield at_most("camera_info", image, f"images of {layer} of another size than the CameraInfo's", [sum(wrong)], 0.0)
 
@@ -133,12 +128,6 @@ def _same(one: object, other: object) -> bool:
     return all(
         np.array_equal(getattr(one, name), getattr(other, name)) for name in ("K", "D", "R", "P", "width", "height", "model", "frame_id")
     )
-
-
-def _size(data: memoryview) -> tuple[int, int]:
-    reader = CdrReader(data)
-    reader.header()
-    return reader.number("I"), reader.number("I")
 
 
 def clock(evidence: Evidence, room: Room) -> Iterator[Verdict]:
@@ -151,7 +140,7 @@ def clock(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     )
     if len(ticks):
         yield at_most("clock", topic, "seconds that the clock goes back", -np.diff(ticks) * NS, 0.0, "s", ticks[1:])
-    for topics in find_cameras(evidence.messages.types).values():
+    for topics in find_cameras(evidence.types).values():
         if topics.pose and len(ticks):
             missing = np.setdiff1d(_header_stamps(room, topics.pose), ticks)
             yield at_most("clock", topic, "frames at whose stamp it has not ticked", [len(missing)], 0.0, "", missing[:1])

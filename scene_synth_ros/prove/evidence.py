@@ -48,6 +48,33 @@ class Messages(Protocol):
     def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
         """Yield log time and bytes of each message of a topic."""
 
+    def all(self) -> Iterator[tuple[str, int, memoryview]]:
+        """Yield topic, log time and bytes of every message."""
+
+
+class Head(NamedTuple):
+    """What the beginning of a message says: log time, stamp and frame, and of an image height and width, else zeros."""
+
+    log_ns: int
+    stamp_ns: int
+    frame: str
+    height: int
+    width: int
+
+
+class Reel:
+    """The messages of a topic, by ascending stamps."""
+
+    def __init__(self, messages: Iterator[tuple[int, memoryview]]) -> None:
+        self._messages = ((CdrReader(data).header().stamp_ns, data) for _, data in messages)
+        self._next = next(self._messages, None)
+
+    def at(self, stamp_ns: int) -> memoryview | None:
+        """Return the message of a stamp, not before any that was asked for; None if there is none."""
+        while self._next is not None and self._next[0] < stamp_ns:
+            self._next = next(self._messages, None)
+        return self._next[1] if self._next is not None and self._next[0] == stamp_ns else None
+
 
 class Curve:
     """Where the body is, by ``odom/ideal``: its places with their velocities, its orientations by a smooth spline."""
@@ -84,23 +111,60 @@ class Mount(NamedTuple):
 @lru_cache(maxsize=2)
 def _mesh_of(text: str, catalog_dir: Path | None) -> RoomMesh:
     scene = scene_from_json(text)
-    return RoomMesh(scene_to_glb(scene, flatten(scene, catalog_dir), CameraConfig()))
+    flat = flatten(scene, catalog_dir)
+    plain = flat._replace(part_texture=np.full_like(flat.part_texture, -1))  # pictures on surfaces say nothing of where they are
+    return RoomMesh(scene_to_glb(scene, plain, CameraConfig()))
+
+
+def _head(log_ns: int, data: memoryview, type_name: str) -> Head:
+    reader = CdrReader(data)
+    head = reader.header()
+    height, width = (reader.number("I"), reader.number("I")) if type_name == roles.IMAGE_TYPE else (0, 0)
+    return Head(log_ns, head.stamp_ns, head.frame_id, height, width)
+
+
+_KEPT = (
+    roles.INFO, roles.POSE, roles.SCENE, roles.SETTINGS, roles.SCAN, roles.SCAN_IDEAL, roles.IMU_DATA, roles.IMU_IDEAL, roles.ODOM,
+    roles.ODOM_IDEAL, roles.JOINT_STATES, roles.ROBOT_DESCRIPTION, roles.CLOCK, roles.TF, roles.TF_STATIC,
+)  # fmt: skip
+"""Roles whose messages are small, and are held."""
+HEADED = (
+    roles.RAW, roles.INFO, roles.POSE, roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA,
+    roles.IMU_IDEAL, roles.ODOM, roles.ODOM_IDEAL, roles.JOINT_STATES,
+)  # fmt: skip
+"""Roles whose messages begin with a header, and are logged at its stamp."""
 
 
 class Evidence:
-    """The streams of a bag."""
+    """The streams of a bag: its small messages, and of large ones how they begin; these are read again where they are looked at."""
 
     def __init__(self, messages: Messages, catalog_dir: Path | None = None) -> None:
-        self.messages, self.catalog_dir = messages, catalog_dir
+        self.types, self.catalog_dir = messages.types, catalog_dir
+        self._messages = messages
         self._tables: dict[str, Any] = {}
+        self._kept: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *_KEPT)}
+        self.heads: dict[str, list[Head]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
+        for topic, log_ns, data in messages.all():
+            if topic in self._kept:
+                self._kept[topic].append((log_ns, data))
+            if topic in self.heads:
+                self.heads[topic].append(_head(log_ns, data, self.types[topic]))
+        for rows in self._kept.values():
+            rows.sort(key=lambda row: row[0])
+        for heads in self.heads.values():
+            heads.sort(key=lambda head: head.log_ns)
+
+    def each(self, topic: str) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of each message of a topic."""
+        return iter(self._kept[topic]) if topic in self._kept else self._messages.messages(topic)
 
     def streams(self, role: Role) -> dict[str, Stream]:
         """Return topic -> stream of a role."""
-        return find_streams(self.messages.types, role)
+        return find_streams(self.types, role)
 
     def streams_of(self, wanted: tuple[Role, ...]) -> dict[str, Stream]:
         """Return topic -> stream of some roles."""
-        return find_streams(self.messages.types, *wanted)
+        return find_streams(self.types, *wanted)
 
     def first(self, role: Role) -> str:
         """Return the first topic of a role; empty if there is none."""
@@ -109,7 +173,7 @@ class Evidence:
     def table(self, topic: str, read: Callable[[CdrReader], Row], kind: Callable[..., Any]) -> Any:
         """Return the messages of a topic as rows; None where there are none."""
         if topic not in self._tables:
-            rows = [read(CdrReader(data)) for _, data in self.messages.messages(topic)] if topic else []
+            rows = [read(CdrReader(data)) for _, data in self.each(topic)] if topic else []
             self._tables[topic] = columns(rows, kind) if rows else None
         return self._tables[topic]
 
@@ -117,7 +181,7 @@ class Evidence:
         """Return the transforms of ``/tf`` or ``/tf_static``."""
         topic = self.first(role)
         if topic not in self._tables:
-            rows = [row for _, data in self.messages.messages(topic) for row in transform_rows(CdrReader(data))] if topic else []
+            rows = [row for _, data in self.each(topic) for row in transform_rows(CdrReader(data))] if topic else []
             self._tables[topic] = columns(rows, TransformRows) if rows else None
         table: TransformRows | None = self._tables[topic]
         return table
@@ -153,7 +217,7 @@ class Evidence:
         """The rooms of the bag by time; one without a description where there are none."""
         told: dict[str, tuple[int, str]] = {}
         for topic in self.streams(roles.SCENE):
-            for log_ns, data in self.messages.messages(topic):
+            for log_ns, data in self.each(topic):
                 text = read_text(data)
                 path = json.loads(text).get("camera_path") or [{"stamp_ns": log_ns}]
                 told.setdefault(json.loads(text)["id"], (int(path[0]["stamp_ns"]), text))
@@ -179,9 +243,13 @@ class Room:
         inside = (table.stamps >= self.start_ns) & (table.stamps < self.end_ns)
         return cut(table, inside) if inside.any() else None
 
+    def heads(self, topic: str) -> list[Head]:
+        """Return how the messages of a topic in the room begin."""
+        return [head for head in self.evidence.heads.get(topic, ()) if self.start_ns <= head.log_ns < self.end_ns]
+
     def each(self, topic: str) -> Iterator[tuple[int, memoryview]]:
         """Yield log time and bytes of the messages of a topic in the room."""
-        for log_ns, data in self.evidence.messages.messages(topic):
+        for log_ns, data in self.evidence.each(topic):
             if self.start_ns <= log_ns < self.end_ns:
                 yield log_ns, data
 

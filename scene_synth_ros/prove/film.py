@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -12,10 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from scene_synth_ros.dataset.camera import Camera, read_camera
 from scene_synth_ros.dataset.part import CameraTopics, find_cameras
-from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.messages.image_reader import read_image
 from scene_synth_ros.prove.decode import PoseRows
-from scene_synth_ros.prove.evidence import Evidence, Room
+from scene_synth_ros.prove.evidence import Evidence, Reel, Room
 from scene_synth_ros.prove.lens import MODELS, directions, pixels
 
 Floats = NDArray[np.float64]
@@ -90,7 +88,7 @@ class Film(NamedTuple):
 def films(evidence: Evidence, room: Room) -> tuple[Film, ...]:
     """Return what the cameras with depth and pose see in a room; lenses that CameraInfo cannot tell, and rolling shutters, are left out."""
     found = []
-    for name, topics in find_cameras(evidence.messages.types).items():
+    for name, topics in find_cameras(evidence.types).items():
         poses = room.poses(topics.pose) if topics.pose else None
         depth, info = topics.images.get("depth"), topics.infos.get("depth")
         first = next(iter(room.each(info)), None) if info else None
@@ -110,11 +108,11 @@ def metres(depth: NDArray[Any]) -> Floats:
 def _film(evidence: Evidence, room: Room, topics: CameraTopics, camera: Camera, poses: PoseRows) -> Film:
     """Look at each frame once; no more than two are in memory."""
     film = Film(topics, [], [])
-    reels = {layer: _Reel(room.each(topics.images[layer])) for layer in _LAYERS if layer in topics.images}
+    reels = {layer: Reel(room.each(topics.images[layer])) for layer in _LAYERS if layer in topics.images}
     for stamp, place, quaternion in zip(poses.stamps.tolist(), poses.place, poses.quaternion, strict=True):
         messages = {layer: reel.at(stamp) for layer, reel in reels.items()}
         shown = {
-            layer: read_image(evidence.messages.types[topics.images[layer]], data, topics.images[layer], None).pixels
+            layer: read_image(evidence.types[topics.images[layer]], data, topics.images[layer], None).pixels
             for layer, data in messages.items()
             if data is not None
         }
@@ -128,20 +126,6 @@ def _film(evidence: Evidence, room: Room, topics: CameraTopics, camera: Camera, 
             film.pairs.append(_pair(camera, film.views[-1], view, shown))
         film.views.append(view)
     return film
-
-
-class _Reel:
-    """The messages of a topic, by ascending stamps."""
-
-    def __init__(self, messages: Iterator[tuple[int, memoryview]]) -> None:
-        self._messages = ((CdrReader(data).header().stamp_ns, data) for _, data in messages)
-        self._next = next(self._messages, None)
-
-    def at(self, stamp_ns: int) -> memoryview | None:
-        """Return the message of a stamp, not before any that was asked for; None if there is none."""
-        while self._next is not None and self._next[0] < stamp_ns:
-            self._next = next(self._messages, None)
-        return self._next[1] if self._next is not None and self._next[0] == stamp_ns else None
 
 
 def _pair(camera: Camera, one: View, two: View, shown: Images) -> Pair:

@@ -101,7 +101,7 @@ def color(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         for k in wanted:
             old, new = film.pairs[k].old, film.pairs[k].new
             four = [shown.get(film.views[k + j].stamp_ns) for j in (-1, 0, 1, 2)]
-            images = [read_image(evidence.messages.types[topic], data, topic, None).pixels.astype(np.float64) for data in four if data]
+            images = [read_image(evidence.types[topic], data, topic, None).pixels.astype(np.float64) for data in four if data]
             if len(images) == 4:
                 for shift, found in errors.items():
                     found.append(np.abs(images[1 + shift][old[:, 1], old[:, 0]] - images[2 + shift][new[:, 1], new[:, 0]]).mean(axis=-1))

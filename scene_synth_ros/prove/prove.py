@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -12,9 +13,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from scene_description import SceneSynthError
-from scene_synth_ros.bags.indexed_bag import open_bag
 from scene_synth_ros.prove import consistency, inertia, pictures, ranges, wheels
-from scene_synth_ros.prove.digests import digests
+from scene_synth_ros.prove.bag import ReadBag
 from scene_synth_ros.prove.evidence import Evidence, Messages, Room
 from scene_synth_ros.prove.verdict import Verdict
 
@@ -69,15 +69,15 @@ def prove_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[st
         SceneSynthError: the bag cannot be read.
     """
     notes: list[str] = []
-    messages = open_bag(bag, notes.append)
-    progress("digests")
-    found, of_files = _found("digests", lambda: digests(bag))
-    proof = prove_messages(messages, catalog_dir, progress)
-    return Proof((*found, *proof.verdicts), (*notes, *of_files, *proof.notes))
+    with closing(ReadBag(bag, notes.append)) as messages:
+        proof = prove_messages(messages, catalog_dir, progress)
+        found, of_files = _found("digests", messages.digests)
+    return Proof((*found, *proof.verdicts), (*dict.fromkeys([*notes, *of_files, *proof.notes]),))
 
 
 def prove_messages(messages: Messages, catalog_dir: Path | None = None, progress: Callable[[str], None] = lambda _: None) -> Proof:
     """Check messages, all but whether files hold what they say; a check that cannot read them says so in a note."""
+    progress("reading")
     evidence = Evidence(messages, catalog_dir)
     rooms, notes = _found("scene", lambda: evidence.rooms)
     verdicts: list[Verdict] = []

@@ -13,7 +13,7 @@ from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.messages.streams import LASER, POSE
 from scene_synth_ros.prove.decode import CloudRow, PoseRows, ScanRow, cloud_row, scan_row
-from scene_synth_ros.prove.evidence import NS, Evidence, Floats, Room
+from scene_synth_ros.prove.evidence import NS, Evidence, Floats, Reel, Room
 from scene_synth_ros.prove.verdict import Verdict, at_most, share_off
 
 SAMPLES = 150
@@ -120,14 +120,15 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     topic, ideal = evidence.first(roles.LIDAR_POINTS), evidence.first(roles.LIDAR_IDEAL)
     if not topic or not ideal:
         return
-    true = {cloud.stamp_ns: cloud.points.ravel() for cloud in _clouds(room, ideal)}
+    true = Reel(room.each(ideal))
     read, known = [np.zeros(0)], [np.zeros(0)]
     alone = aside = 0
-    for cloud in _clouds(room, topic):
-        points, exact = cloud.points.ravel(), true.get(cloud.stamp_ns)
-        if exact is None:
+    for cloud in (cloud_row(CdrReader(data)) for _, data in room.each(topic)):
+        beside = true.at(cloud.stamp_ns)
+        if beside is None:
             alone += 1
             continue
+        points, exact = cloud.points.ravel(), cloud_row(CdrReader(beside)).points.ravel()
         if "return" in (points.dtype.names or ()):
             points = points[points["return"] == 1]
         _, mine, its = np.intersect1d(_ray_numbers(points), _ray_numbers(exact), return_indices=True)
@@ -139,10 +140,6 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     yield at_most("lidar_noise", topic, "sweeps without a true one", [alone], 0.0)
     yield at_most("lidar_noise", topic, "points that lie in another direction than the true ones", [aside], 0.0)
     yield from _noise("lidar_noise", topic, np.concatenate(read), np.concatenate(known), room.group("lidar"))
-
-
-def _clouds(room: Room, topic: str) -> Iterator[CloudRow]:
-    return (cloud_row(CdrReader(data)) for _, data in room.each(topic))
 
 
 def _ray_numbers(points: NDArray[Any]) -> NDArray[np.int64]:

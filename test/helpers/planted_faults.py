@@ -31,6 +31,9 @@ class Recorded(NamedTuple):
     def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
         return ((log_ns, memoryview(data)) for log_ns, data in self.rows[topic])
 
+    def all(self) -> Iterator[tuple[str, int, memoryview]]:
+        return ((topic, log_ns, memoryview(data)) for topic, rows in self.rows.items() for log_ns, data in rows)
+
     def topic(self, end: str) -> str:
         """The topic that ends so; empty if there is none."""
         return next((topic for topic in self.rows if topic.endswith(end)), "")

@@ -9,6 +9,7 @@ from renderer.body.config import BodyConfig, ImuConfig, WheelsConfig
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.sweep_config import LidarConfig
+from renderer.sensors.devices import DepthSensorConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
 from scene_synth_ros.cli.parameters.run_profile import load_profile, with_inheritance
@@ -42,7 +43,7 @@ def test_both_have_names_of_their_own_and_one_clock() -> None:
 
 GROUPS = {
     "renderer_node": {
-        **{"camera": CameraConfig, "sensor": SensorConfig, "streams": StreamConfig, "scan": ScanConfig},
+        **{"camera": CameraConfig, "sensor": SensorConfig, "depth_sensor": DepthSensorConfig, "streams": StreamConfig, "scan": ScanConfig},
         **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig, "lidar": LidarConfig},
     },
     "grammar_node": {"motion": MotionConfig},
