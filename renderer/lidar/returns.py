@@ -44,6 +44,7 @@ def read_returns(
 
     ``echoes``: arrays (n, rays of a beam); ``key``: of the sweep's random numbers.  Two returns are the strongest and the other.
     """
+    apart = returns.separation_m
     for i in range(ranges.shape[0]):
         ranges[i], intensities[i] = np.inf, 0.0
         seed = mix_bits(np.uint32(mix_bits(np.uint32(i)) ^ key))
@@ -51,13 +52,13 @@ def read_returns(
             continue
         strongest, farthest = _extremes(echoes, i, -1.0, 0.0)
         if returns.mode == LAST:
-            _merge(echoes, i, farthest, -1.0, returns.separation_m, errors, seed, 0, ranges, intensities)
+            ranges[i, 0], intensities[i, 0] = _read(echoes, i, farthest, -1.0, apart, errors, seed)
         if not np.isfinite(ranges[i, 0]):
-            _merge(echoes, i, strongest, -1.0, returns.separation_m, errors, seed, 0, ranges, intensities)
+            ranges[i, 0], intensities[i, 0] = _read(echoes, i, strongest, -1.0, apart, errors, seed)
         if returns.mode == DUAL:
-            second, last = _extremes(echoes, i, strongest, returns.separation_m)
+            second, last = _extremes(echoes, i, strongest, apart)
             other = last if last > strongest else second
-            _merge(echoes, i, other, strongest, returns.separation_m, errors, np.uint32(seed + _LOST), 1, ranges, intensities)
+            ranges[i, 1], intensities[i, 1] = _read(echoes, i, other, strongest, apart, errors, np.uint32(seed + _LOST))
 
 
 @kernel
@@ -86,19 +87,13 @@ def _echo(echoes: Echoes, i: int, j: int, k: int) -> tuple[float, float]:
 
 
 @kernel
-def _merge(
-    echoes: Echoes,
-    i: int,
-    at: float,
-    taken: float,
-    separation_m: float,
-    errors: RangeErrors,
-    seed: np.uint32,
-    number: int,
-    ranges: NDArray[np.float32],
-    intensities: NDArray[np.float32],
-) -> None:
-    """Write return ``number`` of beam i: the mean of all echoes about ``at``, weighted by their light, unless they are too weak."""
+def _read(
+    echoes: Echoes, i: int, at: float, taken: float, separation_m: float, errors: RangeErrors, seed: np.uint32
+) -> tuple[float, float]:
+    """Return range and intensity of all echoes of beam i about ``at``, weighted by their light; infinite and 0 where they are too weak.
+
+    Those about ``taken``, where that is not negative, belong to another return.
+    """
     light, way, back = 0.0, 0.0, 0.0
     for j in range(echoes.length.shape[1]):
         for k in range(2):
@@ -110,5 +105,5 @@ def _merge(
             light, way, back = light + share, way + share * distance, back + remission
     rays = echoes.length.shape[1]
     if light == 0.0 or (errors.dark_range_m > 0.0 and light / rays * errors.dark_range_m * errors.dark_range_m < DARK):
-        return
-    ranges[i, number], intensities[i, number] = erring_range(way / light, errors, seed), back / rays
+        return np.inf, 0.0
+    return erring_range(way / light, errors, seed), back / rays
