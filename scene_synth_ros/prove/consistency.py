@@ -119,7 +119,7 @@ def camera_info(evidence: Evidence, room: Room) -> Iterator[Verdict]:
                 "camera_info", others[0][0] if others else topic, "messages that differ from the camera's first", [len(others)], 0.0
             )
             for layer, image in topics.images.items():
-                sizes = [(head.height, head.width) for head in room.heads(image)]
+                sizes = [(head.height, head.width) for head in room.heads(image) if head.height]
                 wrong = [size != (camera.height, camera.width) for size in sizes]
                 yield at_most("camera_info", image, f"images of {layer} of another size than the CameraInfo's", [sum(wrong)], 0.0)
 

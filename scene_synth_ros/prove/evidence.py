@@ -53,7 +53,7 @@ class Messages(Protocol):
 
 
 class Head(NamedTuple):
-    """What the beginning of a message says: log time, stamp and frame, and of an image height and width, else zeros."""
+    """What the beginning of a message says: log time, stamp and frame, and of a plain image height and width, else zeros."""
 
     log_ns: int
     stamp_ns: int
@@ -129,7 +129,7 @@ _KEPT = (
 )  # fmt: skip
 """Roles whose messages are small, and are held."""
 HEADED = (
-    roles.RAW, roles.INFO, roles.POSE, roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA,
+    *roles.IMAGE_FORMS, roles.INFO, roles.POSE, roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA,
     roles.IMU_IDEAL, roles.ODOM, roles.ODOM_IDEAL, roles.JOINT_STATES,
 )  # fmt: skip
 """Roles whose messages begin with a header, and are logged at its stamp."""

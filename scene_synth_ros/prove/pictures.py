@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.messages.image_reader import read_image
+from scene_synth_ros.messages.streams import TRANSPORTS
 from scene_synth_ros.prove.evidence import Evidence, Room
 from scene_synth_ros.prove.film import SAMPLES, Film, Floats, films
 from scene_synth_ros.prove.room_mesh import Hits
 from scene_synth_ros.prove.verdict import Verdict, at_most, share_off
 
 _EXACT_M, _EXACT_SHARE, _MILLIMETRE_M = 1e-3, 1e-4, 6e-4
+_CODES_PER_M = 2e-4
+"""Of compressedDepth: half a step of inverse depth, times the squared depth, is what depth is off by."""
 _MOST_PAIRS = 24
 
 
@@ -37,6 +40,8 @@ def depth_and_ids(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         known, slack = ~np.isnan(distance), _EXACT_M + _EXACT_SHARE * np.where(np.isfinite(distance), distance, 0.0)
         if film.views[0].values["depth"].dtype == np.uint16:
             slack = slack + _MILLIMETRE_M
+        elif topics["depth"].endswith(TRANSPORTS[2]):
+            slack = slack + _CODES_PER_M * np.where(np.isfinite(distance), distance, 0.0) ** 2
         with np.errstate(invalid="ignore"):
             near = (np.abs(distance - hits.distance) <= slack) | (np.isinf(distance) & np.isinf(hits.distance))
         yield from share_off("depth", topics["depth"], "pixels more than 1 mm off the exported mesh", ~near[known], stamps[known])

@@ -19,7 +19,11 @@ from renderer.export.scene_glb import scene_to_glb
 from renderer.scene.flatten import flatten
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_verify import verify_bag
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json
 from scene_synth_ros.messages.streams import parse
+from scene_synth_ros.offline.settings import read_settings
+from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.suite.qos import CLOUD_DEPTH
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -183,6 +187,18 @@ def test_the_lidars_topics_are_not_those_of_a_camera() -> None:
     camera = parse("/synth/camera/points", "sensor_msgs/msg/PointCloud2")
     assert camera is not None and camera.role.name == "points" and not camera.has_own_stamps
     assert CLOUD_DEPTH * 24 * 300_000 < 2**30, "no more waits for a reader that sleeps"
+
+
+def test_a_camera_that_is_called_as_the_lidar_is_refused_and_its_settings_go_there_and_back() -> None:
+    with pytest.raises(
+        ParameterError, match=r"renderer_node: parameter streams.camera: expected another name than .*, got 'lidar'"
+    ):
+        read_settings(run_parameters(RunWords(record=Path("bag"), overrides=("renderer_node.streams.camera:=lidar",))))
+    overrides = tuple(f"renderer_node.{word}" for word in WORDS)
+    groups = read_settings(run_parameters(RunWords(record=Path("bag"), overrides=overrides))).renderers["renderer_node"]
+    names = ("camera", "render", "streams", "body", "lidar", "scan")
+    settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, **{name: groups[name] for name in names})
+    assert settings.lidar.returns == "dual" and settings_from_json(settings_to_json(settings)) == settings
 
 
 def test_a_rosette_has_lines_and_no_rings(tmp_path: Path) -> None:
