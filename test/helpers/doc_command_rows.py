@@ -179,8 +179,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/test_lidar_bag.py"
     ),
     "scene_synth prove BAG": Run(),
+    "scene_synth export": Named(),
+    "python -m benchmarks.lidar_bench --write": Parsed("needs KISS-ICP, which is not installed"),
     "scene_synth prove my_bag": Parsed("test/scene_synth_ros/prove/test_prove.py"),
-    "scene_synth prove my_bag --json > proof.json": Parsed("test/scene_synth_ros/prove/test_prove.py"),
+    "scene_synth prove my_bag --json": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
         "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
     ),

@@ -190,9 +190,7 @@ def test_the_lidars_topics_are_not_those_of_a_camera() -> None:
 
 
 def test_a_camera_that_is_called_as_the_lidar_is_refused_and_its_settings_go_there_and_back() -> None:
-    with pytest.raises(
-        ParameterError, match=r"renderer_node: parameter streams.camera: expected another name than .*, got 'lidar'"
-    ):
+    with pytest.raises(ParameterError, match=r"renderer_node: parameter streams.camera: expected another name than .*, got 'lidar'"):
         read_settings(run_parameters(RunWords(record=Path("bag"), overrides=("renderer_node.streams.camera:=lidar",))))
     overrides = tuple(f"renderer_node.{word}" for word in WORDS)
     groups = read_settings(run_parameters(RunWords(record=Path("bag"), overrides=overrides))).renderers["renderer_node"]
