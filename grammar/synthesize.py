@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from grammar.appearance.appearance import MaterialPool, sample_appearance_from
 from grammar.appearance.appearance_rules import Appearance, load_appearance
 from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
-from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting
+from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting, sample_surroundings
 from grammar.appearance.looks import apply_looks
 from grammar.appearance.restrict import restricted
 from grammar.camera.camera_path import CameraSpace
@@ -46,7 +46,7 @@ from scene_description.catalog import Catalog
 from scene_description.rounding import rounded
 from scene_description.share import config_path
 
-PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
+PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things", "surroundings")
 """Streams of random numbers of a room, in the order of their spawn keys."""
 
 
@@ -255,6 +255,7 @@ class SceneSynthesizer:
             objects,
             dark=environment.daylight is None,
         )
+        environment = replace(environment, surroundings=sample_surroundings(rng["surroundings"], self.lighting, request.surroundings))
         if request.environment_map:
             yaw_rad = math.radians(request.north_yaw_deg) if request.north_yaw_deg <= 360.0 else 0.0
             picture = EnvironmentMap(file=request.environment_map, yaw_rad=yaw_rad, luminance_scale=request.environment_scale)

@@ -7,6 +7,7 @@ and which has other code for other processors.
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 
 os.environ.setdefault("NUMBA_DISABLE_INTEL_SVML", "1")  # read when numba is imported
 
@@ -19,6 +20,13 @@ COMMON = {"+avx2", "+fma", "+bmi2"} <= _FEATURES and config.CPU_NAME in (None, _
 """Whether kernels are compiled for all processors with AVX2."""
 AVX512 = {"+avx512f", "+avx512dq", "+avx512cd", "+avx512bw", "+avx512vl"} <= _FEATURES
 """Whether this processor has of AVX-512 what Embree's code for it needs."""
+
+
+def maker() -> str:
+    """Return the name by which the processor's maker calls itself, empty where the system does not tell: GenuineIntel, say."""
+    with suppress(OSError), open("/proc/cpuinfo") as lines:
+        return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("vendor_id")), "")
+    return ""
 
 
 def compile_for_all() -> None:

@@ -279,6 +279,20 @@ class EnvironmentMap:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Surroundings:
+    """What stands outside the windows, under the sky of the environment: houses, trees and a street, drawn by ``seed``.
+
+    ``floor_above_ground_m`` is the height of the room's floor; the street runs along world +x, turned about z by ``quarter_turns``, and
+    lies to its left.  All of it is drawn as seen from the middle of the room, as if it were far: it shows no parallax.
+    """
+
+    setting: Literal["suburb", "town", "country"]
+    seed: Annotated[int, Limits(ge=0, le=2**53)]
+    floor_above_ground_m: Annotated[float, Limits(ge=0.0, le=100.0, unit="m")] = 0.3
+    quarter_turns: Annotated[int, Limits(ge=0, le=3)] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Environment:
     """Daylight outside the windows.  A ``map`` replaces everything else here.
 
@@ -291,6 +305,7 @@ class Environment:
     ground: tuple[Luminance, Luminance, Luminance]
     daylight: Daylight | None = None
     map: EnvironmentMap | None = None
+    surroundings: Surroundings | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

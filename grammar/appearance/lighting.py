@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from shapely import Point, Polygon
@@ -21,7 +21,7 @@ from grammar.appearance.daylight import (
     make_daylight,
 )
 from grammar.spec.rules import GrammarError
-from scene_description import Environment, FieldError, Light, Limits, Luminaire, Room, SceneObject, from_mapping
+from scene_description import Environment, FieldError, Light, Limits, Luminaire, Room, SceneObject, Surroundings, from_mapping
 from scene_description.ceilings import ceiling_planes
 from scene_description.color_temperature import color_of_temperature, luminance_rgb
 from scene_description.yaml_text import read_yaml
@@ -40,7 +40,10 @@ Kelvin = Annotated[float, Limits(ge=1700.0, le=20000.0, unit="K")]
 SkyLuminance = Annotated[float, Limits(ge=1e-6, le=1e5, unit="cd/m2")]
 Ratio = Annotated[float, Limits(ge=0.0, le=10.0)]
 Probability = Annotated[float, Limits(ge=0.0, le=1.0)]
+FloorHeight = Annotated[float, Limits(ge=0.0, le=100.0, unit="m")]
 Elevation = Annotated[float, Limits(ge=-90.0, le=90.0, unit="deg")]
+
+Setting = Literal["suburb", "town", "country"]
 
 _NO_RANGES = ("probability", "dark", "cloud_cover")
 
@@ -77,6 +80,14 @@ class Condition:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SettingConfig:
+    """One setting outside the windows: its probability, and the heights above the ground that floors have there, equally likely."""
+
+    probability: Probability
+    floors_m: Annotated[tuple[FloorHeight, ...], Limits(min_length=1, max_length=32)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LightingConfig:
     """Lamps by category and daylight by condition; ``config/lighting.yaml`` explains each number."""
 
@@ -84,6 +95,7 @@ class LightingConfig:
     daylight: Annotated[Mapping[str, Condition], Limits(min_length=1, max_length=64)]
     moment: MomentConfig | None = None
     downlights: Annotated[Mapping[str, DownlightConfig], Limits(max_length=256)] = field(default_factory=dict)
+    surroundings: Annotated[Mapping[Setting, SettingConfig], Limits(max_length=16)] = field(default_factory=dict)
 
 
 def read_lighting_config(path: Path) -> LightingConfig:
@@ -114,9 +126,10 @@ def _check_config(config: LightingConfig) -> None:
         _check_order(f"downlights.{name}", {key: getattr(spots, key) for key in ranges})
     if config.moment is not None:
         _check_order("moment", {f.name: getattr(config.moment, f.name) for f in fields(config.moment) if f.name != "ground_color"})
-    total = math.fsum(sky.probability for sky in config.daylight.values())
-    if abs(total - 1.0) > 1e-6:
-        raise FieldError("daylight", "probabilities that sum to 1", f"{total:.6g}")
+    for name, rows in (("daylight", config.daylight), ("surroundings", config.surroundings)):
+        total = math.fsum(row.probability for row in rows.values())
+        if rows and abs(total - 1.0) > 1e-6:
+            raise FieldError(name, "probabilities that sum to 1", f"{total:.6g}")
     if all(sky.dark for sky in config.daylight.values() if sky.probability > 0.0):
         raise FieldError("daylight", "at least one condition that is not dark, for rooms without lamps", "none")
 
@@ -194,6 +207,30 @@ def _sample_environment(
     moment = moment or draw_moment(rng, config.moment, request, sky.elevation_deg)
     cover = float(rng.uniform(*sky.cloud_cover)) if request.cloud_cover is None else request.cloud_cover
     return replace(plain, daylight=make_daylight(moment, cover, config.moment.ground_color))
+
+
+def sample_surroundings(
+    rng: np.random.Generator, config: LightingConfig, asked: Setting | Literal["any", "none"] = "any"
+) -> Surroundings | None:
+    """Sample what stands outside; None where nothing is asked for, or the settings have nothing.
+
+    Raises:
+        GrammarError: the setting that is asked for is not among them.
+    """
+    if asked == "none" or not config.surroundings:
+        return None
+    if asked != "any" and asked not in config.surroundings:
+        raise GrammarError(f"surroundings: expected one of {', '.join(config.surroundings)}, got '{asked}'")
+    names = list(config.surroundings)
+    drawn = names[int(rng.choice(len(names), p=[row.probability for row in config.surroundings.values()]))]
+    setting = drawn if asked == "any" else asked
+    floors = config.surroundings[setting].floors_m
+    return Surroundings(
+        setting=setting,
+        seed=int(rng.integers(2**53)),
+        floor_above_ground_m=floors[int(rng.integers(len(floors)))],
+        quarter_turns=int(rng.integers(4)),
+    )
 
 
 def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:

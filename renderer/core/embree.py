@@ -90,11 +90,15 @@ class _IntersectArguments(ctypes.Structure):
         ("filter", _pointer),
         ("intersect", _pointer),
         ("min_width_distance_factor", ctypes.c_float),
-        ("halves", ctypes.c_int),  # ours, behind what Embree reads
+        # ours, behind what Embree reads: whether rays go by halves, and the mesh by which their hits are then settled
+        ("halves", ctypes.c_int),
+        ("faces", _pointer),
+        ("vertices", _pointer),
     )
 
 
 _HALVES = _IntersectArguments.halves.offset // 4
+_FACES, _VERTICES = _IntersectArguments.faces.offset // 8, _IntersectArguments.vertices.offset // 8
 
 
 class SceneHandle(NamedTuple):
@@ -194,6 +198,26 @@ def _words_at(typing_context, address):  # type: ignore[no-untyped-def]
     return types.CPointer(types.int32)(types.int64), generate
 
 
+@intrinsic
+def _addresses_at(typing_context, address):  # type: ignore[no-untyped-def]
+    """Return the memory at an address as a pointer to int64."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return types.CPointer(types.int64)(types.int64), generate
+
+
+@intrinsic
+def _floats_at(typing_context, address):  # type: ignore[no-untyped-def]
+    """Return the memory at an address as a pointer to float32."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return types.CPointer(types.float32)(types.int64), generate
+
+
 @functools.cache
 def _first_of_equals() -> Any:
     """Return Embree's filter, compiled: it refuses a hit that lies behind one of the same ray at the same distance with an earlier face.
@@ -241,7 +265,8 @@ class EmbreeScene:
 
         ``panes`` (m,) tells which faces rays with the mask ``PASS_PANES`` do not meet; ``PRIM_ID`` is the row in ``faces`` for all.
 
-        ``portable``: rays are traced as on a processor without AVX-512, so that all that have AVX2 compute the same.
+        ``portable``: rays are traced as on a processor without AVX-512, so that all that have AVX2 compute the same; where they meet a
+        triangle is computed anew, see :func:`intersect16`.
         ``watertight``: no ray ever slips between two triangles that share an edge, which costs half as much time again.  Without it such
         rays are rare (none of 20 million in a furnished bedroom), too few to be seen in light; and as many more rays are traced for light
         than for geometry, the tree is built four times as long (27 ms for 21,000 triangles) to make them faster still.
@@ -254,7 +279,8 @@ class EmbreeScene:
         """
         self._library = load_library()
         self._vertices, self._indices = _embree_buffers(vertices, faces, panes)
-        halves = {"halves": int(portable or not AVX512)}
+        self._faces = np.ascontiguousarray(faces)
+        halves = {"halves": int(portable or not AVX512), "faces": self._faces.ctypes.data, "vertices": self._vertices.ctypes.data}
         self._arguments = [_IntersectArguments(flags, _FEATURE_TRIANGLE, **halves) for flags in (_COHERENT, 0)]
         if steady:
             chosen = _FEATURE_TRIANGLE | _FEATURE_FILTER
@@ -344,7 +370,8 @@ def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
     """Find the nearest hit of the alive rays of a packet of :func:`make_packet`; all addresses.
 
     Without AVX-512 Embree takes 16 rays one by one, so each half of the packet is copied to the room behind it and traced as one of 8:
-    2.7 times as many coherent rays a second, 1.5 times as many others.
+    2.7 times as many coherent rays a second, 1.5 times as many others.  Embree divides by estimates of reciprocals, which differ between
+    makers of processors; so distances and places on triangles are then computed anew, by divisions that are the same everywhere.
     """
     if _words_at(np.int64(arguments))[_HALVES] == 0:
         _intersect16(alive, scene, packet, arguments)
@@ -354,6 +381,7 @@ def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
             _intersect8(_half_alive(alive, half), scene, _room(packet), arguments)
             _copy_back(packet, half, TFAR // LANES, TFAR // LANES + 1)
             _copy_back(packet, half, NG_X // LANES, 21)
+    _settle(alive, packet, arguments)
 
 
 @kernel
@@ -366,6 +394,40 @@ def occluded16(alive: int, scene: int, packet: int, arguments: int) -> None:
         if _copy_half(alive, packet, half, 12):
             _occluded8(_half_alive(alive, half), scene, _room(packet), arguments)
             _copy_back(packet, half, TFAR // LANES, TFAR // LANES + 1)
+
+
+@inlined
+def _settle(alive: int, packet: int, arguments: int) -> None:
+    """Compute anew how far along their rays and where on their triangles hits are.
+
+    By the volumes that the ray spans with each edge, seen from its origin (Pluecker coordinates: K. Shoemake, "Pluecker Coordinate
+    Tutorial", Ray Tracing News 11(1), 1998), in double precision.
+    """
+    lives, rays, hits = _words_at(np.int64(alive)), _floats_at(np.int64(packet)), _words_at(np.int64(packet))
+    own = _addresses_at(np.int64(arguments))
+    faces, vertices = _words_at(own[_FACES]), _floats_at(own[_VERTICES])
+    for k in range(LANES):
+        if lives[k] == 0 or hits[GEOM_ID + k] == -1:
+            continue
+        face = np.int64(np.uint32(hits[PRIM_ID + k]))
+        i, j, m = np.int64(faces[3 * face]) * 3, np.int64(faces[3 * face + 1]) * 3, np.int64(faces[3 * face + 2]) * 3
+        ox, oy, oz = np.float64(rays[ORG_X + k]), np.float64(rays[ORG_Y + k]), np.float64(rays[ORG_Z + k])
+        dx, dy, dz = np.float64(rays[DIR_X + k]), np.float64(rays[DIR_Y + k]), np.float64(rays[DIR_Z + k])
+        ax, ay, az = vertices[i] - ox, vertices[i + 1] - oy, vertices[i + 2] - oz
+        bx, by, bz = vertices[j] - ox, vertices[j + 1] - oy, vertices[j + 2] - oz
+        cx, cy, cz = vertices[m] - ox, vertices[m + 1] - oy, vertices[m + 2] - oz
+        # volumes over the edges that face each corner
+        at_a = dx * (by * cz - bz * cy) + dy * (bz * cx - bx * cz) + dz * (bx * cy - by * cx)
+        at_b = dx * (cy * az - cz * ay) + dy * (cz * ax - cx * az) + dz * (cx * ay - cy * ax)
+        at_c = dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)
+        whole = at_a + at_b + at_c
+        if whole == 0.0:
+            continue
+        u, v = min(max(at_b / whole, 0.0), 1.0), min(max(at_c / whole, 0.0), 1.0)
+        distance = (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / whole
+        rays[BARY_U + k], rays[BARY_V + k], rays[TFAR + k] = np.float32(u), np.float32(min(v, 1.0 - u)), np.float32(distance)
+        if rays[NEAREST + k] < np.inf:
+            rays[NEAREST + k] = np.float32(distance)
 
 
 @inlined

@@ -79,7 +79,7 @@ class RenderConfig:
     portable: Annotated[
         bool,
         Limits(
-            description="Trace rays without AVX-512, so that images are the same on processors with and without it",
+            description="Trace rays without AVX-512 and place hits by exact divisions: the same images on all processors with AVX2",
             fixed="the ray tracing device is made once",
         ),
     ] = False

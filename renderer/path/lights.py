@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
+from renderer.core.equirectangular import pixel_solid_angles
 from renderer.core.kernel import inlined, kernel
 from renderer.core.layout import Layout
 from renderer.path.infinite_light import InfiniteLight, build_infinite_light
-from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.spot_lights import brightest_seen
 from scene_description.products import matmul, norm

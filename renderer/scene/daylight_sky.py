@@ -20,6 +20,7 @@ functions of Wyman, Sloan and Shirley ("Simple Analytic Approximations to the CI
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from numpy.typing import NDArray
 import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.core.color import LUMINANCE
-from renderer.scene.equirectangular import map_directions, pixel_solid_angles
+from renderer.core.equirectangular import map_directions, pixel_solid_angles
 from scene_description.color_temperature import luminance_rgb, xyz_from_rgb
 from scene_description.products import inverse, matmul, norm
 from scene_description.types import Daylight
@@ -139,7 +140,20 @@ def overcast_sky_rgb(directions: Array, sun_elevation_rad: float) -> Array:
     return np.asarray((1.0 + 2.0 * np.maximum(directions[:, 2:], 0.0)) / 3.0 * zenith)
 
 
-def daylight_map(daylight: Daylight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+class SkyAndSun(NamedTuple):
+    """``table`` and ``sun`` of ``renderer.scene.flat_scene.Sky``."""
+
+    table: NDArray[np.float32]
+    sun: NDArray[np.float32]
+
+
+def gradient_map(zenith: NDArray[np.float32], horizon: NDArray[np.float32], ground: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the map (ROWS, COLUMNS, 3) of a sky that is told by its luminance (3,) at the zenith, at the horizon and below it."""
+    up = map_directions(ROWS, COLUMNS)[..., 2:]
+    return np.where(up < 0.0, ground, horizon + up * (zenith - horizon)).astype(np.float32)
+
+
+def daylight_map(daylight: Daylight) -> SkyAndSun:
     """Return ``table`` and ``sun`` of ``renderer.scene.flat_scene.Sky`` for a state of the daylight."""
     toward_sun = np.array(daylight.sun_direction) / norm(daylight.sun_direction)
     elevation = math.asin(float(toward_sun[2]))
@@ -158,4 +172,4 @@ def daylight_map(daylight: Daylight) -> tuple[NDArray[np.float32], NDArray[np.fl
     ground = np.array(daylight.ground_color) * on_ground / math.pi
     table = np.concatenate([sky, np.broadcast_to(ground, (len(directions) - half, 3))]).reshape(ROWS, COLUMNS, 3)
     sun = np.array([*toward_sun, VERSINE, *(beam / SOLID_ANGLE_SR)]) if beam.any() else np.zeros(0)
-    return np.ascontiguousarray(table, np.float32), np.ascontiguousarray(sun, np.float32)
+    return SkyAndSun(np.ascontiguousarray(table, np.float32), np.ascontiguousarray(sun, np.float32))

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.color import LUMINANCE
+from renderer.core.equirectangular import pixel_solid_angles
 from renderer.core.errors import MeshFileError
 from renderer.core.kernel import entry
 from renderer.files.exr_files import read_exr_color
 from renderer.files.mesh_files import find_mesh_file
-from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import NO_MAP
 from scene_description import read_at_most
 from scene_description.products import matmul

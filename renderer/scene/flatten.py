@@ -24,12 +24,13 @@ from renderer.geometry.shapes import merged, surface_area
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS
-from renderer.scene.daylight_sky import daylight_map
+from renderer.scene.daylight_sky import daylight_map, gradient_map
 from renderer.scene.environment_map import load_environment_map
 from renderer.scene.flat_scene import NO_PROFILE, NO_PROFILES, FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.object_boxes import object_box, opening_box, room_box
 from renderer.scene.room_shell import build_opening, build_shell
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
+from renderer.surroundings.view import surroundings_map
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.generators import GENERATORS
 from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
@@ -152,10 +153,12 @@ def build_sky(environment: Environment, catalog_dir: Path | None = None) -> Sky:
             return plain._replace(**load_environment_map(environment.map, catalog_dir)._asdict())
         except MeshFileError as error:
             raise FlattenError(f"environment: {error}") from error
-    if environment.daylight is None:
-        return plain
-    table, sun = daylight_map(environment.daylight)
-    return plain._replace(table=table, sun=sun)
+    sky = plain if environment.daylight is None else plain._replace(**daylight_map(environment.daylight)._asdict())
+    if environment.surroundings is None:
+        return sky
+    level = sky.table if sky.table.size else gradient_map(plain.zenith, plain.horizon, plain.ground)
+    cover = environment.daylight.cloud_cover if environment.daylight else 0.0
+    return sky._replace(table=surroundings_map(environment.surroundings, level, sky.sun, cover))
 
 
 def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:

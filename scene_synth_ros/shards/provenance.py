@@ -19,7 +19,7 @@ import zstandard
 from PIL import features
 
 from grammar.spec.grammar_file import grammar_sources
-from kernel_cache.processor import AVX512, COMMON
+from kernel_cache.processor import AVX512, COMMON, maker
 from scene_description import Limits, SceneSynthError, from_mapping
 from scene_description.share import config_path
 from scene_synth_ros.bags.run_info import PACKAGES, versions
@@ -101,7 +101,7 @@ def provenance_of(words: Mapping[str, Any], *, portable: bool, denoised: bool) -
         program=_program(),
         configuration={"parameters": parameters, **_shipped(), **own},
         versions=_versions(),
-        processor={"features": _processor() if denoised or not COMMON else "AVX-512" if AVX512 and not portable else "AVX2"},
+        processor={"features": _processor() if denoised or not COMMON else f"AVX-512 of {maker()}" if AVX512 and not portable else "AVX2"},
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from sample_scene import sample_objects, sample_scene
 from grammar.appearance.lighting import (
     read_lighting_config,
     sample_lighting,
+    sample_surroundings,
 )
 from grammar.spec.rules import GrammarError
 from scene_description import SceneObject, scene_from_json, scene_to_json
@@ -176,3 +178,19 @@ def test_refuses_settings_that_do_not_fit(tmp_path: Path, old: str, new: str, me
     with pytest.raises(GrammarError) as refused:
         read_lighting_config(file)
     assert str(refused.value).startswith(f"{file}: {message}")
+
+
+def test_surroundings_have_their_odds_and_floors_and_what_is_asked_for_comes() -> None:
+    drawn = [sample_surroundings(np.random.default_rng(seed), CONFIG) for seed in range(400)]
+    names = Counter(item.setting for item in drawn if item is not None)
+    for name, row in CONFIG.surroundings.items():
+        assert abs(names[name] / 400 - row.probability) < 4.0 * math.sqrt(row.probability * (1.0 - row.probability) / 400)
+    assert all(item is not None and item.floor_above_ground_m in CONFIG.surroundings[item.setting].floors_m for item in drawn)
+    assert sample_surroundings(np.random.default_rng(0), CONFIG, "none") is None
+    town = sample_surroundings(np.random.default_rng(0), CONFIG, "town")
+    assert town is not None and town.setting == "town"
+    # what is asked for changes nothing else of the draw
+    assert drawn[0] is not None and town.seed == drawn[0].seed
+    with pytest.raises(GrammarError, match="surroundings: expected one of suburb, got 'town'"):
+        suburb = replace(CONFIG, surroundings={"suburb": replace(CONFIG.surroundings["suburb"], probability=1.0)})
+        sample_surroundings(np.random.default_rng(0), suburb, "town")

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from renderer.path.infinite_light import arcsin, arctan2
+from renderer.core.equirectangular import arcsin, arctan2
 
 
 @njit

@@ -7,6 +7,7 @@ import pytest
 from sample_scene import sample_scene
 
 from renderer.core.color import LUMINANCE
+from renderer.core.equirectangular import map_directions, pixel_solid_angles
 from renderer.core.kernel import from_python
 from renderer.path import infinite_light
 from renderer.scene.daylight_sky import (
@@ -22,7 +23,6 @@ from renderer.scene.daylight_sky import (
     sun_illuminance_lx,
     zenith_yxy,
 )
-from renderer.scene.equirectangular import map_directions, pixel_solid_angles
 from renderer.scene.flatten import build_sky
 from scene_description import Daylight
 

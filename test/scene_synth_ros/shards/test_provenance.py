@@ -35,7 +35,7 @@ def test_the_number_of_rooms_does_not_count_and_whatever_decides_their_bytes_doe
     ("can", "word", "features"),
     [
         ((True, True), "portable:=true", "AVX2"),
-        ((True, True), "portable:=false", "AVX-512"),
+        ((True, True), "portable:=false", "AVX-512 of Zilog"),
         ((True, False), "portable:=false", "AVX2"),
         ((True, True), "denoise:=auto", "a name and a digest"),
         ((False, False), "portable:=true", "a name and a digest"),
@@ -46,6 +46,7 @@ def test_of_the_processor_counts_what_changes_bytes(
 ) -> None:
     monkeypatch.setattr(module, "COMMON", can[0])
     monkeypatch.setattr(module, "AVX512", can[1])
+    monkeypatch.setattr(module, "maker", lambda: "Zilog")
     monkeypatch.setattr(module, "_processor", lambda: "a name and a digest")
     assert tiny_plan(3, 2, f"renderer_node.render.{word}").provenance[0].processor == {"features": features}
 
