@@ -9,6 +9,7 @@ from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -40,7 +41,11 @@ CHECKS: Mapping[str, Check] = {
     "lidar_noise": ranges.lidar_noise,
 }
 """Name -> check of a room; ``depth`` speaks of ids and normals, too."""
-_MESSAGE_ERRORS = (SceneSynthError, ValueError, KeyError, TypeError, IndexError, struct.error, np.linalg.LinAlgError)
+_MESSAGE_ERRORS = (
+    SceneSynthError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error,
+    ElementTree.ParseError, np.linalg.LinAlgError,
+)  # fmt: skip
+"""What comes of messages that are not what their types say."""
 
 
 class Proof(NamedTuple):

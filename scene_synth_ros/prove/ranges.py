@@ -76,7 +76,7 @@ def lidar(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         chosen = points[_some(len(points), cloud.stamp_ns)]
         place, turn = mount.on(*room.curve.at(cloud.stamp_ns, chosen["time"].astype(np.float64)))
         xyz = _places(chosen)
-        far = np.linalg.norm(xyz, axis=1)
+        far = np.maximum(np.linalg.norm(xyz, axis=1), 1e-9)
         rays.append(np.column_stack([place, turn.apply(xyz / far[:, None])]))
         ranges.append(far)
         stamps.append(np.full(len(far), cloud.stamp_ns))

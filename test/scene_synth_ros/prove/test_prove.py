@@ -98,3 +98,10 @@ def test_a_proof_of_nothing_is_none() -> None:
     assert [verdict.good for verdict in share_off("a", "/b", "c", np.arange(100) == 3, stamps)] == [True]
     of_frame = list(share_off("a", "/b", "c", (np.arange(100) % 4 == 0) & (stamps == 6), stamps))
     assert [verdict.stamp_ns for verdict in of_frame] == [-1, 6] and not any(verdict.good for verdict in of_frame)
+
+
+@pytest.mark.parametrize("end", ["/scene", "settings", "robot_description", "lidar/points_ideal", "imu/data", "depth/image_raw"])
+def test_messages_that_are_not_what_they_should_be_are_told(recorded: Recorded, end: str) -> None:
+    topic = recorded.topic(end)
+    broken = [(log_ns, data[: len(data) // 2] + bytes(len(data) - len(data) // 2)) for log_ns, data in recorded.rows[topic]]
+    assert named(recorded.with_rows(end, broken))
