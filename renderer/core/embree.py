@@ -6,7 +6,8 @@ of this file; rays travel in *packets* of 16, flat float32 arrays on a 64-byte b
 memory.  (Flat with constant offsets, because LLVM then knows that fields never overlap and vectorises loops over lanes.)
 
 Every scene is built by one thread: so the choice between two triangles at the same distance never depends on the number of processors.  It
-does depend on the other triangles of the scene, unless the scene is *steady*: a filter then takes the first face of those at one distance.
+does depend on the other triangles of the scene and on the maker of the processor, but where the scene is *steady*, for primary rays, or
+portable, for all: a filter then takes the first face of those at one distance.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ PACKET_SIZE = 24 * LANES
 ORG_X, ORG_Y, ORG_Z, TNEAR, DIR_X, DIR_Y, DIR_Z, TIME, TFAR, MASK, ID, FLAGS = range(0, 12 * LANES, LANES)
 NG_X, NG_Y, NG_Z, BARY_U, BARY_V, PRIM_ID, GEOM_ID, INST_ID, INST_PRIM_ID = range(12 * LANES, 21 * LANES, LANES)
 NEAREST, FIRST_FACE = 21 * LANES, 22 * LANES
-"""Where the filter of a steady scene keeps the distance and the face of the hit that it has taken; NEAREST is infinite before a call.
+"""Where the filter of a steady scene keeps the distance and the face of the hit that it has taken.
 
 The filter may get copies of a packet's rays, as of half a packet: each ray says by ``ID`` and ``TIME``, the low and the high half of an
 address, where its own are kept.  Nothing moves in these scenes, so Embree does not look at the time.
@@ -48,8 +49,8 @@ MEET_ALL, PASS_PANES = np.uint32(0xFFFFFFFF), np.uint32(1)
 _COHERENT, _INVOKE_FILTER = 1 << 16, 1 << 1
 _FEATURE_TRIANGLE, _FEATURE_FILTER = 1 << 1, 1 << 24
 _SCENE_FLAG_ROBUST, _SCENE_FLAG_FILTER = 1 << 2, 1 << 3
-_SAME_ULP, _BEYOND_ULP = 4, 8
-"""Hits so near to each other count as at one distance, and rays end so far behind a hit that all of these are seen."""
+_SAME_ULP, _BEYOND_ULP = 4, 64
+"""Hits so near to each other count as at one distance, and rays end so far behind a hit, as Embree has it, that all of these are seen."""
 _BUILD_QUALITY_MEDIUM, _BUILD_QUALITY_HIGH = 1, 2
 _GEOMETRY_TYPE_TRIANGLE = 0
 _BUFFER_TYPE_INDEX, _BUFFER_TYPE_VERTEX = 0, 1
@@ -71,6 +72,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         (_pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _pointer, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_size_t),
     ),
     "rtcSetGeometryMask": (None, (_pointer, ctypes.c_uint)),
+    "rtcSetGeometryUserData": (None, (_pointer, _pointer)),
     "rtcCommitGeometry": (None, (_pointer,)),
     "rtcAttachGeometry": (ctypes.c_uint, (_pointer, _pointer)),
     "rtcReleaseGeometry": (None, (_pointer,)),
@@ -90,21 +92,25 @@ class _IntersectArguments(ctypes.Structure):
         ("filter", _pointer),
         ("intersect", _pointer),
         ("min_width_distance_factor", ctypes.c_float),
-        # ours, behind what Embree reads: whether rays go by halves, and the mesh by which their hits are then settled
+        # ours, behind what Embree reads: whether rays go by halves, the mesh by which their hits are then settled, arguments for occlusion
         ("halves", ctypes.c_int),
         ("faces", _pointer),
         ("vertices", _pointer),
+        ("occlusion", _pointer),
     )
 
 
 _HALVES = _IntersectArguments.halves.offset // 4
-_FACES, _VERTICES = _IntersectArguments.faces.offset // 8, _IntersectArguments.vertices.offset // 8
+_FILTER, _FACES, _VERTICES, _OCCLUSION = (
+    getattr(_IntersectArguments, name).offset // 8 for name in ("filter", "faces", "vertices", "occlusion")
+)
 
 
 class SceneHandle(NamedTuple):
     """What kernels need of an :class:`EmbreeScene`: the scene's address and those of the arguments for coherent and incoherent rays.
 
     ``primary``: the arguments for :func:`renderer.path.ground_truth.trace_geometry`, those for coherent rays unless the scene is steady.
+    Arguments are for :func:`intersect16` and :func:`occluded16`.
     """
 
     address: int
@@ -218,29 +224,54 @@ def _floats_at(typing_context, address):  # type: ignore[no-untyped-def]
     return types.CPointer(types.float32)(types.int64), generate
 
 
+@inlined
+def _volumes(rays, stride, k, faces, vertices, face):  # type: ignore[no-untyped-def]
+    """Return six times the volumes by which ray ``k`` of ``stride`` meets the plane of a face, in double precision.
+
+    Those that the ray's direction spans with its edges as seen from the origin, all together and over the edges that face its second and
+    third corner: their shares are u and v (Pluecker coordinates: K. Shoemake, "Pluecker Coordinate Tutorial", Ray Tracing News 11(1),
+    1998); and that of the face with the origin, which is the distance in directions times the first.
+    """
+    i, j, m = np.int64(faces[3 * face]) * 3, np.int64(faces[3 * face + 1]) * 3, np.int64(faces[3 * face + 2]) * 3
+    ox, oy, oz = np.float64(rays[k]), np.float64(rays[stride + k]), np.float64(rays[2 * stride + k])
+    dx, dy, dz = np.float64(rays[4 * stride + k]), np.float64(rays[5 * stride + k]), np.float64(rays[6 * stride + k])
+    ax, ay, az = vertices[i] - ox, vertices[i + 1] - oy, vertices[i + 2] - oz
+    bx, by, bz = vertices[j] - ox, vertices[j + 1] - oy, vertices[j + 2] - oz
+    cx, cy, cz = vertices[m] - ox, vertices[m + 1] - oy, vertices[m + 2] - oz
+    px, py, pz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    at_b = dx * (cy * az - cz * ay) + dy * (cz * ax - cx * az) + dz * (cx * ay - cy * ax)
+    at_c = dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)
+    return dx * px + dy * py + dz * pz + at_b + at_c, at_b, at_c, ax * px + ay * py + az * pz
+
+
 @functools.cache
 def _first_of_equals() -> Any:
     """Return Embree's filter, compiled: it refuses a hit that lies behind one of the same ray at the same distance with an earlier face.
 
-    Distances are compared as the integers that positive floats are in memory.  Arguments: RTCFilterFunctionNArguments of any N: pointers to
-    valid, geometry, context, rays and hits, and N.
+    Distances are computed anew, see :func:`intersect16`, and compared as the integers that positive floats are in memory.  Arguments:
+    RTCFilterFunctionNArguments of any N: pointers to valid, the scene's ``_IntersectArguments``, context, rays and hits, and N.
     """
 
     @cfunc(types.void(types.CPointer(types.int64)))
     def first_of_equals(arguments):  # type: ignore[no-untyped-def]
-        valid, ray, hit = _words_at(arguments[0]), _words_at(arguments[3]), _words_at(arguments[4])
+        valid, ray, hit, own = _words_at(arguments[0]), _words_at(arguments[3]), _words_at(arguments[4]), _addresses_at(arguments[1])
+        rays, faces, vertices = _floats_at(arguments[3]), _words_at(own[_FACES]), _floats_at(own[_VERTICES])
         lanes = arguments[5] & 0xFFFFFFFF
         for k in range(lanes):
             if valid[k] == -1:
-                distance, face = ray[TFAR // LANES * lanes + k], hit[5 * lanes + k]
+                face = hit[5 * lanes + k]
+                whole, _, _, height = _volumes(rays, lanes, k, faces, vertices, np.int64(face))
                 low, high = ray[ID // LANES * lanes + k], ray[TIME // LANES * lanes + k]
-                taken = _words_at((high << 32) | (low & 0xFFFFFFFF))
-                behind = distance - taken[0]
+                address = (high << 32) | (low & 0xFFFFFFFF)
+                taken, nearest = _words_at(address), _floats_at(address)
+                before, met = taken[0], nearest[0]
+                nearest[0] = rays[TFAR // LANES * lanes + k] if whole == 0.0 else np.float32(height / whole)
+                behind = taken[0] - before
                 if behind > _SAME_ULP or (behind >= -_SAME_ULP and face > taken[FIRST_FACE - NEAREST]):
-                    valid[k] = 0
+                    valid[k], nearest[0] = 0, met
                 else:
-                    taken[0], taken[FIRST_FACE - NEAREST] = distance, face
-                    ray[TFAR // LANES * lanes + k] = distance + _BEYOND_ULP
+                    taken[FIRST_FACE - NEAREST] = face
+                    ray[TFAR // LANES * lanes + k] += _BEYOND_ULP
 
     return first_of_equals
 
@@ -266,7 +297,7 @@ class EmbreeScene:
         ``panes`` (m,) tells which faces rays with the mask ``PASS_PANES`` do not meet; ``PRIM_ID`` is the row in ``faces`` for all.
 
         ``portable``: rays are traced as on a processor without AVX-512, so that all that have AVX2 compute the same; where they meet a
-        triangle is computed anew, see :func:`intersect16`.
+        triangle is computed anew, see :func:`intersect16`, and of several faces at one distance all rays meet the first.
         ``watertight``: no ray ever slips between two triangles that share an edge, which costs half as much time again.  Without it such
         rays are rare (none of 20 million in a furnished bedroom), too few to be seen in light; and as many more rays are traced for light
         than for geometry, the tree is built four times as long (27 ms for 21,000 triangles) to make them faster still.
@@ -281,24 +312,29 @@ class EmbreeScene:
         self._vertices, self._indices = _embree_buffers(vertices, faces, panes)
         self._faces = np.ascontiguousarray(faces)
         halves = {"halves": int(portable or not AVX512), "faces": self._faces.ctypes.data, "vertices": self._vertices.ctypes.data}
-        self._arguments = [_IntersectArguments(flags, _FEATURE_TRIANGLE, **halves) for flags in (_COHERENT, 0)]
-        if steady:
-            chosen = _FEATURE_TRIANGLE | _FEATURE_FILTER
-            self._arguments.append(_IntersectArguments(_COHERENT | _INVOKE_FILTER, chosen, None, _first_of_equals().address, **halves))
+        plain = [_IntersectArguments(flags, _FEATURE_TRIANGLE, **halves) for flags in (_COHERENT, 0)]
+        self._arguments = [*plain]
+        if steady or portable:
+            chosen = (_FEATURE_TRIANGLE | _FEATURE_FILTER, None, _first_of_equals().address)
+            first = [_IntersectArguments(flags | _INVOKE_FILTER, *chosen, **halves) for flags in (_COHERENT, 0)]
+            self._arguments += first
+        for arguments, for_occlusion in zip(self._arguments, 2 * plain, strict=False):
+            arguments.occlusion = ctypes.addressof(for_occlusion)
         self._scene: int | None = None
         self._device = _open_device("threads=1" + (",isa=avx2" if portable else ""))
         try:
-            self._build(watertight, steady)
+            self._build(watertight, steady or portable)
         except RenderError:
             self.close()
             raise
-        coherent, incoherent, *filtered = (ctypes.addressof(arguments) for arguments in self._arguments)
-        self.handle = SceneHandle(self._scene or 0, coherent, incoherent, filtered[0] if filtered else coherent)
+        addresses = [ctypes.addressof(arguments) for arguments in self._arguments]
+        coherent, incoherent = addresses[2:] if portable else addresses[:2]
+        self.handle = SceneHandle(self._scene or 0, coherent, incoherent, addresses[2] if steady else coherent)
 
-    def _build(self, watertight: bool, steady: bool) -> None:
+    def _build(self, watertight: bool, filtered: bool) -> None:
         library = self._library
         self._scene = library.rtcNewScene(self._device)
-        library.rtcSetSceneFlags(self._scene, (_SCENE_FLAG_ROBUST if watertight else 0) | (_SCENE_FLAG_FILTER if steady else 0))
+        library.rtcSetSceneFlags(self._scene, (_SCENE_FLAG_ROBUST if watertight else 0) | (_SCENE_FLAG_FILTER if filtered else 0))
         library.rtcSetSceneBuildQuality(self._scene, _BUILD_QUALITY_MEDIUM if watertight else _BUILD_QUALITY_HIGH)
         vertices, face_count = self._vertices, 0
         for mask, faces in self._indices:
@@ -308,6 +344,7 @@ class EmbreeScene:
             library.rtcSetSharedGeometryBuffer(geometry, *buffer)
             library.rtcSetSharedGeometryBuffer(geometry, _BUFFER_TYPE_INDEX, 0, _FORMAT_UINT3, faces.ctypes.data, 0, 12, face_count)
             library.rtcSetGeometryMask(geometry, mask)
+            library.rtcSetGeometryUserData(geometry, ctypes.addressof(self._arguments[0]))
             library.rtcCommitGeometry(geometry)
             library.rtcAttachGeometry(self._scene, geometry)
             library.rtcReleaseGeometry(geometry)
@@ -373,8 +410,14 @@ def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
     2.7 times as many coherent rays a second, 1.5 times as many others.  Embree divides by estimates of reciprocals, which differ between
     makers of processors; so distances and places on triangles are then computed anew, by divisions that are the same everywhere.
     """
+    filtered = _addresses_at(np.int64(arguments))[_FILTER] != 0
+    if filtered:
+        for k in range(LANES):
+            _floats_at(np.int64(packet))[NEAREST + k] = np.float32(np.inf)
     if _words_at(np.int64(arguments))[_HALVES] == 0:
         _intersect16(alive, scene, packet, arguments)
+        if filtered:
+            _settle(alive, packet, arguments)
         return
     for half in range(2):
         if _copy_half(alive, packet, half, 21):
@@ -387,6 +430,7 @@ def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
 @kernel
 def occluded16(alive: int, scene: int, packet: int, arguments: int) -> None:
     """Set TFAR to -inf for alive rays of a packet of :func:`make_packet` that hit anything; all addresses."""
+    arguments = _addresses_at(np.int64(arguments))[_OCCLUSION]
     if _words_at(np.int64(arguments))[_HALVES] == 0:
         _occluded16(alive, scene, packet, arguments)
         return
@@ -398,36 +442,17 @@ def occluded16(alive: int, scene: int, packet: int, arguments: int) -> None:
 
 @inlined
 def _settle(alive: int, packet: int, arguments: int) -> None:
-    """Compute anew how far along their rays and where on their triangles hits are.
-
-    By the volumes that the ray spans with each edge, seen from its origin (Pluecker coordinates: K. Shoemake, "Pluecker Coordinate
-    Tutorial", Ray Tracing News 11(1), 1998), in double precision.
-    """
+    """Compute anew how far along their rays and where on their triangles hits are."""
     lives, rays, hits = _words_at(np.int64(alive)), _floats_at(np.int64(packet)), _words_at(np.int64(packet))
     own = _addresses_at(np.int64(arguments))
     faces, vertices = _words_at(own[_FACES]), _floats_at(own[_VERTICES])
     for k in range(LANES):
         if lives[k] == 0 or hits[GEOM_ID + k] == -1:
             continue
-        face = np.int64(np.uint32(hits[PRIM_ID + k]))
-        i, j, m = np.int64(faces[3 * face]) * 3, np.int64(faces[3 * face + 1]) * 3, np.int64(faces[3 * face + 2]) * 3
-        ox, oy, oz = np.float64(rays[ORG_X + k]), np.float64(rays[ORG_Y + k]), np.float64(rays[ORG_Z + k])
-        dx, dy, dz = np.float64(rays[DIR_X + k]), np.float64(rays[DIR_Y + k]), np.float64(rays[DIR_Z + k])
-        ax, ay, az = vertices[i] - ox, vertices[i + 1] - oy, vertices[i + 2] - oz
-        bx, by, bz = vertices[j] - ox, vertices[j + 1] - oy, vertices[j + 2] - oz
-        cx, cy, cz = vertices[m] - ox, vertices[m + 1] - oy, vertices[m + 2] - oz
-        # volumes over the edges that face each corner
-        at_a = dx * (by * cz - bz * cy) + dy * (bz * cx - bx * cz) + dz * (bx * cy - by * cx)
-        at_b = dx * (cy * az - cz * ay) + dy * (cz * ax - cx * az) + dz * (cx * ay - cy * ax)
-        at_c = dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)
-        whole = at_a + at_b + at_c
-        if whole == 0.0:
-            continue
-        u, v = min(max(at_b / whole, 0.0), 1.0), min(max(at_c / whole, 0.0), 1.0)
-        distance = (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / whole
-        rays[BARY_U + k], rays[BARY_V + k], rays[TFAR + k] = np.float32(u), np.float32(min(v, 1.0 - u)), np.float32(distance)
-        if rays[NEAREST + k] < np.inf:
-            rays[NEAREST + k] = np.float32(distance)
+        whole, at_b, at_c, height = _volumes(rays, LANES, k, faces, vertices, np.int64(np.uint32(hits[PRIM_ID + k])))
+        if whole != 0.0:
+            u, v = min(max(at_b / whole, 0.0), 1.0), min(max(at_c / whole, 0.0), 1.0)
+            rays[BARY_U + k], rays[BARY_V + k], rays[TFAR + k] = np.float32(u), np.float32(min(v, 1.0 - u)), np.float32(height / whole)
 
 
 @inlined

@@ -20,7 +20,6 @@ from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.tiles import store_bits, store_numbers, store_vectors
 
 _ZERO, _ONE, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(np.nan)
-_INFINITY = np.float32(np.inf)
 
 
 class GeometricImages(NamedTuple):
@@ -105,14 +104,6 @@ def _measure(r: NDArray[np.float32], lens: bool, real: NDArray[np.float32], aliv
 
 
 @kernel
-def _end_at_hits(real: NDArray[np.float32]) -> None:
-    """Put TFAR, which the filter of a steady scene has left a little behind the hits, at them."""
-    for k in range(LANES):
-        nearest = real[ray.NEAREST + k]
-        real[ray.TFAR + k] = nearest if nearest < _INFINITY else real[ray.TFAR + k]
-
-
-@kernel
 def _look_up_ids(ids: NDArray[np.uint32], integer: NDArray[np.uint32]) -> None:
     """Replace GEOM_ID by the ids of the triangles that were hit, 0 for none."""
     nothing = np.uint32(len(ids) - 1)
@@ -151,16 +142,12 @@ def trace_geometry(
     ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
     tree = scene.tree
-    lens, recorded, steady = len(camera.bearings) > 0, hits.face.shape[0] > 0, tree.primary != tree.coherent
+    lens, recorded = len(camera.bearings) > 0, hits.face.shape[0] > 0
     real, integer, r = packet.real, packet.integer, camera.rotation
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, centre, packet)
-            if steady:
-                real[ray.NEAREST : ray.NEAREST + LANES] = _INFINITY
             intersect16(packet.alive.ctypes.data, tree.address, real.ctypes.data, tree.primary)
-            if steady:
-                _end_at_hits(real)
             if camera.row_step > _ZERO:
                 unturn_rays(camera, row, packet)
             if recorded:

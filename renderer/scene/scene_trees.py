@@ -39,7 +39,12 @@ class SceneTrees:
         return self._precise.handle
 
     def for_light(self) -> SceneHandle:
-        """Return the tree that is faster for light, built when it is first asked for; valid until all have closed."""
+        """Return the tree that is faster for light, built when it is first asked for; valid until all have closed.
+
+        Portable it is the precise one: which rays slip through the other's edges depends on the processor.
+        """
+        if self._portable:
+            return self.precise
         with self._lock:
             if self._for_light is None:
                 self._for_light = self._build(watertight=False)
