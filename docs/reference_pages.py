@@ -66,6 +66,8 @@ TOPIC_CONTENT = {
     "odom": "odometry of the wheels, with a covariance that covers its error ([body.md](body.md))",
     "odom/ideal": "true pose and velocity of the body, at its own rate and with every frame ([body.md](body.md))",
     "joint_states": "angles of the wheels, in steps of their encoders ([body.md](body.md))",
+    "lidar/points": "a sweep of the lidar as it reads it, with the time of each point ([lidar.md](lidar.md))",
+    "lidar/points_ideal": "the same sweep without noise and losses ([lidar.md](lidar.md))",
     "robot_description": "URDF of the body, its sensors and wheels; once a room ([body.md](body.md))",
     "clock": "simulated time; absolute name `/clock`; of a body it ticks with the fastest stream",
     "tf": "world -> `<camera>_link` -> `<camera>_optical_frame`; absolute name `/tf`, live where tf2_msgs is installed, always in bags",
@@ -74,6 +76,7 @@ TOPIC_CONTENT = {
 """Name of a role -> what its messages say."""
 
 SENSES = dict.fromkeys(("imu/data", "imu/ideal"), "imu") | dict.fromkeys(("odom", "joint_states"), "wheels")
+SENSES |= dict.fromkeys(("lidar/points", "lidar/points_ideal"), "lidar")
 SENSES |= dict.fromkeys(("odom/ideal", "robot_description"), "body")
 """Name of a role between frames -> what must be enabled, where that is not the scanner."""
 
@@ -96,9 +99,9 @@ def commands_page() -> str:
         "# Commands",
         MADE,
         "`scene_synth` is in `.venv/bin` after `make setup`; in a colcon workspace `ros2 run scene_synth_ros scene_synth` is the "
-        "same ([install.md](install.md)). Shipped profiles, presets, cameras, rigs, scanners, IMUs and sweeps go by their names, wherever "
-        "the package is installed: `--params main --overlay kinect_v1`. Exit status: 0, 1 where something was found to be wrong, 2 for "
-        "input that cannot be used, which is told in one line.",
+        "same ([install.md](install.md)). Shipped profiles, presets, cameras, rigs, scanners, lidars, IMUs and sweeps go by their names, "
+        "wherever the package is installed: `--params main --overlay kinect_v1`. Exit status: 0, 1 where something was found to be wrong, "
+        "2 for input that cannot be used, which is told in one line.",
         index,
         *(part for name in COMMANDS for part in _command(name)),
     ]

@@ -66,6 +66,16 @@ def multiply_quaternions(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
+def quaternion_from_rpy(roll_pitch_yaw: Vec3) -> Quaternion:
+    """Return the rotation about the fixed x, then y, then z axis, as of URDF's rpy."""
+    result: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    for axis, angle in enumerate(roll_pitch_yaw):
+        part = [0.0, 0.0, 0.0, math.cos(0.5 * angle)]
+        part[axis] = math.sin(0.5 * angle)
+        result = multiply_quaternions((part[0], part[1], part[2], part[3]), result)
+    return result
+
+
 def conjugate_quaternion(quaternion: Quaternion) -> Quaternion:
     """Return the inverse rotation of a unit quaternion."""
     x, y, z, w = quaternion

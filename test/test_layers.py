@@ -18,7 +18,7 @@ ALLOWED = {
 }
 ONLY_IN = {
     "yaml": {"scene_description/yaml_text.py"},
-    "trimesh": {"renderer/files/trimesh_files.py"},
+    "trimesh": {"renderer/files/trimesh_files.py", "scene_synth_ros/prove/room_mesh.py"},
     "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py", "renderer/core/tiles.py"},
     "PIL": {"renderer/files/image_io.py"},
     "pyoidn": {"renderer/film/denoise.py"},
@@ -49,7 +49,7 @@ FOLDERS = {
         "files": {"core", "geometry", "models", "textures"},
         "surroundings": {"core"},
         "scene": {"core", "files", "geometry", "models", "surroundings", "textures"},
-        "lidar": {"core", "scene"},
+        "lidar": {"camera", "core", "scene"},
         "body": {"core"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
@@ -81,6 +81,7 @@ FOLDERS = {
         "cluster": {"bags", "shards", "suite", "workers"},
         "estimate": {"synthesize", "mcap", "messages", "offline", "workers"},
         "convert": {"dataset", "messages"},
+        "prove": {"bags", "dataset", "messages"},
         "splits": {"bags", "dataset"},
         "cli": {
             "bags",
@@ -94,6 +95,7 @@ FOLDERS = {
             "messages",
             "offline",
             "pages",
+            "prove",
             "render",
             "record",
             "replay",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from renderer.body.config import GRAVITY_M_S2, ImuConfig, stamps_up_to
 from scene_description.kinematics import Floats, Kinematics, conjugate, gauss_nodes, kinematics, mounted_kinematics, rotate
 from scene_description.motion import Motion
-from scene_description.poses import Quaternion, multiply_quaternions
+from scene_description.poses import quaternion_from_rpy
 
 IMU_KEY = 0x1207A11
 """Tells the device's random numbers from those of cameras."""
@@ -56,22 +56,12 @@ def read_imu(motion: Motion, config: ImuConfig, start_ns: int, end_ns: int, scen
 
 def device_kinematics(motion: Motion, config: ImuConfig, times_s: Floats) -> Kinematics:
     """Return how the device moves."""
-    return mounted_kinematics(kinematics(motion, times_s), config.mount_m, rpy_quaternion(config.mount_rotation_rad))
+    return mounted_kinematics(kinematics(motion, times_s), config.mount_m, quaternion_from_rpy(config.mount_rotation_rad))
 
 
 def specific_force(device: Kinematics) -> Floats:
     """Return acceleration less gravity in the device's frame (n, 3)."""
     return rotate(conjugate(device.quaternion), device.acceleration_m_s2 + np.array([[0.0, 0.0, GRAVITY_M_S2]]))
-
-
-def rpy_quaternion(roll_pitch_yaw: tuple[float, float, float]) -> Quaternion:
-    """Return the rotation about the fixed x, then y, then z axis, as of URDF's rpy."""
-    result: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    for axis, angle in enumerate(roll_pitch_yaw):
-        part = [0.0, 0.0, 0.0, math.cos(0.5 * angle)]
-        part[axis] = math.sin(0.5 * angle)
-        result = multiply_quaternions((part[0], part[1], part[2], part[3]), result)
-    return result
 
 
 def noise_variances(config: ImuConfig) -> tuple[float, float]:

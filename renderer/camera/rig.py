@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import overload
@@ -13,19 +12,14 @@ from numpy.typing import NDArray
 from renderer.camera.config import CameraConfig
 from scene_description.kinematics import camera_kinematics, mounted_kinematics
 from scene_description.motion import Motion
-from scene_description.poses import Quaternion, Vec3, multiply_quaternions, rotation_from_quaternion
+from scene_description.poses import Quaternion, Vec3, multiply_quaternions, quaternion_from_rpy, rotation_from_quaternion
 from scene_description.products import matmul
 from scene_description.types import CameraPose
 
 
 def mount_quaternion(camera: CameraConfig) -> Quaternion:
     """Return the rotation of the camera against the rig: about the rig's x, then its y, then its z, by ``mount_rotation_rad``."""
-    result: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    for axis, angle in enumerate(camera.mount_rotation_rad):
-        part = [0.0, 0.0, 0.0, math.cos(0.5 * angle)]
-        part[axis] = math.sin(0.5 * angle)
-        result = multiply_quaternions((part[0], part[1], part[2], part[3]), result)
-    return result
+    return quaternion_from_rpy(camera.mount_rotation_rad)
 
 
 def mounted(camera: CameraConfig, pose: CameraPose) -> CameraPose:
@@ -82,6 +76,11 @@ def mounted_path(camera: CameraConfig, path: Sequence[CameraPose], motion: Motio
     if motion is None or not (camera.row_time_s or camera.shutter_s):
         return poses
     return CarriedPath(poses, motion, path[0].stamp_ns, camera.mount_m, mount_quaternion(camera))
+
+
+def rig_path(path: Sequence[CameraPose], motion: Motion | None) -> Sequence[CameraPose]:
+    """Return the poses of a rig with its motion, if there is one."""
+    return path if motion is None else CarriedPath(tuple(path), motion, path[0].stamp_ns, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def is_in_the_middle(camera: CameraConfig) -> bool:

@@ -14,6 +14,28 @@ _TURN = 2.0 * math.pi
 
 Offset = Annotated[float, Limits(ge=-100.0, le=100.0)]
 Turn = Annotated[float, Limits(ge=-7.0, le=7.0)]
+RangeMin = Annotated[float, Limits(ge=0.0, le=1000.0, unit="m", description="Nearest distance that is measured", fixed=_FIXED)]
+RangeMax = Annotated[float, Limits(ge=0.01, le=10_000.0, unit="m", description="Farthest distance measured", fixed=_FIXED)]
+DarkRange = Annotated[
+    float,
+    Limits(ge=0.0, le=10_000.0, unit="m", description="How far a matt surface that returns a tenth is seen head-on; 0: all is seen"),
+]
+Noise = Annotated[float, Limits(ge=0.0, le=10.0, unit="m", description="Standard deviation of the range, its constant part")]
+NoiseShare = Annotated[float, Limits(ge=0.0, le=1.0, description="Standard deviation over the range, added in square")]
+RangeStep = Annotated[float, Limits(ge=0.0, le=1.0, unit="m", description="Step of the range; 0: none")]
+Divergence = Annotated[
+    float, Limits(ge=0.0, le=0.2, unit="rad", description="Full opening angle of a beam; 0: a line, an eighth of the rays")
+]
+
+
+def check_range(range_min_m: float, range_max_m: float) -> None:
+    """Check that something can be measured.
+
+    Raises:
+        FieldError: the limits of the range are turned round.
+    """
+    if range_min_m >= range_max_m:
+        raise FieldError("range_max_m", f"more than range_min_m = {range_min_m:g}", f"{range_max_m:g}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,26 +71,20 @@ class ScanConfig:
     angle_max_rad: Annotated[float, Limits(ge=-_TURN, le=_TURN, unit="rad", description="Angle of the last beam", fixed=_FIXED)] = (
         math.pi - _TURN / _DEFAULT_BEAMS
     )
-    range_min_m: Annotated[float, Limits(ge=0.0, le=1000.0, unit="m", description="Nearest distance that is measured", fixed=_FIXED)] = 0.1
-    range_max_m: Annotated[float, Limits(ge=0.01, le=10_000.0, unit="m", description="Farthest distance measured", fixed=_FIXED)] = 12.0
-    dark_range_m: Annotated[
-        float,
-        Limits(ge=0.0, le=10_000.0, unit="m", description="How far a matt surface that returns a tenth is seen head-on; 0: all is seen"),
-    ] = 8.0
-    noise_m: Annotated[float, Limits(ge=0.0, le=10.0, unit="m", description="Standard deviation of the range, its constant part")] = 0.01
-    noise_share: Annotated[float, Limits(ge=0.0, le=1.0, description="Standard deviation over the range, added in square")] = 0.0
-    resolution_m: Annotated[float, Limits(ge=0.0, le=1.0, unit="m", description="Step of the range; 0: none")] = 0.001
-    divergence_rad: Annotated[
-        float, Limits(ge=0.0, le=0.2, unit="rad", description="Full opening angle of a beam; 0: a line, an eighth of the rays")
-    ] = 0.0
+    range_min_m: RangeMin = 0.1
+    range_max_m: RangeMax = 12.0
+    dark_range_m: DarkRange = 8.0
+    noise_m: Noise = 0.01
+    noise_share: NoiseShare = 0.0
+    resolution_m: RangeStep = 0.001
+    divergence_rad: Divergence = 0.0
 
     def __post_init__(self) -> None:
         """Check what single ranges cannot say."""
         if not 0.0 < self.angle_max_rad - self.angle_min_rad <= _TURN + 1e-9:
             got = f"{self.angle_min_rad:g} to {self.angle_max_rad:g}"
             raise FieldError("angle_max_rad", "more than angle_min_rad, by a turn at most", got)
-        if self.range_min_m >= self.range_max_m:
-            raise FieldError("range_max_m", f"more than range_min_m = {self.range_min_m:g}", f"{self.range_max_m:g}")
+        check_range(self.range_min_m, self.range_max_m)
 
     @property
     def angle_increment_rad(self) -> float:

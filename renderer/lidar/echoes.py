@@ -73,12 +73,14 @@ class Echoes(NamedTuple):
     """What comes back along n rays, (n,) float32 each.
 
     first: distance to the first surface, infinite where there is none; length: way to the surface of the strongest echo, infinite where
-    nothing comes back; remission: of that surface, less what was lost on the way.
+    nothing comes back; remission: of that surface, less what was lost on the way; last, last_remission: of the last echo.
     """
 
     first: NDArray[np.float32]
     length: NDArray[np.float32]
     remission: NDArray[np.float32]
+    last: NDArray[np.float32]
+    last_remission: NDArray[np.float32]
 
 
 @entry
@@ -132,11 +134,12 @@ def _begin(
     packet.alive[k] = -1 if start + k < len(origins) else 0
     lanes[k], lanes[LANES + k] = _ONE, _ZERO
     echoes.first[i], echoes.length[i], echoes.remission[i] = _INFINITE, _INFINITE, _ZERO
+    echoes.last[i], echoes.last_remission[i] = _INFINITE, _ZERO
 
 
 @kernel
 def _meet(surfaces: LaserSurfaces, i: int, k: int, first: bool, packet: Packet, lanes: NDArray[np.float32], echoes: Echoes) -> None:
-    """Keep the echo of what ray i, in lane k, has hit if it is the strongest so far, and send the ray on."""
+    """Keep the echo of what ray i, in lane k, has hit as the last one, and if it is the strongest so far; send the ray on."""
     if packet.integer[ray.GEOM_ID + k] == INVALID_ID:
         packet.alive[k] = 0
         return
@@ -147,6 +150,8 @@ def _meet(surfaces: LaserSurfaces, i: int, k: int, first: bool, packet: Packet, 
     part = surfaces.parts[surfaces.face_part[packet.integer[ray.PRIM_ID + k]]]
     cosine = _cosine(packet.real, k)
     back = lanes[k] * _remission(part, abs(cosine))
+    if back > _ZERO:
+        echoes.last[i], echoes.last_remission[i] = way, back
     # The strongest by r / d^2.
     if back * length[i] * length[i] > remission[i] * way * way or (np.isinf(length[i]) and back > _ZERO):
         length[i], remission[i] = way, back

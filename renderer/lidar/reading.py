@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.kernel import entry
+from renderer.core.kernel import entry, kernel
 from renderer.core.random_numbers import mix_bits, standard_normal
 
 DARK = 0.1
@@ -60,13 +60,18 @@ def read_beams(
         ranges[i], intensities[i] = np.inf, 0.0
         if light == 0.0 or (errors.dark_range_m > 0.0 and light * errors.dark_range_m * errors.dark_range_m < DARK):
             continue
-        distance = way / (light * length.shape[1])
         seed = mix_bits(np.uint32(mix_bits(np.uint32(i)) ^ key))
-        normal = standard_normal(seed, mix_bits(np.uint32(seed + _OTHER)))
-        distance += np.sqrt(errors.noise_m * errors.noise_m + errors.noise_share * errors.noise_share * distance * distance) * normal
-        if errors.resolution_m > 0.0:
-            distance = np.floor(distance / errors.resolution_m + 0.5) * errors.resolution_m
-        ranges[i], intensities[i] = max(distance, 0.0), back
+        ranges[i], intensities[i] = erring_range(way / (light * length.shape[1]), errors, seed), back
+
+
+@kernel
+def erring_range(distance: float, errors: RangeErrors, seed: np.uint32) -> float:
+    """Return a distance as it is read: with noise, in steps."""
+    normal = standard_normal(seed, mix_bits(np.uint32(seed + _OTHER)))
+    distance += np.sqrt(errors.noise_m * errors.noise_m + errors.noise_share * errors.noise_share * distance * distance) * normal
+    if errors.resolution_m > 0.0:
+        distance = np.floor(distance / errors.resolution_m + 0.5) * errors.resolution_m
+    return max(distance, 0.0)
 
 
 def limit_ranges(ranges: NDArray[np.float32], range_min_m: float, range_max_m: float) -> NDArray[np.float32]:

@@ -8,9 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 import kernel_cache.elementary as el
+from renderer.camera.rig import CarriedPath
 from renderer.core.embree import LANES, SceneHandle, make_packet
 from renderer.core.random_numbers import make_frame_key
 from renderer.lidar.config import ScanConfig
+from renderer.lidar.divergence import spread
 from renderer.lidar.echoes import Echoes, laser_surfaces, trace_echoes
 from renderer.lidar.mount import Floats, Placement, along_path, mounted_scanner
 from renderer.lidar.reading import RangeErrors, limit_ranges, read_beams
@@ -21,9 +23,9 @@ from scene_description.products import dot
 from scene_description.types import CameraPose
 
 _SECOND_NS = 1_000_000_000
+_POSE_STEP_NS = 10_000_000
 _SCANNER = 0x5CA77E12
 """Tells the scanner's random numbers from those of cameras."""
-_AROUND = 7
 
 
 def scan_stamp_ns(config: ScanConfig, start_ns: int, index: int) -> int:
@@ -38,12 +40,14 @@ def scans_of_path(config: ScanConfig, path: Sequence[CameraPose]) -> range:
 
 
 def scanner_poses(config: ScanConfig, path: Sequence[CameraPose], stamp_ns: int) -> tuple[CameraPose, ...]:
-    """Return where the scanner is when the first and the last beam of a scan leave, and at the poses of the path between them.
+    """Return where the scanner is when the first and the last beam of a scan leave, and between them at the poses of the path.
 
-    It moves evenly from each to the next.
+    It moves evenly from each to the next; of a body that moves smoothly they are so near to each other that it nearly does.
     """
     last_ns = stamp_ns + round(config.sweep_s * _SECOND_NS)
-    stamps = [stamp_ns, *(pose.stamp_ns for pose in path if stamp_ns < pose.stamp_ns < last_ns), last_ns]
+    smooth = isinstance(path, CarriedPath)
+    known = range(stamp_ns, last_ns, _POSE_STEP_NS) if smooth else [pose.stamp_ns for pose in path]
+    stamps = [stamp_ns, *(known_ns for known_ns in known if stamp_ns < known_ns < last_ns), last_ns]
     placement = mounted_scanner(config, along_path(path, stamp_ns, (np.array(stamps) - stamp_ns) / _SECOND_NS))
     return tuple(
         CameraPose(stamp_ns=stamp, position_m=_triple(place), orientation=quaternion_from_rotation(turn))
@@ -94,28 +98,15 @@ class Scanner:
         shape = self._directions.shape[:2]
         directions = dot(self._directions[:, :, None], placed.rotation[:, None]).astype(np.float32).reshape(-1, 3)
         origins = np.repeat(placed.position_m.astype(np.float32), shape[1], axis=0)
-        echoes = Echoes(*np.empty((3, len(origins)), np.float32))
+        echoes = Echoes(*np.empty((len(Echoes._fields), len(origins)), np.float32))
         trace_echoes(self._scene, self._surfaces, origins, directions, self._packet, self._lanes, echoes)
         return Echoes(*(values.reshape(shape) for values in echoes))
 
 
 def beam_directions(config: ScanConfig) -> Floats:
-    """Return the unit directions (beams, rays of a beam, 3) of all rays in the scanner's frame.
-
-    The first ray of a beam is its middle; where it diverges, seven more lie on a cone about it whose opening gives all eight together the
-    mean square angle of an evenly filled beam.
-    """
+    """Return the unit directions (beams, rays of a beam, 3) of all rays in the scanner's frame."""
     angles = config.angle_min_rad + np.arange(config.beams) * config.angle_increment_rad
-    cosine, sine, zero = el.cos(angles), el.sin(angles), np.zeros(config.beams)
-    middle = np.stack([cosine, sine, zero], axis=1)[:, None, :]
-    if config.divergence_rad == 0.0:
-        return middle
-    aside = np.stack([-sine, cosine, zero], axis=1)[:, None, :]
-    around = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
-    opening = math.tan(0.5 * config.divergence_rad * math.sqrt((_AROUND + 1) / (2.0 * _AROUND)))
-    ring = middle + opening * (el.cos(around)[:, None] * aside + el.sin(around)[:, None] * np.array([0.0, 0.0, 1.0]))
-    rays = np.concatenate([middle, ring], axis=1)
-    return np.asarray(rays / np.linalg.norm(rays, axis=2, keepdims=True))
+    return spread(np.column_stack([el.cos(angles), el.sin(angles), np.zeros(config.beams)]), config.divergence_rad)
 
 
 def _triple(place: Floats) -> tuple[float, float, float]:

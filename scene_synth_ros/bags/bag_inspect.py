@@ -23,10 +23,21 @@ from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, Promise, read_promise
 from scene_synth_ros.bags.whole_frames import FRAME_TYPES, cameras, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
-from scene_synth_ros.messages.streams import IMU_DATA, IMU_IDEAL, JOINT_STATES, ODOM, SCENE, find_streams, has_own_stamps, parse
+from scene_synth_ros.messages.streams import (
+    IMU_DATA,
+    IMU_IDEAL,
+    JOINT_STATES,
+    LIDAR_IDEAL,
+    LIDAR_POINTS,
+    ODOM,
+    SCENE,
+    find_streams,
+    has_own_stamps,
+    parse,
+)
 
 MAX_GAP_PERIODS = 1.5
-EVEN = (IMU_DATA, IMU_IDEAL, ODOM, JOINT_STATES)
+EVEN = (IMU_DATA, IMU_IDEAL, ODOM, JOINT_STATES, LIDAR_POINTS, LIDAR_IDEAL)
 """Roles of streams between frames whose stamps are evenly spaced within a room."""
 
 Stamps = NDArray[np.int64]

@@ -103,7 +103,7 @@ class _FramesAgain:
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
         self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
-        self.bodies = BodiesAgain(self._scene)
+        self.bodies = BodiesAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
         quality = whole_number(reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, ""))
         self.jpeg_quality = quality if quality is not None and 1 <= quality <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()

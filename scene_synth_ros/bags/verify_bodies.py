@@ -6,7 +6,12 @@ from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Callable
 
+from renderer import Renderer
+from renderer.lidar.lidar import Lidar
+from renderer.lidar.sweep_config import LidarConfig
+from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription
+from scene_description.motion import Motion
 from scene_synth_ros.messages.frame_settings import FrameSettings
 from scene_synth_ros.messages.room_body import RoomBody
 
@@ -19,8 +24,11 @@ class BodiesAgain:
     Rooms whose camera was driven, or asked for frames off its path, are left out: where the body has gone is not in the bag.
     """
 
-    def __init__(self, scene_of: Callable[[str], SceneDescription]) -> None:
-        self._scene_of = scene_of
+    def __init__(
+        self, scene_of: Callable[[str], SceneDescription], renderer_of: Callable[[FrameSettings, SceneDescription], Renderer]
+    ) -> None:
+        self._scene_of, self._renderer_of = scene_of, renderer_of
+        self._lidar: tuple[Renderer, LidarConfig, Lidar] | None = None
         self._rooms: dict[str, FrameSettings] = {}
         self._starts: list[tuple[int, str]] | None = None
         self._bodies: OrderedDict[str, RoomBody] = OrderedDict()
@@ -53,7 +61,21 @@ class BodiesAgain:
     def _body(self, scene_id: str) -> RoomBody:
         if scene_id not in self._bodies:
             settings = self._rooms[scene_id]
-            self._bodies[scene_id] = RoomBody(self._scene_of(scene_id), settings.camera, settings.streams, settings.senses)
+            self._bodies[scene_id] = RoomBody(
+                self._scene_of(scene_id), settings.camera, settings.streams, settings.senses, self._lidars(settings)
+            )
             if len(self._bodies) > _ROOMS_HELD:
                 self._bodies.popitem(last=False)
         return self._bodies[scene_id]
+
+    def _lidars(self, settings: FrameSettings) -> Callable[[LidarConfig, Motion], Lidar]:
+        """Return what gives the lidar of a room; its renderer may have been another room's meanwhile."""
+
+        def lidar(config: LidarConfig, motion: Motion) -> Lidar:
+            scene = self._scene_of(settings.scene)
+            renderer = self._renderer_of(settings, scene)
+            if self._lidar is None or self._lidar[0] is not renderer or self._lidar[1] != config:
+                self._lidar = renderer, config, Lidar(renderer.tree, renderer.flat, config, motion, scene_key(scene))
+            return self._lidar[2]
+
+        return lidar

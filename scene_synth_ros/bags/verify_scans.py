@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from renderer import Renderer
+from renderer.camera.rig import rig_path
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scanner import Scanner, scan_stamp_ns, scans_of_path
 from renderer.scene.scene_key import scene_key
@@ -76,7 +77,7 @@ class ScansAgain:
         renderer = self._renderer_of(settings, scene)
         if self._scanner is None or self._scanner[0] is not renderer or self._scanner[1] != settings.scan:
             self._scanner = renderer, settings.scan, Scanner(renderer.tree, renderer.flat, settings.scan, scene_key(scene))
-        scan = self._scanner[2].scan(place.number, stamp_ns, scene.camera_path)
+        scan = self._scanner[2].scan(place.number, stamp_ns, rig_path(scene.camera_path, scene.motion))
         laser = laser_frame(streams.frame_prefix)
         made: dict[tuple[str, int], object] = {(name, stamp_ns): message for name, message in scan_to_msgs(scan, settings.scan, laser)}
         for pose in scan.poses:

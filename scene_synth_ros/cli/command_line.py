@@ -23,6 +23,7 @@ COMMANDS = {
     "generate": Command("make a dataset of rooms in shards, with all processors, without DDS", "generate_command"),
     "inspect": Command("print what a bag, or a dataset, holds and every fault of it", "inspect_command"),
     "verify": Command("render the frames of a bag, or of a dataset, again and compare every message", "verify_command"),
+    "prove": Command("check that a bag is true, by code that shares none with what made it", "prove_command"),
     "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),
     "evaluate": Command("judge estimates by the truth of a bag, a dataset or a sweep", "evaluate_command"),
     "show": Command("write a bag as one page for a browser", "show_command"),

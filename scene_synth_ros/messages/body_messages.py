@@ -37,6 +37,7 @@ def body_streams(senses: Senses) -> tuple[Stream, ...]:
     roles = [streams.ODOM_IDEAL, streams.ROBOT_DESCRIPTION]
     roles += [streams.IMU_DATA, streams.IMU_IDEAL] if senses.imu.enabled else []
     roles += [streams.ODOM, streams.JOINT_STATES] if senses.wheels.enabled else []
+    roles += [streams.LIDAR_POINTS, streams.LIDAR_IDEAL] if senses.lidar.enabled else []
     return tuple(Stream("", role) for role in roles)
 
 

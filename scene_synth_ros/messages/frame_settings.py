@@ -11,6 +11,7 @@ from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConf
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
+from renderer.lidar.sweep_config import NO_LIDAR, LidarConfig
 from renderer.path.config import RenderConfig
 from renderer.renderer import IDEAL, IDEAL_DEPTH
 from renderer.sensors.devices import DepthSensorConfig
@@ -50,6 +51,7 @@ class FrameSettings:
     body: BodyConfig = NO_BODY
     imu: ImuConfig = NO_IMU
     wheels: WheelsConfig = NO_WHEELS
+    lidar: LidarConfig = NO_LIDAR
     frames: Annotated[tuple[RigFrame, ...], Limits(max_length=64)] = ()
     sent: Annotated[Mapping[str, int], Limits(max_length=64)] = field(default_factory=dict)
     asked: bool = False
@@ -62,7 +64,7 @@ class FrameSettings:
     @property
     def senses(self) -> Senses:
         """Return what is sensed beside frames."""
-        return Senses(self.scan, self.body, self.imu, self.wheels)
+        return Senses(self.scan, self.body, self.imu, self.wheels, self.lidar)
 
 
 def settings_to_json(settings: FrameSettings) -> str:
@@ -77,7 +79,7 @@ def settings_to_json(settings: FrameSettings) -> str:
         del data["scan"]
     if not settings.body.enabled:
         del data["body"], data["frames"]
-    for name in ("imu", "wheels"):
+    for name in ("imu", "wheels", "lidar"):
         if not getattr(settings, name).enabled:
             del data[name]
     if not (settings.scan.enabled or settings.senses.tells_body):

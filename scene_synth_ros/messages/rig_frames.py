@@ -13,7 +13,6 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from renderer.body.imu import rpy_quaternion
 from renderer.camera.config import CameraConfig
 from renderer.camera.rig import mount_quaternion
 from scene_description.motion import Motion
@@ -23,6 +22,7 @@ from scene_description.poses import (
     Vec3,
     conjugate_quaternion,
     multiply_quaternions,
+    quaternion_from_rpy,
     rotation_from_quaternion,
 )
 from scene_synth_ros.messages.body_messages import WHEEL_JOINTS
@@ -30,7 +30,7 @@ from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.senses import Senses
 from scene_synth_ros.messages.streams import camera_frames
 
-BASE_LINK, FOOTPRINT, ODOM_FRAME, IMU_FRAME = "base_link", "base_footprint", "odom", "imu_link"
+BASE_LINK, FOOTPRINT, ODOM_FRAME, IMU_FRAME, LIDAR_FRAME = "base_link", "base_footprint", "odom", "imu_link", "lidar_link"
 _NO_TURN: Quaternion = (0.0, 0.0, 0.0, 1.0)
 _WHEEL_WIDTH_SHARE, _SHELL_SHARE = 0.5, 1.25
 
@@ -59,9 +59,10 @@ def rig_frames(motion: Motion, camera: CameraConfig, streams: StreamConfig, sens
         frames.append(RigFrame(parent=streams.world_frame, child=f"{prefix}{ODOM_FRAME}"))
         if motion.drive is not None:
             frames.append(RigFrame(parent=f"{prefix}{FOOTPRINT}", child=base))
-    if senses.imu.enabled:
-        turn = rpy_quaternion(senses.imu.mount_rotation_rad)
-        frames.append(RigFrame(parent=base, child=f"{prefix}{IMU_FRAME}", place_m=senses.imu.mount_m, turn=turn))
+    for sense, child in ((senses.imu, IMU_FRAME), (senses.lidar, LIDAR_FRAME)):
+        if sense.enabled:
+            turn = quaternion_from_rpy(sense.mount_rotation_rad)
+            frames.append(RigFrame(parent=base, child=f"{prefix}{child}", place_m=sense.mount_m, turn=turn))
     x, y, z = (float(value) for value in np.array(motion.camera_m) + _turned(motion.camera_turn, camera.mount_m))
     optical = multiply_quaternions(motion.camera_turn, mount_quaternion(camera))
     turn = multiply_quaternions(optical, conjugate_quaternion(LINK_FROM_OPTICAL))

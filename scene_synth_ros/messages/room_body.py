@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,9 +14,12 @@ from renderer.body.config import stamps_up_to
 from renderer.body.imu import read_imu
 from renderer.body.wheels import read_wheels
 from renderer.camera.config import CameraConfig
+from renderer.lidar.lidar import Lidar, Sweep
+from renderer.lidar.sweep_config import LidarConfig
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, SceneDescription
 from scene_description.kinematics import kinematics
+from scene_description.motion import Motion
 from scene_description.motion_of_poses import motion_of
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.body_messages import (
@@ -35,7 +38,8 @@ from scene_synth_ros.messages.body_messages import (
 )
 from scene_synth_ros.messages.conversions import clock_to_msg
 from scene_synth_ros.messages.frame_messages import StreamConfig
-from scene_synth_ros.messages.rig_frames import IMU_FRAME, ODOM_FRAME, RigFrame, base_frame, rig_frames, robot_description
+from scene_synth_ros.messages.lidar_messages import LIDAR_IDEAL, LIDAR_POINTS, ideal_sweep_to_msg, sweep_to_msg
+from scene_synth_ros.messages.rig_frames import IMU_FRAME, LIDAR_FRAME, ODOM_FRAME, RigFrame, base_frame, rig_frames, robot_description
 from scene_synth_ros.messages.senses import Senses
 from scene_synth_ros.messages.streams import Stream
 
@@ -69,12 +73,23 @@ class RoomBody:
     Attributes:
         frames: the fixed frames that the renderer knows of; none where there is no body.
 
+    Args:
+        lidar: returns the lidar of the room whenever it sweeps; of no use where there is none.
+
     Raises:
         SceneSynthError: what moves has no wheels, and shall.
     """
 
-    def __init__(self, scene: SceneDescription, camera: CameraConfig, streams: StreamConfig, senses: Senses) -> None:
-        self._scene, self._streams, self._senses = scene, streams, senses
+    def __init__(
+        self,
+        scene: SceneDescription,
+        camera: CameraConfig,
+        streams: StreamConfig,
+        senses: Senses,
+        lidar: Callable[[LidarConfig, Motion], Lidar] | None = None,
+    ) -> None:
+        self._scene, self._streams, self._senses, self._lidar = scene, streams, senses, lidar
+        self._swept: tuple[int, Sweep] | None = None
         self._path = {pose.stamp_ns: pose for pose in scene.camera_path}
         self._next: dict[str, int] = {}
         self._driven = False
@@ -113,12 +128,12 @@ class RoomBody:
             yield BodyMessage(track.topic, message, stamp, transform)
 
     @cached_property
-    def burst(self) -> int:
-        """How many messages of one stream come with a frame at most."""
+    def bursts(self) -> dict[str, int]:
+        """Topic -> how many messages of it come with a frame at most."""
         if not self._senses.tells_body:
-            return 0
+            return {}
         frames = np.array(sorted(self._path), np.int64)
-        return max(int(np.diff(np.searchsorted(track.stamps_ns, frames, side="right"), prepend=0).max()) for track in self.tracks)
+        return {track.topic: int(np.diff(np.searchsorted(track.stamps_ns, frames, side="right"), prepend=0).max()) for track in self.tracks}
 
     def message_at(self, topic: str, stamp_ns: int) -> Any:
         """Return the message of a topic with a stamp; None if there is none."""
@@ -147,10 +162,30 @@ class RoomBody:
             rolled = read_wheels(motion, senses.wheels, start_ns, end_ns, key)
             tracks.append(_Track(JOINT_STATES, rolled.stamps_ns, lambda k: joint_states_to_msg(rolled, k, prefix)))
             tracks.append(_Track(ODOM, rolled.stamps_ns, lambda k: odometry_to_msg(rolled, k, odom, base)))
+        tracks += self._lidar_tracks(start_ns, end_ns)
         stamps = np.union1d(_stamps(senses.body.rate_hz, start_ns, end_ns), np.array(sorted(self._path), np.int64))
         at = kinematics(motion, (stamps - start_ns) * 1e-9)
         tracks.append(_Track(ODOM_IDEAL, stamps, lambda k: ideal_odometry_to_msg(at, k, int(stamps[k]), odom, base)))
         return tuple(tracks)
+
+    def _lidar_tracks(self, start_ns: int, end_ns: int) -> list[_Track]:
+        """Return the streams of the lidar: of sweeps that end within the motion."""
+        config, frame_id = self._senses.lidar, f"{self._streams.frame_prefix}{LIDAR_FRAME}"
+        if not config.enabled or self._lidar is None:
+            return []
+        stamps = _stamps(config.rate_hz, start_ns, max(end_ns - round(1e9 / config.rate_hz), start_ns))
+        return [
+            _Track(topic, stamps, partial(self._sweep_message, to_msg, stamps, frame_id))
+            for topic, to_msg in ((LIDAR_POINTS, sweep_to_msg), (LIDAR_IDEAL, ideal_sweep_to_msg))
+        ]
+
+    def _sweep_message(self, to_msg: Callable[..., Any], stamps: NDArray[np.int64], frame_id: str, number: int) -> Any:
+        """Return a message of a sweep; the last one is kept for its other message."""
+        config = self._senses.lidar
+        if self._swept is None or self._swept[0] != number:
+            assert self._lidar is not None
+            self._swept = number, self._lidar(config, self._motion).sweep(number)
+        return to_msg(self._swept[1], config, int(stamps[number]), frame_id)
 
 
 def _stamps(rate_hz: float, start_ns: int, end_ns: int) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""What a run senses beside its camera's frames, at rates of its own: laser scanner, body, inertial measurement unit, wheels."""
+"""What a run senses beside its camera's frames, at rates of its own: laser scanner, body, inertial measurement unit, wheels, lidar."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig
 from renderer.lidar.config import ScanConfig
+from renderer.lidar.sweep_config import NO_LIDAR, LidarConfig
 from scene_description.strict import FieldError
 
 NO_SCAN = ScanConfig()
@@ -18,6 +19,7 @@ class Senses(NamedTuple):
     body: BodyConfig = NO_BODY
     imu: ImuConfig = NO_IMU
     wheels: WheelsConfig = NO_WHEELS
+    lidar: LidarConfig = NO_LIDAR
 
     @property
     def tells_body(self) -> bool:
@@ -27,7 +29,7 @@ class Senses(NamedTuple):
     @property
     def clock_rate_hz(self) -> float:
         """Rate of ``/clock`` where the body is published: as asked for, else that of the fastest stream."""
-        rates = [self.body.rate_hz, *(sense.rate_hz for sense in (self.imu, self.wheels) if sense.enabled)]
+        rates = [self.body.rate_hz, *(sense.rate_hz for sense in (self.imu, self.wheels, self.lidar) if sense.enabled)]
         return self.body.clock_rate_hz or max(rates)
 
     def check(self) -> None:
@@ -36,7 +38,7 @@ class Senses(NamedTuple):
         Raises:
             FieldError: a sensor of a body that is not published.
         """
-        for name in ("imu", "wheels"):
+        for name in ("imu", "wheels", "lidar"):
             if getattr(self, name).enabled and not self.tells_body:
                 raise FieldError(f"{name}.enabled", "body.enabled and body.publish with it", "neither" if not self.body.enabled else "one")
 

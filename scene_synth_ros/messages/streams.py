@@ -23,6 +23,8 @@ DETECTIONS_2D_TYPE, DETECTIONS_3D_TYPE = "vision_msgs/msg/Detection2DArray", "vi
 
 LASER = "laser"
 """Frame of the scanner (x forward, y left, z up), and its name in the topic of its pose, as a camera's."""
+LIDAR = "lidar"
+"""What the topics of the lidar lie below, as those of a camera."""
 ESTIMATES = "/estimates"
 """What the topics of estimates lie below, in place of a camera."""
 FRAME_PREFIX = r"[A-Za-z0-9_/]*"
@@ -39,8 +41,8 @@ class Role:
         name: how its topics end, below what they are of.
         type_name: of its messages.
         of: what has one: each layer of a camera, each camera, or the run.
-        frame: that headers name: the optical one of the camera, the world's, the scanner's, the inertial measurement unit's or that of
-            odometry; empty of messages without a header.
+        frame: that headers name: the optical one of the camera, the world's, the scanner's, the inertial measurement unit's, the lidar's or
+            that of odometry; empty of messages without a header.
         encoding: of its images; empty where the layer decides, and of other messages.
         latched: late subscribers get the last message.
         own_stamps: messages come at a rate of their own, or once a room, and not with every frame; a scanner's pose does, too.
@@ -52,7 +54,7 @@ class Role:
     name: str
     type_name: str
     of: Literal["layer", "camera", "run"] = "layer"
-    frame: Literal["optical", "world", "laser", "imu", "odom", ""] = "optical"
+    frame: Literal["optical", "world", "laser", "imu", "lidar", "odom", ""] = "optical"
     encoding: str = ""
     latched: bool = False
     own_stamps: bool = False
@@ -89,6 +91,8 @@ MAP = Role(name="map", type_name=MAP_TYPE, of="run", frame="world", latched=True
 SETTINGS = Role(name="settings", type_name=STRING_TYPE, of="run", frame="", latched=True)
 SCAN = Role(name="scan", type_name=SCAN_TYPE, of="run", frame="laser", own_stamps=True)
 SCAN_IDEAL = Role(name="scan_ideal", type_name=SCAN_TYPE, of="run", frame="laser", own_stamps=True)
+LIDAR_POINTS = Role(name=f"{LIDAR}/points", type_name=CLOUD_TYPE, of="run", frame="lidar", own_stamps=True)
+LIDAR_IDEAL = Role(name=f"{LIDAR}/points_ideal", type_name=CLOUD_TYPE, of="run", frame="lidar", own_stamps=True)
 IMU_DATA = Role(name="imu/data", type_name=IMU_TYPE, of="run", frame="imu", own_stamps=True)
 IMU_IDEAL = Role(name="imu/ideal", type_name=IMU_TYPE, of="run", frame="imu", own_stamps=True)
 ODOM = Role(name="odom", type_name=ODOMETRY_TYPE, of="run", frame="odom", own_stamps=True)
@@ -105,7 +109,7 @@ ROLES: Mapping[str, Role] = {
         RAW, COMPRESSED, COMPRESSED_DEPTH, PICTURE, COMPRESSED_PICTURE, INFO, LABELS, LABEL_INFO,
         POSE, ANNOTATIONS, DETECTIONS_2D, DETECTIONS_3D, POINTS, POINTS_SENSED,
         SCENE, MARKERS, MAP, SETTINGS, SCAN, SCAN_IDEAL,
-        IMU_DATA, IMU_IDEAL, ODOM, ODOM_IDEAL, JOINT_STATES, ROBOT_DESCRIPTION, CLOCK, TF, TF_STATIC,
+        LIDAR_POINTS, LIDAR_IDEAL, IMU_DATA, IMU_IDEAL, ODOM, ODOM_IDEAL, JOINT_STATES, ROBOT_DESCRIPTION, CLOCK, TF, TF_STATIC,
     )
 }  # fmt: skip
 """Name -> role, every row of the vocabulary."""
@@ -173,7 +177,7 @@ class Stream(NamedTuple):
 
     def frame_id(self, prefix: str, world: str = "map") -> str:
         """Return the frame that headers name, empty for none; ``prefix`` stands before the camera's and the scanner's."""
-        own = {"laser": laser_frame(prefix), "imu": f"{prefix}imu_link", "odom": f"{prefix}odom"}
+        own = {"laser": laser_frame(prefix), "imu": f"{prefix}imu_link", "lidar": f"{prefix}lidar_link", "odom": f"{prefix}odom"}
         frames = {"": "", "world": world, "optical": camera_frames(self.camera, prefix).optical, **own}
         return frames[self.role.frame]
 

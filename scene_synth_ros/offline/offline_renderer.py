@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from std_msgs.msg import String
 
-from renderer.camera.rig import mounted, mounted_path
+from renderer.camera.rig import mounted, mounted_path, rig_path
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from scene_description import CameraPose, SceneDescription
@@ -81,9 +81,9 @@ class OfflineRenderer:
         self._messages.begin_room(scene)
         path = mounted_path(self._groups["camera"], scene.camera_path, scene.motion)
         scan, meter = self._groups["scan"], RoomMeter(self._groups)
-        scans = RoomScans(scan, scene.camera_path, lambda: room.scanner(scan))
+        scans = RoomScans(scan, rig_path(scene.camera_path, scene.motion), lambda: room.scanner(scan))
         meter.begin_room(self._groups["render"], metered or (lambda: room.metered))
-        body = RoomBody(scene, self._groups["camera"], self._streams, self._senses)
+        body = RoomBody(scene, self._groups["camera"], self._streams, self._senses, room.lidar)
         self._work = _Work(scene, room, scans, body, path, meter.exposure(any(layer in PHOTOGRAPHS for layer in self._layers)))
 
     def frame(self, index: int) -> Iterator[Message]:

@@ -9,11 +9,12 @@ from typing import Annotated
 from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from renderer.body.config import BodyConfig, ImuConfig, WheelsConfig
 from renderer.lidar.config import ScanConfig
+from renderer.lidar.sweep_config import LidarConfig
 from scene_description import FieldError, Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.messages.senses import senses_of
-from scene_synth_ros.messages.streams import LASER
+from scene_synth_ros.messages.streams import LASER, LIDAR
 from scene_synth_ros.render.teleop import DriveConfig
 from scene_synth_ros.suite.parameters import Groups, ParameterError
 
@@ -62,6 +63,7 @@ RENDERER_GROUPS: dict[str, type] = {
     "body": BodyConfig,
     "imu": ImuConfig,
     "wheels": WheelsConfig,
+    "lidar": LidarConfig,
 }
 """Prefix of a renderer's parameters -> dataclass that defines them."""
 
@@ -70,13 +72,14 @@ def refuse_contradictions(owner: str, values: Groups) -> None:
     """Refuse what is fixed at the start and does not go together.
 
     Raises:
-        ParameterError: a share of the rooms that is none, a camera called as the scanner, or a sensor without its body.
+        ParameterError: a share of the rooms that is none, a camera called as a scanner, or a sensor without its body.
     """
     own: RendererNodeConfig = values[""]
     if own.share_index >= own.share_count:
         raise ParameterError(f"{owner}: parameter share_index: expected less than share_count = {own.share_count}, got {own.share_index}")
-    if values["scan"].enabled and values["streams"].camera == LASER:
-        raise ParameterError(f"{owner}: parameter streams.camera: expected another name than the scanner's, got '{LASER}'")
+    camera = values["streams"].camera
+    if camera in (LASER, LIDAR) and (values["scan"].enabled or camera == LIDAR):
+        raise ParameterError(f"{owner}: parameter streams.camera: expected another name than a scanner's, got '{camera}'")
     try:
         senses_of(values).check()
     except FieldError as error:

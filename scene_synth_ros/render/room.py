@@ -19,7 +19,9 @@ from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
+from renderer.lidar.lidar import Lidar
 from renderer.lidar.scanner import Scanner
+from renderer.lidar.sweep_config import LidarConfig
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
@@ -27,6 +29,7 @@ from renderer.scene.semantic_classes import with_classes
 from renderer.standpoint import standpoint
 from scene_description import CameraPose, SceneDescription
 from scene_description.label_standards import StandardName
+from scene_description.motion import Motion
 from scene_synth_ros.messages.detections import ANNOTATIONS
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.suite.heap import trim_heap
@@ -96,6 +99,7 @@ class RenderedRoom:
         self._held = ExitStack()
         self._former: RenderedRoom | None = former if former is None or former.made_renderer is not None else former._former
         self._cancelled: Callable[[], bool] | None = None
+        self._lidar: tuple[LidarConfig, Lidar] | None = None
 
     @cached_property
     def flat(self) -> FlatScene:
@@ -160,6 +164,12 @@ class RenderedRoom:
     def scanner(self, config: ScanConfig) -> Scanner:
         """Return a laser scanner that stands in the room."""
         return Scanner(self.renderer.tree, self.flat, config, scene_key(self.scene))
+
+    def lidar(self, config: LidarConfig, motion: Motion) -> Lidar:
+        """Return a lidar that a body carries through the room; the same for the same settings as before."""
+        if self._lidar is None or self._lidar[0] != config:
+            self._lidar = config, Lidar(self.renderer.tree, self.flat, config, motion, scene_key(self.scene))
+        return self._lidar[1]
 
     def standpoint(self, pose: CameraPose) -> str:
         """Return from where a pose sees the room, as ``renderer.standpoint`` says it; empty within the room's air."""

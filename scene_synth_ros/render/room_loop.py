@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from renderer.camera.rig import mounted, mounted_path
+from renderer.camera.rig import mounted, mounted_path, rig_path
 from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
@@ -26,7 +26,6 @@ from scene_synth_ros.render.room_scans import RoomScans
 from scene_synth_ros.render.stream_topics import CLOCK
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.parameters import Parameters
-from scene_synth_ros.suite.qos import BURST_DEPTH
 from scene_synth_ros.suite.suite_node import SuiteNode
 
 _IDLE_S = 0.2
@@ -107,8 +106,8 @@ class RoomLoop:
         self._shown, self._pace = shown, life.pace
         self._path = mounted_path(self._camera, self._scene.camera_path, self._scene.motion)
         self._senses = senses = senses_of(life.settings)
-        self._scans = RoomScans(senses.scan, self._scene.camera_path, lambda: room.scanner(senses.scan))
-        self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses)
+        self._scans = RoomScans(senses.scan, rig_path(self._scene.camera_path, self._scene.motion), lambda: room.scanner(senses.scan))
+        self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses, room.lidar)
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = self._answered_ns = -1
         self._published = 0
@@ -275,7 +274,7 @@ class RoomLoop:
         if config.expected_recorders == 0:
             return
         published, began, is_told = self._output.published, time.monotonic(), False
-        ahead = min(config.frames_ahead, self._output.depth, max(BURST_DEPTH // max(self._body.burst, 1), 1))
+        ahead = min(config.frames_ahead, self._output.depth, self._output.frames_kept(self._body.bursts))
         while not self._inbox.wait_for_recorders(published, ahead, 1.0):
             self._output.tell()
             if not is_told and time.monotonic() - began > _RECORDER_PATIENCE_S:

@@ -18,7 +18,7 @@ from scene_synth_ros.messages.message_definitions import installed_class
 from scene_synth_ros.messages.scan_messages import SCAN_STREAMS
 from scene_synth_ros.messages.senses import Senses
 from scene_synth_ros.messages.streams import Stream, parse
-from scene_synth_ros.suite.qos import BURST_DEPTH, PROFILES, latched_qos, stream_qos
+from scene_synth_ros.suite.qos import BURST_DEPTH, CLOUD_DEPTH, PROFILES, latched_qos, stream_qos
 
 TFMessage = installed_class(streams.TF.type_name)
 CLOCK, SETTINGS = Stream("/", streams.CLOCK).topic, Stream("~", streams.SETTINGS).topic
@@ -49,7 +49,7 @@ def stream_topics(config: StreamConfig, camera: CameraConfig, senses: Senses) ->
             qos = _OWN_QOS.get(role, latched_qos(profile.depth) if role.latched else profile)
             if role.own_stamps and not role.latched:
                 qos = copy(qos)
-                qos.depth = BURST_DEPTH
+                qos.depth = CLOUD_DEPTH if role.type_name == streams.CLOUD_TYPE else BURST_DEPTH
             topics[stream.topic] = StreamTopic(stream.topic, message_type, qos, frozenset(layers))
     return topics
 

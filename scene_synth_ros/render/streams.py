@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from copy import copy
 from dataclasses import replace
 from typing import Any
@@ -112,6 +112,12 @@ class StreamPublishers:
         with self._lock:
             offered = [publisher.qos_profile for name, publisher in self._publishers.items() if name != TF_STATIC]
         return min((int(qos.depth) for qos in offered if qos.history == QoSHistoryPolicy.KEEP_LAST), default=1000)
+
+    def frames_kept(self, bursts: Mapping[str, int]) -> int:
+        """Return of how many frames everything is kept that comes with each, at least 1: topic -> most messages with a frame."""
+        with self._lock:
+            kept = [(self._publishers[topic].qos_profile, most) for topic, most in bursts.items() if topic in self._publishers and most]
+        return max(min((qos.depth // most for qos, most in kept if qos.history == QoSHistoryPolicy.KEEP_LAST), default=1000), 1)
 
     @property
     def start(self) -> str:

@@ -10,6 +10,8 @@ from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReli
 
 BURST_DEPTH = 4000
 """What is kept of streams that are faster than frames: all samples between two frames go out at once."""
+CLOUD_DEPTH = 40
+"""The same of clouds, which are large."""
 
 
 def stream_qos(depth: int = 10) -> QoSProfile:

@@ -174,6 +174,15 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/test_body_bag.py"
     ),
     "scene_synth generate --rooms 2 --frames 300 --overlay euroc_stereo --out bags": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth run --overlay lidar_robot --rooms 1 --frames 300 --record my_bag": Parsed("test/scene_synth_ros/test_lidar_bag.py"),
+    "scene_synth generate --rooms 2 --frames 300 --overlay turtlebot --overlay os1_64 --out bags": Parsed(
+        "test/scene_synth_ros/test_lidar_bag.py"
+    ),
+    "scene_synth prove BAG": Run(),
+    "scene_synth export": Named(),
+    "python -m benchmarks.lidar_bench --write": Parsed("needs KISS-ICP, which is not installed"),
+    "scene_synth prove my_bag": Parsed("test/scene_synth_ros/prove/test_prove.py"),
+    "scene_synth prove my_bag --json": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
         "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
     ),

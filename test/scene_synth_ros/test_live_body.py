@@ -18,6 +18,7 @@ from scene_synth_ros.offline.settings import read_settings
 OVERRIDES = (
     *SMALL, "grammar_node.motion.kind:=base", "grammar_node.motion.rest_s:=0.1", "renderer_node.body.enabled:=true",
     "renderer_node.imu.enabled:=true", "renderer_node.imu.rate_hz:=400.0", "renderer_node.wheels.enabled:=true",
+    "renderer_node.lidar.enabled:=true", "renderer_node.lidar.columns:=200", "renderer_node.lidar.rate_hz:=20.0",
     *(f"renderer_node.streams.{layer}:=false" for layer in ("color", "normals", "semantic", "instance")),
 )  # fmt: skip
 
@@ -51,3 +52,4 @@ def test_a_live_body_is_recorded_whole_and_the_same_is_written_offline(tmp_path:
     for topic, messages in made.items():
         assert live[topic] == messages, topic
     assert len(live["/synth/imu/data"]) == 121
+    assert len(live["/synth/lidar/points"]) == len(live["/synth/lidar/points_ideal"]) == 6

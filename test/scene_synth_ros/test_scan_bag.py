@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from bag_readers import read_rosbags
+from mesh_distance import distance_to_mesh_m
 from rosbags.typesys import Stores, get_typestore
 from scene_synth_ros_suite import run_suite
 from shapely import STRtree, linestrings, points
@@ -155,18 +156,6 @@ def test_points_with_the_poses_of_the_bag_lie_on_the_mesh(messages) -> None:
     q, p = pose.pose.orientation, pose.pose.position
     world = optical @ rotation_from_quaternion((q.x, q.y, q.z, q.w)).T + (p.x, p.y, p.z)
     assert distance_to_mesh_m(mesh, world).max() < 0.001
-
-
-def distance_to_mesh_m(mesh: trimesh.Trimesh, world: np.ndarray) -> np.ndarray:
-    """Distances of points to the nearest triangles, among those whose box comes within 5 cm, by trimesh; the rest is infinite."""
-    low, high = mesh.triangles.min(axis=1) - 0.05, mesh.triangles.max(axis=1) + 0.05
-    found = np.full(len(world), np.inf)
-    for i, point in enumerate(world):
-        around = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1))
-        if len(around):
-            nearest = trimesh.triangles.closest_point(mesh.triangles[around], np.tile(point, (len(around), 1)))
-            found[i] = np.linalg.norm(nearest - point, axis=1).min()
-    return found
 
 
 def test_a_scan_in_bytes_is_what_laserscan_msg_says(bag: Path, messages) -> None:

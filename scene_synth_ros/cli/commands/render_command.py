@@ -15,7 +15,7 @@ from pathlib import Path
 from renderer import LAYERS, Renderer, RenderError
 from renderer.annotations import Annotator
 from renderer.annotations.coco import CocoImage, coco_instances
-from renderer.camera.rig import mounted_path
+from renderer.camera.rig import mounted_path, rig_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
 from renderer.film.layers import check_names, layers_in
@@ -112,7 +112,10 @@ def run(arguments: argparse.Namespace) -> int:
             )
         if arguments.scan or settings.scan.enabled:
             write_scans(
-                arguments.out, list(Scanner(renderer.tree, flat, settings.scan, key).along(scene.camera_path)), settings.scan, scene
+                arguments.out,
+                list(Scanner(renderer.tree, flat, settings.scan, key).along(rig_path(scene.camera_path, scene.motion))),
+                settings.scan,
+                scene,
             )
         began = time.monotonic()
         for index, pose in enumerate(path[: len(poses)]):

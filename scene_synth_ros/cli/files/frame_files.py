@@ -15,6 +15,7 @@ from grammar.drawing.shapes import dot, line
 from grammar.drawing.top_view import top_view
 from grammar.drawing.top_view_plan import Plan
 from renderer import LAYERS, Frame
+from renderer.camera.rig import rig_path
 from renderer.files.exr_files import write_exr
 from renderer.files.image_io import write_png
 from renderer.film.layers import check_layers, layers_in
@@ -82,7 +83,7 @@ def write_scans(folder: Path, scans: Sequence[Scan], config: ScanConfig, scene: 
     ``origins_m`` (k, n, 3) and ``directions`` (k, n, 3) float64, where each beam began in the world and where it went.
     """
     times_s = np.arange(config.beams, dtype=np.float64) * config.time_increment_s
-    rays = [beam_rays(config, scene.camera_path, scan.stamp_ns) for scan in scans]
+    rays = [beam_rays(config, rig_path(scene.camera_path, scene.motion), scan.stamp_ns) for scan in scans]
     np.savez_compressed(
         folder / "scans.npz",
         stamps_ns=np.array([scan.stamp_ns for scan in scans], np.int64),

@@ -11,7 +11,7 @@ from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_description.yaml_text import dump_yaml, load_yaml, read_yaml
 
-SHIPPED = ("runs", "presets", "cameras", "rigs", "scanners", "imus")
+SHIPPED = ("runs", "presets", "cameras", "rigs", "scanners", "lidars", "imus")
 """Folders of the configuration that hold profiles and overlays."""
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ALL_NODES = "/**"

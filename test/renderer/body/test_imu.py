@@ -11,8 +11,9 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from renderer.body.config import GRAVITY_M_S2, ImuConfig, stamps_up_to
-from renderer.body.imu import ImuErrors, device_kinematics, noise_variances, read_imu, rpy_quaternion
+from renderer.body.imu import ImuErrors, device_kinematics, noise_variances, read_imu
 from scene_description.motion import Harmonic, Motion
+from scene_description.poses import quaternion_from_rpy
 
 SECOND_NS = 10**9
 CLEAN = ImuConfig(
@@ -83,7 +84,7 @@ def test_at_rest_a_tilted_device_reads_gravity_in_its_own_frame() -> None:
     np.testing.assert_allclose(read.force_m_s2, np.tile([0.0, GRAVITY_M_S2, 0.0], (201, 1)), atol=1e-12)  # its y axis points up
     np.testing.assert_allclose(read.rate_rad_s, 0.0, atol=1e-13)
     assert read.stamps_ns[[0, 1, -1]].tolist() == [5, 5 + 5_000_000, 5 + SECOND_NS]
-    assert rpy_quaternion((0.0, 0.0, math.pi / 2)) == pytest.approx((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
+    assert quaternion_from_rpy((0.0, 0.0, math.pi / 2)) == pytest.approx((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
 
 
 def test_means_over_the_interval_are_those_of_the_integral() -> None:

@@ -8,6 +8,8 @@ from grammar.camera.motion_config import MotionConfig
 from renderer.body.config import BodyConfig, ImuConfig, WheelsConfig
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.lidar.config import ScanConfig
+from renderer.lidar.sweep_config import LidarConfig
+from renderer.sensors.devices import DepthSensorConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
 from scene_synth_ros.cli.parameters.run_profile import load_profile, with_inheritance
@@ -41,15 +43,18 @@ def test_both_have_names_of_their_own_and_one_clock() -> None:
 
 GROUPS = {
     "renderer_node": {
-        **{"camera": CameraConfig, "sensor": SensorConfig, "streams": StreamConfig, "scan": ScanConfig},
-        **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig},
+        **{"camera": CameraConfig, "sensor": SensorConfig, "depth_sensor": DepthSensorConfig, "streams": StreamConfig, "scan": ScanConfig},
+        **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig, "lidar": LidarConfig},
     },
     "grammar_node": {"motion": MotionConfig},
 }
 """Node -> group of parameters that an overlay of a rig may hold -> its dataclass."""
 
 
-@pytest.mark.parametrize("path", sorted(config_path("rigs").glob("*.yaml")), ids=lambda path: path.stem)
+OVERLAYS = [path for folder in ("rigs", "imus", "lidars", "scanners") for path in sorted(config_path(folder).glob("*.yaml"))]
+
+
+@pytest.mark.parametrize("path", OVERLAYS, ids=lambda path: path.stem)
 def test_overlays_of_rigs_hold_parameters_of_cameras_sensors_streams_and_bodies(path: Path) -> None:
     for name, values in with_inheritance(load_profile(path)).items():
         known = next((groups for node, groups in GROUPS.items() if name.startswith(node)), {})

@@ -1,0 +1,151 @@
+"""Messages as rows of numbers, read field by field as their definitions say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_synth_ros.messages.cdr import CdrReader
+
+Floats = NDArray[np.float64]
+Row = tuple[Any, ...]
+
+
+class ImuRows(NamedTuple):
+    """sensor_msgs/Imu: stamps (n,) int64, frames (n,) str; quaternion (n, 4), rate and force (n, 3), covariances (n, 9)."""
+
+    stamps: NDArray[np.int64]
+    frames: NDArray[np.str_]
+    quaternion: Floats
+    rate: Floats
+    rate_covariance: Floats
+    force: Floats
+    force_covariance: Floats
+
+
+class OdometryRows(NamedTuple):
+    """nav_msgs/Odometry: place (n, 3), quaternion (n, 4) in the frame; velocity and spin (n, 3) in the child; covariances (n, 36)."""
+
+    stamps: NDArray[np.int64]
+    frames: NDArray[np.str_]
+    children: NDArray[np.str_]
+    place: Floats
+    quaternion: Floats
+    covariance: Floats
+    velocity: Floats
+    spin: Floats
+
+
+class JointRows(NamedTuple):
+    """sensor_msgs/JointState of always the same joints: names (n, k) str, position (n, k)."""
+
+    stamps: NDArray[np.int64]
+    frames: NDArray[np.str_]
+    names: NDArray[np.str_]
+    position: Floats
+
+
+class PoseRows(NamedTuple):
+    """geometry_msgs/PoseStamped."""
+
+    stamps: NDArray[np.int64]
+    frames: NDArray[np.str_]
+    place: Floats
+    quaternion: Floats
+
+
+class TransformRows(NamedTuple):
+    """The transforms of tf2_msgs/TFMessage, each a row."""
+
+    stamps: NDArray[np.int64]
+    frames: NDArray[np.str_]
+    children: NDArray[np.str_]
+    place: Floats
+    quaternion: Floats
+
+
+class ScanRow(NamedTuple):
+    """A sensor_msgs/LaserScan; seconds, radians, metres."""
+
+    stamp_ns: int
+    frame: str
+    angle_min: float
+    angle_increment: float
+    time_increment: float
+    ranges: Floats
+
+
+class CloudRow(NamedTuple):
+    """A sensor_msgs/PointCloud2: a structured array of its points, (height, width)."""
+
+    stamp_ns: int
+    frame: str
+    points: NDArray[Any]
+
+
+def imu_row(reader: CdrReader) -> Row:
+    """Read a sensor_msgs/Imu."""
+    head, quaternion, _ = reader.header(), reader.numbers("d", 4), reader.numbers("d", 9)
+    rate, rate_covariance = reader.numbers("d", 3), reader.numbers("d", 9)
+    return *head, quaternion, rate, rate_covariance, reader.numbers("d", 3), reader.numbers("d", 9)
+
+
+def odometry_row(reader: CdrReader) -> Row:
+    """Read a nav_msgs/Odometry."""
+    head, child, place, turn = reader.header(), reader.text(), reader.numbers("d", 3), reader.numbers("d", 4)
+    return *head, child, place, turn, reader.numbers("d", 36), reader.numbers("d", 3), reader.numbers("d", 3)
+
+
+def joint_row(reader: CdrReader) -> Row:
+    """Read a sensor_msgs/JointState."""
+    head = reader.header()
+    names = tuple(reader.text() for _ in range(reader.number("I")))
+    return *head, names, reader.numbers("d", reader.number("I"))
+
+
+def pose_row(reader: CdrReader) -> Row:
+    """Read a geometry_msgs/PoseStamped."""
+    return *reader.header(), reader.numbers("d", 3), reader.numbers("d", 4)
+
+
+def transform_rows(reader: CdrReader) -> list[Row]:
+    """Read a tf2_msgs/TFMessage."""
+    return [(*reader.header(), reader.text(), reader.numbers("d", 3), reader.numbers("d", 4)) for _ in range(reader.number("I"))]
+
+
+def scan_row(reader: CdrReader) -> ScanRow:
+    """Read a sensor_msgs/LaserScan."""
+    head, numbers = reader.header(), reader.numbers("f", 7)
+    ranges = np.array(reader.numbers("f", reader.number("I")), np.float64)
+    return ScanRow(head.stamp_ns, head.frame_id, numbers[0], numbers[2], numbers[3], ranges)
+
+
+_KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+
+
+def cloud_row(reader: CdrReader) -> CloudRow:
+    """Read a sensor_msgs/PointCloud2.
+
+    Raises:
+        ValueError: its fields do not fit its points, or those do not fit its data.
+    """
+    head, height, width = reader.header(), reader.number("I"), reader.number("I")
+    fields = [(reader.text(), reader.number("I"), reader.number("B"), reader.number("I")) for _ in range(reader.number("I"))]
+    order = ">" if reader.number("B") else "<"
+    size = reader.numbers("I", 2)[0]
+    names, offsets, kinds = [row[0] for row in fields], [row[1] for row in fields], [order + _KINDS.get(row[2], "f4") for row in fields]
+    record = np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": int(size)})
+    return CloudRow(head.stamp_ns, head.frame_id, np.frombuffer(reader.octets(), record).reshape(height, width))
+
+
+def columns(rows: list[Row], kind: Callable[..., Any]) -> Any:
+    """Return rows as a table: an array for each field of ``kind``."""
+    return kind(*(np.array(values) for values in zip(*rows, strict=True)))
+
+
+def cut(table: Any, kept: NDArray[np.bool_]) -> Any:
+    """Return some rows of a table."""
+    return type(table)(*(values[kept] for values in table))

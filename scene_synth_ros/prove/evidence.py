@@ -1,0 +1,292 @@
+"""What a bag says, room by room: tables of its streams, its rooms' meshes, and where the body is at any time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation, RotationSpline
+
+from renderer.camera.config import CameraConfig
+from renderer.export.scene_glb import scene_to_glb
+from renderer.scene.flatten import flatten
+from scene_description import scene_from_json
+from scene_synth_ros.messages import streams as roles
+from scene_synth_ros.messages.cdr import CdrReader, read_text
+from scene_synth_ros.messages.streams import Role, Stream, find_streams
+from scene_synth_ros.prove.decode import (
+    OdometryRows,
+    PoseRows,
+    Row,
+    TransformRows,
+    columns,
+    cut,
+    odometry_row,
+    pose_row,
+    transform_rows,
+)
+from scene_synth_ros.prove.room_mesh import RoomMesh
+
+Floats = NDArray[np.float64]
+NS = 1e-9
+_END_NS = 2**62
+
+
+class Messages(Protocol):
+    """Messages of a bag by topic, in the order of their log times."""
+
+    @property
+    def types(self) -> Mapping[str, str]:
+        """Topic -> type."""
+
+    def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of each message of a topic."""
+
+    def all(self) -> Iterator[tuple[str, int, memoryview]]:
+        """Yield topic, log time and bytes of every message."""
+
+
+class Head(NamedTuple):
+    """What the beginning of a message says: log time, stamp and frame, and of a plain image height and width, else zeros."""
+
+    log_ns: int
+    stamp_ns: int
+    frame: str
+    height: int
+    width: int
+
+
+class Reel:
+    """The messages of a topic, by ascending stamps."""
+
+    def __init__(self, messages: Iterator[tuple[int, memoryview]]) -> None:
+        self._messages = ((CdrReader(data).header().stamp_ns, data) for _, data in messages)
+        self._next = next(self._messages, None)
+
+    def at(self, stamp_ns: int) -> memoryview | None:
+        """Return the message of a stamp, not before any that was asked for; None if there is none."""
+        while self._next is not None and self._next[0] < stamp_ns:
+            self._next = next(self._messages, None)
+        return self._next[1] if self._next is not None and self._next[0] == stamp_ns else None
+
+
+class Curve:
+    """Where the body is, by ``odom/ideal``: its places with their velocities, its orientations by a smooth spline."""
+
+    def __init__(self, rows: OdometryRows) -> None:
+        self.start_ns = int(rows.stamps[0])
+        self._times = (rows.stamps - self.start_ns) * NS
+        self._turn = RotationSpline(self._times, Rotation.from_quat(rows.quaternion))
+        velocity = Rotation.from_quat(rows.quaternion).apply(rows.velocity)
+        self._place = CubicHermiteSpline(self._times, rows.place, velocity)
+
+    def covers(self, stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return which times (n,) lie within what was recorded."""
+        times = (stamps - self.start_ns) * NS
+        return np.asarray((times >= -1e-9) & (times <= self._times[-1] + 1e-9))
+
+    def at(self, stamp_ns: int, after_s: Floats | float = 0.0) -> tuple[Floats, Rotation]:
+        """Return places (n, 3) and rotations to the frame of odometry at a stamp and ``after_s`` (n,) later."""
+        times = np.atleast_1d((stamp_ns - self.start_ns) * NS + np.asarray(after_s))
+        return np.asarray(self._place(times)), self._turn(times)
+
+
+class Mount(NamedTuple):
+    """A frame that is fixed to the body: its place there and its rotation to it."""
+
+    place: Floats
+    turn: Rotation
+
+    def on(self, place: Floats, turn: Rotation) -> tuple[Floats, Rotation]:
+        """Return where it is when the body is at ``place`` (n, 3) and ``turn``."""
+        return place + turn.apply(self.place), turn * self.turn
+
+
+@lru_cache(maxsize=2)
+def _mesh_of(text: str, catalog_dir: Path | None) -> RoomMesh:
+    scene = scene_from_json(text)
+    flat = flatten(scene, catalog_dir)
+    plain = flat._replace(part_texture=np.full_like(flat.part_texture, -1))  # pictures on surfaces say nothing of where they are
+    return RoomMesh(scene_to_glb(scene, plain, CameraConfig()))
+
+
+def _head(log_ns: int, data: memoryview, type_name: str) -> Head:
+    reader = CdrReader(data)
+    head = reader.header()
+    height, width = (reader.number("I"), reader.number("I")) if type_name == roles.IMAGE_TYPE else (0, 0)
+    return Head(log_ns, head.stamp_ns, head.frame_id, height, width)
+
+
+_KEPT = (
+    roles.INFO, roles.POSE, roles.SCENE, roles.SETTINGS, roles.SCAN, roles.SCAN_IDEAL, roles.IMU_DATA, roles.IMU_IDEAL, roles.ODOM,
+    roles.ODOM_IDEAL, roles.JOINT_STATES, roles.ROBOT_DESCRIPTION, roles.CLOCK, roles.TF, roles.TF_STATIC,
+)  # fmt: skip
+"""Roles whose messages are small, and are held."""
+HEADED = (
+    *roles.IMAGE_FORMS, roles.INFO, roles.POSE, roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA,
+    roles.IMU_IDEAL, roles.ODOM, roles.ODOM_IDEAL, roles.JOINT_STATES,
+)  # fmt: skip
+"""Roles whose messages begin with a header, and are logged at its stamp."""
+
+
+class Evidence:
+    """The streams of a bag: its small messages, and of large ones how they begin; these are read again where they are looked at."""
+
+    def __init__(self, messages: Messages, catalog_dir: Path | None = None) -> None:
+        self.types, self.catalog_dir = messages.types, catalog_dir
+        self._messages = messages
+        self._tables: dict[str, Any] = {}
+        self._kept: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *_KEPT)}
+        self.heads: dict[str, list[Head]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
+        for topic, log_ns, data in messages.all():
+            if topic in self._kept:
+                self._kept[topic].append((log_ns, data))
+            if topic in self.heads:
+                self.heads[topic].append(_head(log_ns, data, self.types[topic]))
+        for rows in self._kept.values():
+            rows.sort(key=lambda row: row[0])
+        for heads in self.heads.values():
+            heads.sort(key=lambda head: head.log_ns)
+
+    def each(self, topic: str) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of each message of a topic."""
+        return iter(self._kept[topic]) if topic in self._kept else self._messages.messages(topic)
+
+    def streams(self, role: Role) -> dict[str, Stream]:
+        """Return topic -> stream of a role."""
+        return find_streams(self.types, role)
+
+    def streams_of(self, wanted: tuple[Role, ...]) -> dict[str, Stream]:
+        """Return topic -> stream of some roles."""
+        return find_streams(self.types, *wanted)
+
+    def first(self, role: Role) -> str:
+        """Return the first topic of a role; empty if there is none."""
+        return next(iter(self.streams(role)), "")
+
+    def table(self, topic: str, read: Callable[[CdrReader], Row], kind: Callable[..., Any]) -> Any:
+        """Return the messages of a topic as rows; None where there are none."""
+        if topic not in self._tables:
+            rows = [read(CdrReader(data)) for _, data in self.each(topic)] if topic else []
+            self._tables[topic] = columns(rows, kind) if rows else None
+        return self._tables[topic]
+
+    def transforms(self, role: Role) -> TransformRows | None:
+        """Return the transforms of ``/tf`` or ``/tf_static``."""
+        topic = self.first(role)
+        if topic not in self._tables:
+            rows = [row for _, data in self.each(topic) for row in transform_rows(CdrReader(data))] if topic else []
+            self._tables[topic] = columns(rows, TransformRows) if rows else None
+        table: TransformRows | None = self._tables[topic]
+        return table
+
+    @cached_property
+    def fixed(self) -> dict[str, tuple[str, Mount]]:
+        """Child -> parent and place there, of the frames that are fixed to each other."""
+        table = self.transforms(roles.TF_STATIC)
+        if table is None:
+            return {}
+        rows = zip(table.frames.tolist(), table.children.tolist(), table.place, table.quaternion, strict=True)
+        return {child: (parent, Mount(place, Rotation.from_quat(turn))) for parent, child, place, turn in rows}
+
+    @cached_property
+    def base(self) -> str:
+        """The frame that odometry is of; empty without a body."""
+        table = self.table(self.first(roles.ODOM_IDEAL), odometry_row, OdometryRows)
+        return "" if table is None else str(table.children[0])
+
+    def mount(self, frame: str) -> Mount | None:
+        """Return where a frame is fixed to the body; None if it is not."""
+        found, seen = Mount(np.zeros(3), Rotation.identity()), set()
+        while frame != self.base:
+            if frame in seen or frame not in self.fixed:
+                return None
+            seen.add(frame)
+            frame, above = self.fixed[frame]
+            found = Mount(above.place + above.turn.apply(found.place), above.turn * found.turn)
+        return found
+
+    @cached_property
+    def rooms(self) -> tuple[Room, ...]:
+        """The rooms of the bag by time; one without a description where there are none."""
+        told: dict[str, tuple[int, str]] = {}
+        for topic in self.streams(roles.SCENE):
+            for log_ns, data in self.each(topic):
+                text = read_text(data)
+                path = json.loads(text).get("camera_path") or [{"stamp_ns": log_ns}]
+                told.setdefault(json.loads(text)["id"], (int(path[0]["stamp_ns"]), text))
+        starts = sorted(told.values())
+        ends = [start for start, _ in starts[1:]] + [_END_NS]
+        if not starts:
+            return (Room(self, 0, _END_NS, ""),)
+        return tuple(Room(self, start, end, text) for (start, text), end in zip(starts, ends, strict=True))
+
+
+class Room:
+    """The part of a bag from one room's first stamp to the next room's."""
+
+    def __init__(self, evidence: Evidence, start_ns: int, end_ns: int, text: str) -> None:
+        self.evidence, self.start_ns, self.end_ns, self._text = evidence, start_ns, end_ns, text
+
+    def table(self, role_or_topic: Role | str, read: Callable[[CdrReader], Row], kind: Callable[..., Any]) -> Any:
+        """Return the rows of a topic, or of the first of a role, that lie in the room; None where there are none."""
+        topic = role_or_topic if isinstance(role_or_topic, str) else self.evidence.first(role_or_topic)
+        table = self.evidence.table(topic, read, kind)
+        if table is None:
+            return None
+        inside = (table.stamps >= self.start_ns) & (table.stamps < self.end_ns)
+        return cut(table, inside) if inside.any() else None
+
+    def heads(self, topic: str) -> list[Head]:
+        """Return how the messages of a topic in the room begin."""
+        return [head for head in self.evidence.heads.get(topic, ()) if self.start_ns <= head.log_ns < self.end_ns]
+
+    def each(self, topic: str) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of the messages of a topic in the room."""
+        for log_ns, data in self.evidence.each(topic):
+            if self.start_ns <= log_ns < self.end_ns:
+                yield log_ns, data
+
+    @property
+    def mesh(self) -> RoomMesh | None:
+        """The room as it is exported; None where its description is not in the bag."""
+        if not self._text:
+            return None
+        return _mesh_of(self._text, self.evidence.catalog_dir)
+
+    @cached_property
+    def settings(self) -> Mapping[str, Any]:
+        """What the first frame of the first renderer was made with; empty where that is not told."""
+        for topic in self.evidence.streams(roles.SETTINGS):
+            for _, data in self.each(topic):
+                found = json.loads(read_text(data))
+                if self.start_ns <= found.get("stamp_ns", -1) < self.end_ns:
+                    return dict(found)
+        return {}
+
+    def group(self, name: str) -> Mapping[str, Any]:
+        """Return a group of settings; empty where that is not told."""
+        found = self.settings.get(name)
+        return found if isinstance(found, Mapping) else {}
+
+    @cached_property
+    def body(self) -> OdometryRows | None:
+        """The rows of ``odom/ideal``; None where there are fewer than four."""
+        rows: OdometryRows | None = self.table(roles.ODOM_IDEAL, odometry_row, OdometryRows)
+        return rows if rows is not None and len(rows.stamps) >= 4 and (np.diff(rows.stamps) > 0).all() else None
+
+    @cached_property
+    def curve(self) -> Curve | None:
+        """Where the body is; None without one."""
+        return None if self.body is None else Curve(self.body)
+
+    def poses(self, topic: str) -> PoseRows | None:
+        """Return the rows of a topic of poses."""
+        rows: PoseRows | None = self.table(topic, pose_row, PoseRows)
+        return rows

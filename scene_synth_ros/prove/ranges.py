@@ -1,0 +1,197 @@
+"""Checks of laser scanner and lidar: each ray from where its device is at its own time, against the room's mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from scene_synth_ros.messages import streams as roles
+from scene_synth_ros.messages.cdr import CdrReader
+from scene_synth_ros.messages.streams import LASER, POSE
+from scene_synth_ros.prove.decode import CloudRow, PoseRows, ScanRow, cloud_row, scan_row
+from scene_synth_ros.prove.evidence import NS, Evidence, Floats, Reel, Room
+from scene_synth_ros.prove.verdict import Verdict, at_most, share_off
+
+SAMPLES = 150
+"""Rays that are looked at in a scan or sweep."""
+_EXACT_M, _EXACT_SHARE = 1e-3, 1e-4
+_LOOSE = 2.0
+_SWEEPS = 40
+"""Sweeps of a room whose points are compared, all of them, with the true ones."""
+_FEWEST = 100
+
+
+def scan(evidence: Evidence, room: Room) -> Iterator[Verdict]:
+    """Yield whether the beams of ``scan_ideal`` end on the mesh, put in place by the poses of the scanner."""
+    topic = evidence.first(roles.SCAN_IDEAL)
+    pose_topic = next((topic for topic, stream in evidence.streams(POSE).items() if stream.camera == LASER), "")
+    poses = room.poses(pose_topic) if pose_topic else None
+    if not topic or poses is None or len(poses.stamps) < 2 or room.mesh is None:
+        return
+    rays, ranges, stamps = [], [], []
+    for row in (scan_row(CdrReader(data)) for _, data in room.each(topic)):
+        chosen, at_ns = _some(len(row.ranges), row.stamp_ns), row.stamp_ns
+        origins, turn, known = _between(poses, at_ns + np.rint(chosen * row.time_increment / NS).astype(np.int64))
+        angles = row.angle_min + chosen * row.angle_increment
+        rays.append(np.column_stack([origins, turn.apply(np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles]))])[known])
+        ranges.append(row.ranges[chosen][known])
+        stamps.append(np.full(int(known.sum()), at_ns))
+    if rays:
+        yield from _on_mesh("scan", topic, room, np.concatenate(rays), np.concatenate(ranges), np.concatenate(stamps))
+
+
+def scan_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
+    """Yield whether ``scan`` errs about ``scan_ideal`` as much as its settings say."""
+    topic, ideal = evidence.first(roles.SCAN), evidence.first(roles.SCAN_IDEAL)
+    if not topic or not ideal:
+        return
+    true = {row.stamp_ns: row for row in _scans(room, ideal)}
+    pairs = [(row.ranges, true[row.stamp_ns].ranges) for row in _scans(room, topic) if row.stamp_ns in true]
+    equal = [(read, known) for read, known in pairs if len(read) == len(known)]
+    yield at_most("scan_noise", topic, "scans of another number of beams than the true one", [len(pairs) - len(equal)], 0.0)
+    if equal:
+        read, known = (np.concatenate(values) for values in zip(*equal, strict=True))
+        yield from _noise("scan_noise", topic, read, known, room.group("scan"))
+
+
+def _scans(room: Room, topic: str) -> Iterator[ScanRow]:
+    return (scan_row(CdrReader(data)) for _, data in room.each(topic))
+
+
+def lidar(evidence: Evidence, room: Room) -> Iterator[Verdict]:
+    """Yield whether the points of ``lidar/points_ideal`` lie on the mesh, put in place by the body's motion at their own times."""
+    topic = evidence.first(roles.LIDAR_IDEAL)
+    if not topic or room.curve is None or room.mesh is None:
+        return
+    rays, ranges, stamps, angles = [], [], [], []
+    for cloud in (cloud_row(CdrReader(data)) for _, data in room.each(topic)):
+        points, mount = cloud.points.ravel(), evidence.mount(cloud.frame)
+        if mount is None or not len(points):
+            continue
+        yield from _times(topic, cloud, points)
+        chosen = points[_some(len(points), cloud.stamp_ns)]
+        place, turn = mount.on(*room.curve.at(cloud.stamp_ns, chosen["time"].astype(np.float64)))
+        xyz = _places(chosen)
+        far = np.maximum(np.linalg.norm(xyz, axis=1), 1e-9)
+        rays.append(np.column_stack([place, turn.apply(xyz / far[:, None])]))
+        ranges.append(far)
+        stamps.append(np.full(len(far), cloud.stamp_ns))
+        if "ring" in (points.dtype.names or ()):
+            angles.append(np.column_stack([chosen["ring"], np.degrees(np.arcsin(xyz[:, 2] / far))]))
+    if rays:
+        yield from _on_mesh("lidar", topic, room, np.concatenate(rays), np.concatenate(ranges), np.concatenate(stamps))
+    if angles:
+        ring, elevation = np.concatenate(angles).T
+        spread = [np.ptp(elevation[ring == number]) for number in np.unique(ring)]
+        yield at_most("lidar", topic, "spread of elevations of a ring", spread, 0.05, "deg")
+
+
+def _times(topic: str, cloud: CloudRow, points: NDArray[Any]) -> Iterator[Verdict]:
+    """Yield whether times are those of beams that turn steadily, where they do."""
+    times = points["time"].astype(np.float64)
+    yield at_most("lidar", topic, "points before their stamp, or not in their order", -np.diff(times, prepend=0.0), 1e-9, "s")
+    if "ring" in (points.dtype.names or ()):
+        ring = points["ring"] == points["ring"][0]
+        azimuth = np.arctan2(points["y"][ring].astype(np.float64), points["x"][ring])
+        if ring.sum() > _FEWEST and np.ptp(np.unwrap(azimuth)) > 1.0:
+            off = np.degrees(_off_turn(azimuth, times[ring]))
+            yield at_most("lidar", topic, "azimuth off a steady turn", off, 0.5, "deg", [cloud.stamp_ns] * len(off))
+
+
+def _off_turn(azimuth: Floats, times: Floats) -> Floats:
+    """Return by how much azimuths (n,) differ from those of a steady turn; gaps may be of any length."""
+    step = np.diff(times)
+    if not (step > 0.0).any():
+        return np.full(len(azimuth), np.pi)
+    rate = float(np.median(_wrapped(np.diff(azimuth)[step > 0.0]) / step[step > 0.0]))
+    rest = azimuth - rate * (times - times[0])
+    rest = _wrapped(rest - np.angle(np.exp(1j * rest).mean()))
+    return np.asarray(np.abs(rest - np.polynomial.Polynomial.fit(times, rest, 1)(times)))
+
+
+def _wrapped(angle: Floats) -> Floats:
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
+    """Yield whether ``lidar/points`` err about ``lidar/points_ideal`` as much as their settings say."""
+    topic, ideal = evidence.first(roles.LIDAR_POINTS), evidence.first(roles.LIDAR_IDEAL)
+    if not topic or not ideal:
+        return
+    true = Reel(room.each(ideal))
+    read, known = [np.zeros(0)], [np.zeros(0)]
+    alone = aside = 0
+    stamps = [head.stamp_ns for head in room.heads(topic)]
+    chosen = set(stamps[:: max(len(stamps) // _SWEEPS, 1)])
+    messages = (data for _, data in room.each(topic) if CdrReader(data).header().stamp_ns in chosen)
+    for cloud in (cloud_row(CdrReader(data)) for data in messages):
+        beside = true.at(cloud.stamp_ns)
+        if beside is None:
+            alone += 1
+            continue
+        points, exact = cloud.points.ravel(), cloud_row(CdrReader(beside)).points.ravel()
+        if "return" in (points.dtype.names or ()):
+            points = points[points["return"] == 1]
+        _, mine, its = np.intersect1d(_ray_numbers(points), _ray_numbers(exact), return_indices=True)
+        one, other = _places(points[mine]), _places(exact[its])
+        lengths = np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1)
+        aside += int((np.linalg.norm(np.cross(one, other), axis=1) > 1e-4 * lengths[0] * lengths[1]).sum())
+        read.append(lengths[0])
+        known.append(lengths[1])
+    yield at_most("lidar_noise", topic, "sweeps without a true one", [alone], 0.0)
+    yield at_most("lidar_noise", topic, "points that lie in another direction than the true ones", [aside], 0.0)
+    yield from _noise("lidar_noise", topic, np.concatenate(read), np.concatenate(known), room.group("lidar"))
+
+
+def _ray_numbers(points: NDArray[Any]) -> NDArray[np.int64]:
+    """Return a number for each ray, by its time in nanoseconds and its ring."""
+    line = "ring" if "ring" in (points.dtype.names or ()) else "line"
+    return np.asarray(np.rint(points["time"].astype(np.float64) / NS).astype(np.int64) * 1024 + points[line])
+
+
+def _places(points: NDArray[Any]) -> Floats:
+    return np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
+
+
+def _some(count: int, stamp_ns: int) -> NDArray[np.int64]:
+    """Return up to ``SAMPLES`` of so many, ascending."""
+    chosen = np.random.default_rng(stamp_ns % 2**32).choice(count, min(count, SAMPLES), replace=False)
+    return np.sort(chosen)
+
+
+def _between(poses: PoseRows, at_ns: NDArray[np.int64]) -> tuple[Floats, Rotation, NDArray[np.bool_]]:
+    """Return where a frame is at times (n,) between its poses, and which lie between them; evenly from each to the next."""
+    known = (at_ns >= poses.stamps[0]) & (at_ns <= poses.stamps[-1])
+    times, at = (
+        (poses.stamps - poses.stamps[0]) * NS,
+        np.clip((at_ns - poses.stamps[0]) * NS, 0.0, (poses.stamps[-1] - poses.stamps[0]) * NS),
+    )
+    place = np.column_stack([np.interp(at, times, values) for values in poses.place.T])
+    return place, Slerp(times, Rotation.from_quat(poses.quaternion))(at), known
+
+
+def _on_mesh(check: str, topic: str, room: Room, rays: Floats, ranges: Floats, stamps: NDArray[np.int64]) -> Iterator[Verdict]:
+    assert room.mesh is not None
+    hits = room.mesh.cast(rays[:, :3], rays[:, 3:])
+    seen = np.isfinite(ranges) & np.isfinite(hits.distance)
+    off = np.abs(ranges - hits.distance)[seen] > _EXACT_M + _EXACT_SHARE * ranges[seen]
+    yield from share_off(check, topic, "rays that end more than 1 mm off the exported mesh", off, stamps[seen])
+    nothing = [np.isinf(hits.distance[np.isfinite(ranges)]).mean()] if np.isfinite(ranges).any() else []
+    yield at_most(check, topic, "share of rays that end where nothing is", nothing, 0.01)
+
+
+def _noise(check: str, topic: str, read: Floats, true: Floats, said: Mapping[str, Any]) -> Iterator[Verdict]:
+    """Yield whether the middle of the errors is that of the noise that settings say; glass and edges are far from the middle."""
+    both = np.isfinite(read) & np.isfinite(true)
+    if both.sum() < _FEWEST or "noise_m" not in said:
+        return
+    step = float(said.get("resolution_m", 0.0))
+    sigma = np.sqrt(said["noise_m"] ** 2 + (said.get("noise_share", 0.0) * true[both]) ** 2 + step**2 / 12.0 + 1e-12)
+    ratio = float(np.median(np.abs(read[both] - true[both]) / sigma)) / 0.6745
+    yield at_most(check, topic, "typical error over what the settings say", [ratio], 1.4)
+    if float(said["noise_m"]) > 0.0:
+        yield at_most(check, topic, "what the settings say over the typical error", [1.0 / max(ratio, 1e-9)], _LOOSE)
