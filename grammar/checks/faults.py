@@ -86,6 +86,7 @@ FAULTS = (
         "the doors of a car open at neither side, or things touch it or stand in its way out",
         each(furniture.shut_in, "vehicle"),
     ),
+    _fault(furniture.front_shut, "an appliance or cabinet cannot be opened: a tenth of its front is blocked"),
     Fault(
         "front_blocked", "the front of a store or appliance is blocked to more than half", each(blocked("front", 0.05, 0.35, 0.5), "store")
     ),

@@ -14,7 +14,7 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_zones, side_rectangle
+from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_front, opening_zones, side_rectangle
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
@@ -152,6 +152,8 @@ def _item_parts(
     zones = object_zones(rule, item.size_m, category.access)
     if "store" in category.roles and rule.mount == "floor":
         zones.append(footing_zone(item.size_m))
+        if category.opens:
+            zones.append(opening_front(item.size_m))
     at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in rule.wall]
     beside = _drawn_up(rule.around) if "pulled_up" in category.roles else rule.around
     around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in beside] if item.core else []

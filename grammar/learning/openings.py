@@ -10,6 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
+from grammar.learning.door_space import learn_door_space
 from grammar.learning.observed import ObservedOpening, ObservedRoom, filled_outline, without_steps
 from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
@@ -54,6 +55,7 @@ def learn_openings(
         seen = [(room, opening) for room in known for opening in room.openings[kind]]
         if len(seen) >= least:
             learned = {**_sized(rule, [opening for _, opening in seen]), **_placed(rule, seen)}
+            learned |= learn_door_space(rule, seen) if kind == "door" else {}
             rule = replace(rule, **learned)  # type: ignore[arg-type]
             counts |= {f"{kind}.{name}": len(seen) for name in learned}
         rules[kind] = rule

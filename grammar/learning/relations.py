@@ -28,7 +28,7 @@ from grammar.learning.modes import (
     quarter_of,
     wall_modes,
 )
-from grammar.learning.observed import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
+from grammar.learning.observed import WallPose, fitting_gap, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.sizes import height_modes, is_norm, learn_size
 from grammar.spec.categories import Categories, Role
 from grammar.spec.energy_terms import Weights
@@ -145,7 +145,7 @@ def _learn_wall(
     scale = Scale.of(weights.wall_distance, weights.wall_orientation, beta)
 
     def modes(poses: Sequence[WallPose]) -> tuple[WallMode, ...]:
-        return wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in poses], turned, scale)
+        return wall_modes([(fitting_gap(pose.gap_m), _usable(rule, pose)) for pose in poses], turned, scale)
 
     if len(found) < least:
         if not found or len(found) + len(more) < least:

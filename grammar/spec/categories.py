@@ -86,6 +86,11 @@ class Category:
         return min((BACK_GAP_M[role] for role in self.roles if role in BACK_GAP_M), default=math.inf)
 
     @property
+    def opens(self) -> bool:
+        """Whether doors or drawers at its front need its full width: those of appliances, cabinets and the like."""
+        return "store" in self.roles and not {"shelf", "wardrobe"} & set(self.roles)
+
+    @property
     def side_gap_m(self) -> float:
         """Greatest gap between one of its sides and a wall; infinite for what needs no corner."""
         return min((SIDE_GAP_M[role] for role in self.roles if role in SIDE_GAP_M), default=math.inf)
