@@ -13,7 +13,7 @@ from grammar.geometry.zones import opening_frame
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
 AT_WINDOW_SHARE = 0.15
-DOORWAY_M, DOORWAY_SHARE = 0.8, 0.05
+DOORWAY_M, DOORWAY_SHARE = 0.6, 0.05
 
 
 def switch_behind_door(found: Furnished) -> list[int]:

@@ -87,7 +87,7 @@ def learn_object(
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
     if len(seen) >= shares.least and "sizes" not in keep:
-        sizes, more = ([item.seen.size_m for _, item in found if _is_sound(rule, item.seen.size_m)] for found in (seen, elsewhere))
+        sizes, more = ([item.seen.size_m for _, item in found if is_sound(rule, item.seen.size_m)] for found in (seen, elsewhere))
         rule = _without_broken_ties(rule, seen, {other: r.category for other, r in grammar.objects.items()})
         if len(sizes) >= shares.least:
             rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(sizes)
@@ -108,7 +108,7 @@ def learn_object(
     return straightened(rule, grammar, (*rooms, *others), counts), counts
 
 
-def _is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
+def is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
     """Return whether no side is under half or beyond twice of what the base allows, as things measured wrongly are."""
     return all(0.5 * low <= side <= 2.0 * high for side, low, high in zip(size_m, rule.low_m, rule.high_m, strict=True))
 
