@@ -166,7 +166,7 @@ def screen_before_window(found: Furnished) -> list[int]:
 
 
 def screen_aside(found: Furnished) -> list[int]:
-    """Return screens further than ``ASIDE_RAD`` from straight ahead of the largest sofa or bed, or machine where there is none, or that of it.
+    """Return screens further than ``ASIDE_RAD`` aside of the largest sofa or bed, or machine where there is none, or that of them.
 
     The chain's term ``screen_aside`` measures the same angle against a tighter bound; a sofa goes before a larger bed there.
     """

@@ -62,6 +62,9 @@ _DOUBTED, _MOST_DOUBT = 8.0, 4.0
 
 Else the numbers of few rooms, which scatter, would be learned."""
 
+_ALIKE = 1.2
+"""Divergences of two rounds of a hundred rooms with the same probabilities differ by so much."""
+
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
@@ -142,8 +145,8 @@ def correct_truncation(
 ) -> tuple[Grammar, tuple[TruncationRow, ...]]:
     """Return the grammar whose valid rooms have the branch frequencies of ``grammar`` and the category counts ``wanted``.
 
-    After each of the ``iterations`` its probabilities are judged by rooms sampled with them; those of the round whose categories are
-    nearest to the wanted ones are taken, the first ones, which are not corrected, among them.
+    After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are taken, the
+    first ones, which are not corrected, among them.
 
     Args:
         grammar: learned, with the branching probabilities that counting gave.
@@ -177,8 +180,16 @@ def correct_truncation(
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
         logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs)
-    best = min(range(len(rows)), key=lambda k: rows[k].category_kl, default=0)
-    return _with_branching(grammar, choices.branching(tried[best] if tried else logs)), tuple(rows)
+    return _with_branching(grammar, choices.branching(tried[kept_round(rows)] if tried else logs)), tuple(rows)
+
+
+def kept_round(rows: Sequence[TruncationRow]) -> int:
+    """Return the index of the round whose probabilities are kept: the last of those with about the least divergence.
+
+    Rounds that differ by less than they scatter are alike in that, and later ones are nearer in the sizes of rooms and in openings too.
+    """
+    least = min((row.category_kl for row in rows), default=0.0)
+    return max((k for k, row in enumerate(rows) if row.category_kl <= _ALIKE * least + _LEAST), default=0)
 
 
 class _Pool(NamedTuple):

@@ -35,6 +35,7 @@ from grammar.learning import (
     truncation_csv,
 )
 from grammar.learning.learn import PARTS
+from grammar.learning.truncation import kept_round
 from grammar.spec.energy_terms import TERMS
 from grammar.spec.grammar_file import room_types
 from grammar.spec.rules import Grammar
@@ -261,6 +262,5 @@ def _print_summary(learned: LearnedGrammar, held: int, left_out: str, out: Path)
             f"{trial.failed} rooms failed\n"
         )
     if learned.truncation_curve:
-        best = min(learned.truncation_curve, key=lambda trial: trial.category_kl)
-        sys.stdout.write(f"kept: what round {best.iteration + 1} was sampled with\n")
+        sys.stdout.write(f"kept: what round {kept_round(learned.truncation_curve) + 1} was sampled with\n")
     sys.stdout.write(f"wrote {out}\n")
