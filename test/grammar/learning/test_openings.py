@@ -60,7 +60,8 @@ def test_doors_before_which_something_stands_open_the_other_way() -> None:
 
     def seen(gap_m: float) -> ObservedRoom:
         store = ObservedObject(category="dresser", size_m=(0.5, 1.0, 0.8), position_m=(1.0, 3.0 - gap_m - 0.25, 0.0), yaw_rad=0.5 * np.pi)
-        return ObservedRoom(id="r", house="r", room_type="closet", polygon_m=polygon, height_m=2.5, objects=(store,), openings={"door": (door,)})
+        openings = {"door": (door,)}
+        return ObservedRoom(id="r", house="r", room_type="closet", polygon_m=polygon, height_m=2.5, objects=(store,), openings=openings)
 
     gaps = (0.5, 0.6, 0.7, 1.5, 2.0)
     assert [free_depth_m(seen(gap), door) for gap in gaps] == pytest.approx(gaps)
