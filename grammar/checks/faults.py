@@ -48,7 +48,7 @@ FAULTS = (
     _fault(doors.door_in_corner, "a door opens into the corner of a sofa"),
     _fault(doors.before_window, "a thing covers 15 % of a window"),
     _fault(doors.hangs_at_window, "a picture, mirror, clock or shelf hangs above or below a window"),
-    _fault(doors.curtain_off_window, "a curtain hangs where no window is"),
+    _fault(doors.curtain_off_window, "a curtain does not hang before the middle of a window"),
     Fault(
         "hooks_over_heater", "hooks for coats hang over a radiator", each(near(-0.03, "heater", on_floor=False), "hooks", on_floor=False)
     ),
