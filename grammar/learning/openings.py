@@ -25,7 +25,6 @@ _LEAST_SD_M = 0.005
 _TAILS = (0.05, 0.95)
 _FEW = 3
 """So many openings have space in any room; of rooms with more is learned how long their walls are."""
-_LEAST_WALL = 0.1
 _POWERS = np.linspace(0.0, 1.5, 16)
 
 
@@ -99,9 +98,9 @@ def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -
 
 
 def _wall_m(rooms: Sequence[ObservedRoom], kind: str) -> float:
-    """Return how much wall each opening of a room has at least, metres; one room in ten has less."""
+    """Return how much wall each opening of a room has at least, metres."""
     numbers = [(len(room.openings[kind]), sum(wall_lengths(filled_outline(room.polygon_m)))) for room in rooms]
-    return float(np.quantile([length / number for number, length in numbers if number], _LEAST_WALL))
+    return min(length / number for number, length in numbers if number)
 
 
 def _length_power(rooms: Sequence[ObservedRoom], kind: str) -> float:
