@@ -1,8 +1,7 @@
 """Unit rows of a derivation: where a row of fitted units begins, in which order its units stand, how wide those are that fill it up.
 
 How a row begins is drawn among some ways that fit, the likelier the less they cost, and units that cost less in each other's places
-change these; the chain goes on from there.  Rows that stand free come last, before the units of those at walls.  Grammars call a row
-``run``, as kitchen planners do.
+change these; the chain goes on from there.  Rows that stand free come last.  Grammars call a row ``run``, as kitchen planners do.
 """
 
 from __future__ import annotations
