@@ -2,7 +2,9 @@
 
 A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
 the distribution of structures as little as possible.  Valid layouts that a person would find odd are passed over, so many as the budget
-has, while their chain runs on for a few rounds; then the least odd one is taken.
+has, while their chain runs on for a few rounds; then the least odd one is taken.  Whether other structures take the place of one whose
+layouts are all odd is the budget's ``gate``: where they do, as in the grammars that come with the program, finished rooms have its
+structures with other probabilities than the grammar says; the parse graph tells those of the grammar.
 """
 
 from __future__ import annotations
@@ -85,6 +87,7 @@ def sample_room_with_cost(
         if not report.valid:
             continue
         # keep the layout that a person would find least odd
+        meter.valid = True
         faults = find_faults(furnished(grammar.room_type, tree.room, objects, categories), of_layout=True)
         found = sum(map(len, faults.values()))
         if best is None or found < best.faults:
@@ -126,11 +129,12 @@ def _finished(best: _Candidate, attempts: int, rng: np.random.Generator) -> Samp
 class _Meter:
     """Adds up proposals and processor seconds of chains.
 
-    ``odd``: whether the last layout was valid, but odd; ``refused``: why no further structure was found, where that ended the search.
+    ``odd``: whether the last layout was valid, but odd; ``valid``: whether any was; ``refused``: why no further structure was found, where
+    that ended the search.
     """
 
     def __init__(self) -> None:
-        self.proposals, self.seconds, self.odd = 0, 0.0, False
+        self.proposals, self.seconds, self.odd, self.valid = 0, 0.0, False, False
         self.refused: RequestError | None = None
 
     def __enter__(self) -> None:
@@ -165,11 +169,13 @@ def _tries(
         chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
         for layout, energy in _layouts(grammar, chain, start, beta, rng, meter):
             yield tree, problem, layout, energy
+        if meter.valid and grammar.budget.gate == "layouts":
+            return
 
 
 def _structure(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
-    """Draw a structure; those whose every layout is odd are passed over, so many as the budget has."""
-    for _ in range(plan.grammar.budget.odd):
+    """Draw a structure; those whose every layout is odd are passed over, so many as the budget has and if its gate does so."""
+    for _ in range(plan.grammar.budget.odd if plan.grammar.budget.gate == "structures" else 0):
         tree = derive_from(plan, categories, rng)
         if not always_odd(categories, (item.rule.category for item in tree.items)) and not oddly_seated(categories, tree.items):
             return tree

@@ -42,11 +42,13 @@ FAULTS = (
     _fault(doors.switch_behind_door, "a light switch is on the hinge side of a door that opens into the room"),
     _fault(doors.shown_behind_door, "a picture, mirror, clock or board is behind an open door"),
     _fault(doors.shown_hidden, "a picture, mirror, clock or board is hidden to a quarter by what stands before it"),
+    Fault("mirror_over_bed", "a mirror hangs over a bed", each(near(0.05, "bed"), "mirror", on_floor=False)),
+    _fault(doors.thing_in_doorway, "a plant, vase, bin, lamp or ball stands in the way of a door"),
     _fault(doors.rug_in_swing, "a rug or mat lies where a door swings"),
     _fault(doors.door_in_corner, "a door opens into the corner of a sofa"),
     _fault(doors.before_window, "a thing covers 15 % of a window"),
     _fault(doors.hangs_at_window, "a picture, mirror, clock or shelf hangs above or below a window"),
-    _fault(doors.curtain_off_window, "a curtain hangs where no window is"),
+    _fault(doors.curtain_off_window, "a curtain does not hang before the middle of a window"),
     Fault(
         "hooks_over_heater", "hooks for coats hang over a radiator", each(near(-0.03, "heater", on_floor=False), "hooks", on_floor=False)
     ),
@@ -56,11 +58,12 @@ FAULTS = (
     _fault(seats.screen_hidden, "things cover 15 % of a television"),
     _fault(seats.chair_behind_chair, "another chair stands between a chair and its table"),
     _fault(seats.coffee_table_astray, "no sofa or armchair stands at a coffee table"),
+    _fault(seats.coffee_table_aside, "a low table in the room stands before no sofa or armchair"),
     _fault(seats.seat_faces_wall, "a sofa or armchair faces a wall or something high close by"),
     _fault(seats.seat_alone, "a sofa or armchair of a living room looks at no coffee table, television or other such seat"),
     _fault(seats.seat_cramped, "a sofa or armchair has no room for feet before it"),
     _fault(seats.screen_before_window, "a television stands before a window"),
-    _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed"),
+    _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed, or machine"),
     _fault(seats.place_shared, "chairs of one table are too close to each other"),
     _fault(seats.chair_at_corner, "a chair is drawn up to a corner of its table"),
     _fault(seats.chair_wedged, "what stands behind a chair is nearer than 0.5 m to its table"),
@@ -86,6 +89,7 @@ FAULTS = (
         "the doors of a car open at neither side, or things touch it or stand in its way out",
         each(furniture.shut_in, "vehicle"),
     ),
+    _fault(furniture.front_shut, "an appliance or cabinet cannot be opened: a tenth of its front is blocked"),
     Fault(
         "front_blocked", "the front of a store or appliance is blocked to more than half", each(blocked("front", 0.05, 0.35, 0.5), "store")
     ),

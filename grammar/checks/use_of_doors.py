@@ -13,6 +13,8 @@ from grammar.geometry.zones import opening_frame
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
 AT_WINDOW_SHARE = 0.15
+DOORWAY_M, DOORWAY_SHARE = 0.6, 0.05
+CURTAIN_OFF_M = 0.12
 
 
 def switch_behind_door(found: Furnished) -> list[int]:
@@ -42,6 +44,20 @@ def shown_hidden(found: Furnished) -> list[int]:
             if face_covered(boxes, (x, y, item.yaw_rad), item.size_m[1], (low, high), HIDDEN_DEPTH_M).any(0).mean() > HIDDEN_SHARE:
                 bad.append(item.id)
     return bad
+
+
+def thing_in_doorway(found: Furnished) -> list[int]:
+    """Return plants, bins, lamps and the like that stand within ``DOORWAY_M`` before a door: one walks into them."""
+    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.45, 0.45, 5), np.linspace(-0.45, 0.45, 5)))
+    ways = []
+    for opening in found.room.openings:
+        if opening.category == "door":
+            x, y, yaw = opening_frame(found.room, opening)
+            middle = x + 0.5 * DOORWAY_M * math.cos(yaw), y + 0.5 * DOORWAY_M * math.sin(yaw)
+            ways.append((*middle, 0.0, 1.0, 0.5 * DOORWAY_M, 0.5 * opening.width_m, math.cos(yaw), math.sin(yaw)))
+    fillers = found.standing("filler") if ways else []
+    points = [world_points(item, u * item.size_m[0], v * item.size_m[1]) for item in fillers]
+    return [item.id for item, at in zip(fillers, points, strict=True) if in_boxes(at, np.array(ways)).mean() > DOORWAY_SHARE]
 
 
 def before_window(found: Furnished) -> list[int]:
@@ -79,17 +95,12 @@ def hangs_at_window(found: Furnished) -> list[int]:
 
 
 def curtain_off_window(found: Furnished) -> list[int]:
-    """Return curtains of which less than half hangs along a window."""
+    """Return curtains whose middle is further than ``CURTAIN_OFF_M`` from that of every window in their wall."""
     bad = []
     for item in found.having("curtain"):
-        lengths = []
-        for opening in found.room.openings:
-            if opening.category == "window" and opening.wall == item.support.wall:
-                x, y, yaw = opening_frame(found.room, opening)
-                left = (item.position_m[1] - y) * math.cos(yaw) - (item.position_m[0] - x) * math.sin(yaw)
-                high = min(left + 0.5 * item.size_m[1], 0.5 * opening.width_m)
-                lengths.append(high - max(left - 0.5 * item.size_m[1], -0.5 * opening.width_m))
-        if max(lengths, default=0.0) < 0.5 * item.size_m[1]:
+        windows = [opening for opening in found.room.openings if opening.category == "window" and opening.wall == item.support.wall]
+        frames = [opening_frame(found.room, opening) for opening in windows]
+        if not any(math.hypot(item.position_m[0] - x, item.position_m[1] - y) < CURTAIN_OFF_M + item.size_m[0] for x, y, _ in frames):
             bad.append(item.id)
     return bad
 

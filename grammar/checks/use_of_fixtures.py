@@ -12,13 +12,14 @@ from grammar.checks.furnished import Against, Furnished, against_wall, back_gap,
 from grammar.geometry.boxes import footprint_penetration
 from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y
+from grammar.spec.categories import BACK_GAP_M, SIDE_GAP_M
 from scene_description import SceneObject
 
 REACH_M = 0.9
 MAT_BEFORE_M, MAT_ASIDE_SHARE = 0.55, 0.6
 KNEES_SHARE, KNEES_GAP_M, KNEES_DEPTH_M = 0.3, 0.02, 0.35
 ELBOW_SHARE, ELBOW_M = 0.5, 0.1
-CORNER_GAP_M = 0.2
+SLACK_M = 0.01
 DEEP_M, HEAD_M, OVER_M = 0.25, 2.0, 0.1
 TOUCHING_M = 0.05
 GAP_LOW_M, GAP_HIGH_M = 0.03, 0.35
@@ -61,7 +62,7 @@ def off_corner(found: Furnished, item: SceneObject) -> bool:
     half = 0.5 * item.size_m[1]
     depths = np.array([0.0, 0.3]) * item.size_m[0]
     sides = [wall_distance(found, world_points(item, depths, np.full(2, side * half))) for side in (-1.0, 1.0)]
-    return back_gap(found, item) >= CORNER_GAP_M or min(sides) >= CORNER_GAP_M
+    return back_gap(found, item) > BACK_GAP_M["bathing"] + SLACK_M or min(sides) > SIDE_GAP_M["bathing"] + SLACK_M
 
 
 def cabinet_overhead(found: Furnished) -> list[int]:

@@ -11,7 +11,7 @@ from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_DEPTH, Z_HIGH, Z_LOW, X, Y, footprint_corners, footprint_penetration
 from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import WALL_YAW
-from grammar.geometry.zones import opening_frame
+from grammar.geometry.zones import OPEN_DEPTH_M, OPEN_GAP_M, opening_frame
 from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
@@ -28,6 +28,8 @@ TOUCHED_M, OVER_CURB_M, HUNG_M = 0.12, 0.12, 1.0
 MAT_ASKEW_RAD, MAT_ASKEW_GAP_M = math.radians(6.0), 0.6
 HUDDLE_M, HUDDLE = 0.3, 3
 BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
+SHUT_SHARE = 0.1
+"""Of 115 appliances and cabinets of RobotAtVirtualHome two have more of their front blocked."""
 _STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
 
 
@@ -208,6 +210,12 @@ def fillers_huddled(found: Furnished) -> list[int]:
                 old, new = group[i], group[j]
                 group = [new if one == old else one for one in group]
     return [item.id for item, one in zip(items, group, strict=True) if group.count(one) >= HUDDLE]
+
+
+def front_shut(found: Furnished) -> list[int]:
+    """Return what does not open: doors and drawers whose front is blocked to more than ``SHUT_SHARE``, however much else is free."""
+    stores = (item for item in found.standing("store") if found.categories[item.category].opens)
+    return [item.id for item in stores if taken_share(found, item, "front", OPEN_GAP_M, OPEN_DEPTH_M) > SHUT_SHARE]
 
 
 def thing_before_front(found: Furnished) -> list[int]:

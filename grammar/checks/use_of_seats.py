@@ -117,6 +117,23 @@ def coffee_table_astray(found: Furnished) -> list[int]:
     return [item.id for item in astray if not served or wall_distance(found, footprint_corners(whole_box(item))) > ASIDE_M]
 
 
+def coffee_table_aside(found: Furnished) -> list[int]:
+    """Return low tables away from walls that lie before no sofa or armchair: neither middle is between the other's sides."""
+    return [
+        item.id
+        for item in found.standing("low_table")
+        if wall_distance(found, footprint_corners(whole_box(item))) > ASIDE_M
+        and found.standing("lounge")
+        and not any(_lies_before(item, seat) for seat in found.standing("lounge"))
+    ]
+
+
+def _lies_before(item: SceneObject, seat: SceneObject) -> bool:
+    dx, dy = item.position_m[0] - seat.position_m[0], item.position_m[1] - seat.position_m[1]
+    ahead, aside = dx * math.cos(seat.yaw_rad) + dy * math.sin(seat.yaw_rad), dy * math.cos(seat.yaw_rad) - dx * math.sin(seat.yaw_rad)
+    return ahead > 0.0 and abs(aside) < 0.5 * max(seat.size_m[1], min(item.size_m[:2]))
+
+
 def seat_faces_wall(found: Furnished) -> list[int]:
     """Return sofas and armchairs with a wall, or things higher than ``KNEE_M`` but for such seats, in a third of their legroom."""
     seats = found.standing("lounge")
@@ -149,11 +166,11 @@ def screen_before_window(found: Furnished) -> list[int]:
 
 
 def screen_aside(found: Furnished) -> list[int]:
-    """Return screens that the largest sofa or bed looks at aslant: further than ``ASIDE_RAD`` from straight ahead of either.
+    """Return screens further than ``ASIDE_RAD`` aside of the largest sofa or bed, or machine where there is none, or that of them.
 
-    The chain's term ``screen_aside`` measures the same angle against a tighter bound, and a sofa goes before a larger bed there.
+    The chain's term ``screen_aside`` measures the same angle against a tighter bound; a sofa goes before a larger bed there.
     """
-    seats = found.standing("lounge", "bed")
+    seats = found.standing("lounge", "bed") or found.standing("machine")
     if not seats:
         return []
     best = max(item.size_m[0] * item.size_m[1] for item in seats)

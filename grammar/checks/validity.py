@@ -158,7 +158,7 @@ def _gap_to_room(room: Room, item: SceneObject) -> float:
 def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxes:
     rows = []
     for opening in room.openings:
-        if kind in (opening.category, "any"):
+        if kind == opening.category or (kind == "door" and opening.category == "garage_door"):
             x, y, yaw = opening_frame(room, opening)
             zones = [z for z in opening_zones(opening, grammar.openings[opening.category]) if (z.kind == FACE) == faces]
             rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
@@ -167,7 +167,7 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
 
 def _check_openings(grammar: Grammar, found: Furnished) -> tuple[ValidityCheck, ValidityCheck]:
     limit, standing = grammar.validity.penetration_m, _supported_by(found, "floor")
-    doors = np.concatenate([_opening_boxes(grammar, found.room, kind, False) for kind in ("door", "garage_door")])
+    doors = _opening_boxes(grammar, found.room, "door", False)
     windows = _opening_boxes(grammar, found.room, "window", False)
     sheets, of = object_sheets(found.categories, found.objects)
     low, low_owner = np.concatenate([found.boxes, sheets]), np.concatenate([found.owner, of])
@@ -181,7 +181,11 @@ def _check_wall_space(grammar: Grammar, found: Furnished, rules: Mapping[int, Ob
     standing, hanging = _supported_by(found, "floor"), _supported_by(found, "wall")
     hung = [item for item in found.objects if item.support.kind == "wall"]
     before = [placed_zones(object_zones(rules[item.id], item.size_m), *item.position_m, item.yaw_rad) for item in hung]
-    covered = _depths(found.boxes[hanging], found.owner[hanging], _opening_boxes(grammar, found.room, "any", True))
+    curtains = np.isin(found.owner, [item.id for item in found.having("curtain")])
+    covered: dict[int, float] = {}
+    for kept, kind in ((hanging & ~curtains, "window"), (hanging, "door")):
+        for owner, depth in _depths(found.boxes[kept], found.owner[kept], _opening_boxes(grammar, found.room, kind, True)).items():
+            covered[owner] = max(depth, covered.get(owner, 0.0))
     hidden = _depths(found.boxes[standing], found.owner[standing], np.concatenate([NO_BOXES, *before]))
     return _at_most("wall_clear", grammar.validity.penetration_m, {**covered, **hidden})
 

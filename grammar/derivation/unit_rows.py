@@ -1,13 +1,13 @@
 """Unit rows of a derivation: where a row of fitted units begins, in which order its units stand, how wide those are that fill it up.
 
 How a row begins is drawn among some ways that fit, the likelier the less they cost, and units that cost less in each other's places
-change these; the chain goes on from there.  Rows that stand free come last, before the units of those at walls.  Grammars call a row
-``run``, as kitchen planners do.
+change these; the chain goes on from there.  Rows that stand free come last.  Grammars call a row ``run``, as kitchen planners do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -93,7 +93,7 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
     shell, plans, taken = shell_of(grammar, room, drafts), [], _Taken(NO_BOXES)
     standing: list[tuple[Draft, Pose]] = []
     in_rows = any(hangs_in_row(draft.rule) for draft in drafts)
-    rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
+    rules = {symbol: _rule(grammar, symbol, rng) for symbol, _ in groups}
     for unit in (unit for units in groups.values() for unit in units):
         if gaps := unit_rule(unit).gaps_m:
             unit.behind_m = gaps[int(rng.integers(len(gaps)))]
@@ -124,10 +124,10 @@ def _still(chosen: _Candidate) -> _Candidate:
     return chosen._replace(slot=chosen.slot._replace(x_a=x, y_a=y, slide=0.0), slide_m=0.0)
 
 
-def _rule(grammar: Grammar, symbol: str) -> UnitRowRule:
+def _rule(grammar: Grammar, symbol: str, rng: np.random.Generator) -> UnitRowRule:
     rule = grammar.nodes[symbol].run
     assert rule is not None
-    return rule
+    return replace(rule, joint_m=rule.joints_m[int(rng.integers(len(rule.joints_m)))]) if rule.joints_m else rule
 
 
 def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int], list[Draft]]:

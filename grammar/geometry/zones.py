@@ -20,6 +20,8 @@ from scene_description.types import Point2
 _FACE_DEPTH_M = 0.05
 _ACCESS_HEIGHT_M = 1.8
 _FOOTING_DEPTH_M, _GLARE_DEPTH_M = 0.3, 0.7
+OPEN_GAP_M, OPEN_DEPTH_M = 0.03, 0.4
+"""Nearer to a front is a neighbour that juts out; a door or drawer opens over the depth behind that."""
 
 ACCESS, VIEW, SWING, FACE, GLARE = range(5)
 """Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
@@ -92,6 +94,12 @@ def object_zones(rule: ObjectRule, size_m: Size, usual: Sequence[Access] = ()) -
         x, y, u, v = side_rectangle("front", rule.view_depth_m, size_m)
         zones.append(Zone(x, y, 0.0, size_m[2], u, v, VIEW, rule.view_depth_m))
     return zones
+
+
+def opening_front(size_m: Size) -> Zone:
+    """Return the space that the doors or drawers of an object open into, over its full width but for the edges."""
+    half_d, half_w, half = 0.5 * size_m[0], 0.5 * size_m[1] - OPEN_GAP_M, 0.5 * OPEN_DEPTH_M
+    return Zone(half_d + OPEN_GAP_M + half, 0.0, 0.0, size_m[2], half, half_w, VIEW, OPEN_DEPTH_M)
 
 
 def footing_zone(size_m: Size) -> Zone:

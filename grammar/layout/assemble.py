@@ -14,7 +14,7 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_zones, side_rectangle
+from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_front, opening_zones, side_rectangle
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
@@ -152,6 +152,8 @@ def _item_parts(
     zones = object_zones(rule, item.size_m, category.access)
     if "store" in category.roles and rule.mount == "floor":
         zones.append(footing_zone(item.size_m))
+        if category.opens:
+            zones.append(opening_front(item.size_m))
     at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in rule.wall]
     beside = _drawn_up(rule.around) if "pulled_up" in category.roles else rule.around
     around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in beside] if item.core else []
@@ -232,8 +234,8 @@ def _link_table(
 
 
 def _watching_seat(categories: Categories, items: Sequence[Item]) -> int:
-    """Return the index of the largest sofa or armchair, or bed where there is none, that screens are watched from; -1: there is none."""
-    for role in ("lounge", "bed"):
+    """Return the index of the largest sofa or armchair, or bed or machine where there is none, that screens are watched from; -1: none."""
+    for role in ("lounge", "bed", "machine"):
         seats = [item for item in items if role in categories[item.rule.category].roles]
         if seats:
             return max(seats, key=lambda item: item.size_m[0] * item.size_m[1]).id - 1

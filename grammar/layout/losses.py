@@ -201,7 +201,8 @@ def add_zones(problem, state, i, j, squared, out):  # type: ignore[no-untyped-de
 def _add_taken(problem, state, i, j, out):  # type: ignore[no-untyped-def]
     """Add occlusion and blocked depth: what the solids of object ``j`` take from the zones of object ``i``.
 
-    What belongs to an object may stand in its access space, as a chair at a desk; its own core may not, as a bed before a wardrobe.
+    What belongs to an object may stand in its access space, as a chair at a desk, or hang before it, as a curtain before its window; its
+    own core may not, as a bed before a wardrobe.
     """
     link, placed, mount = problem.link, state.placed, problem.link[j, col.MOUNT]
     belongs = link[j, col.CORE] == i
@@ -213,7 +214,7 @@ def _add_taken(problem, state, i, j, out):  # type: ignore[no-untyped-def]
         elif kind == GLARE:
             blocks = link[j, col.WATCHED] >= 0
         else:
-            blocks = kind == SWING or mount == (col.FLOOR if kind == VIEW else col.WALL)
+            blocks = kind == SWING or (mount == col.FLOOR if kind == VIEW else mount == col.WALL and not belongs)
         if not blocks:
             continue
         deepest = 0.0

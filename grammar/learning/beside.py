@@ -18,7 +18,7 @@ from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, w
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.mixtures import place_mixture
 from grammar.learning.modes import LEAST_PLACE_M, Scale
-from grammar.learning.observed import filled_outline, fitting_wall, half_extents, relative_pose
+from grammar.learning.observed import filled_outline, fitting_gap, fitting_wall, half_extents, relative_pose
 from grammar.spec.categories import Categories, Role
 from grammar.spec.object_rules import CORNER, NONE, AroundMode, ObjectRule
 from grammar.spec.rules import Grammar
@@ -108,9 +108,9 @@ def _seen_beside(room: AssignedRoom, symbol: str) -> list[Beside]:
         row = wall_rows(outline)[pose.wall]
         along = (item.seen.position_m[0] - row[START_X]) * row[ALONG_X] + (item.seen.position_m[1] - row[START_Y]) * row[ALONG_Y]
         end = min(along, float(lengths[pose.wall]) - along) - 0.5 * item.seen.size_m[1]
-        gap, target = min([*near, (max(end, 0.0), CORNER), (_BESIDE_M, NONE)])
+        gap, target = min([*near, (end, CORNER), (_BESIDE_M, NONE)], key=lambda pair: (fitting_gap(pair[0]), pair[1]))
         offered = frozenset({other.symbol for other in others} | {CORNER, NONE})
-        found.append(Beside(target, max(gap, 0.0), max(pose.gap_m, 0.0), offered))
+        found.append(Beside(target, fitting_gap(gap), fitting_gap(pose.gap_m), offered))
     return found
 
 
@@ -120,7 +120,7 @@ def _side_gap(item: AssignedObject, other: AssignedObject) -> float | None:
     half_d, half_w = half_extents(other.seen.size_m, place.turn_rad)
     back = abs(place.x_m - half_d + 0.5 * item.seen.size_m[0])
     stands = other.seen.position_m[2] < _AT_WALL_M and abs(place.turn_rad) < _STRAIGHT_RAD and back < 2.0 * _AT_WALL_M
-    return max(abs(place.y_m) - half_w - 0.5 * item.seen.size_m[1], 0.0) if stands else None
+    return abs(place.y_m) - half_w - 0.5 * item.seen.size_m[1] if stands else None
 
 
 def _beside_rule(rule: ObjectRule, seen: Sequence[Beside], wanted: AbstractSet[str], scale: Scale, alpha: float) -> ObjectRule:

@@ -20,7 +20,7 @@ from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_wei
 from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import fitted_to_openings, learn_openings
-from grammar.learning.relations import LearnShares, learn_object
+from grammar.learning.relations import LearnShares, is_sound, learn_object
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
 from grammar.learning.unit_rows import learn_unit_rows, with_even_heights
@@ -71,6 +71,8 @@ class LearnedGrammar:
     objects: int
     counts: Mapping[str, float]
     unmatched: Mapping[str, int]
+    unsound: Mapping[str, int]
+    """Category -> number of objects whose size was left out, under half or beyond twice of what its symbol may have."""
     added: Mapping[str, int]
     """Symbols that the base lacks -> number of objects that asked for them."""
     weight_rooms: int
@@ -141,12 +143,18 @@ def learn(
         objects=sum(len(room.objects) for room in assigned),
         counts=counts,
         unmatched=Counter(item.category for room in assigned for item, _ in room.left_over),
+        unsound=_unsound(grammar, assigned),
         added=added,
         weight_rooms=weights.rooms,
         curve=weights.curve,
         wanted=wanted,
         truncation_curve=truncation,
     )
+
+
+def _unsound(grammar: Grammar, rooms: Sequence[AssignedRoom]) -> Mapping[str, int]:
+    items = (item for room in rooms for item in room.objects)
+    return Counter(item.seen.category for item in items if not is_sound(grammar.objects[item.symbol], item.seen.size_m))
 
 
 def _check_furnished(room_type: str, assigned: Sequence[AssignedRoom]) -> None:

@@ -22,6 +22,9 @@ from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1
 _TURN_COST_M = 0.25
+_FITTING_M = 0.05
+"""Boxes that were fitted by hand reach into walls and neighbours by less."""
+
 _NICHE_M, _LEAST_KEPT, _STRAIGHT_M, _STEP_M = 0.45, 0.8, 0.02, 0.15
 """Half the width of the widest niche; a room of which less is left is all niches, and loses only steps that are smaller."""
 
@@ -155,6 +158,11 @@ def wall_poses(polygon_m: Sequence[Point2], item: ObservedObject) -> list[WallPo
 def nearest_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
     """Return the wall with the least gap."""
     return min(wall_poses(polygon_m, item), key=lambda pose: pose.gap_m, default=None)
+
+
+def fitting_gap(gap_m: float) -> float:
+    """Return a gap as one of at least zero: what a source puts a little into a wall or a neighbour is off by as much, either way."""
+    return -gap_m if -_FITTING_M < gap_m < 0.0 else max(gap_m, 0.0)
 
 
 def fitting_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
+from grammar.learning.door_space import learn_door_space
 from grammar.learning.observed import ObservedOpening, ObservedRoom, filled_outline, without_steps
 from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
@@ -24,7 +25,6 @@ _LEAST_SD_M = 0.005
 _TAILS = (0.05, 0.95)
 _FEW = 3
 """So many openings have space in any room; of rooms with more is learned how long their walls are."""
-_LEAST_WALL = 0.1
 _POWERS = np.linspace(0.0, 1.5, 16)
 
 
@@ -54,6 +54,7 @@ def learn_openings(
         seen = [(room, opening) for room in known for opening in room.openings[kind]]
         if len(seen) >= least:
             learned = {**_sized(rule, [opening for _, opening in seen]), **_placed(rule, seen)}
+            learned |= learn_door_space(rule, seen) if kind == "door" else {}
             rule = replace(rule, **learned)  # type: ignore[arg-type]
             counts |= {f"{kind}.{name}": len(seen) for name in learned}
         rules[kind] = rule
@@ -97,9 +98,9 @@ def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -
 
 
 def _wall_m(rooms: Sequence[ObservedRoom], kind: str) -> float:
-    """Return how much wall each opening of a room has at least, metres; one room in ten has less."""
+    """Return how much wall each opening of a room has at least, metres."""
     numbers = [(len(room.openings[kind]), sum(wall_lengths(filled_outline(room.polygon_m)))) for room in rooms]
-    return float(np.quantile([length / number for number, length in numbers if number], _LEAST_WALL))
+    return min(length / number for number, length in numbers if number)
 
 
 def _length_power(rooms: Sequence[ObservedRoom], kind: str) -> float:

@@ -28,7 +28,7 @@ from grammar.learning.modes import (
     quarter_of,
     wall_modes,
 )
-from grammar.learning.observed import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
+from grammar.learning.observed import WallPose, fitting_gap, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.sizes import height_modes, is_norm, learn_size
 from grammar.spec.categories import Categories, Role
 from grammar.spec.energy_terms import Weights
@@ -87,7 +87,7 @@ def learn_object(
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
     if len(seen) >= shares.least and "sizes" not in keep:
-        sizes, more = ([item.seen.size_m for _, item in found if _is_sound(rule, item.seen.size_m)] for found in (seen, elsewhere))
+        sizes, more = ([item.seen.size_m for _, item in found if is_sound(rule, item.seen.size_m)] for found in (seen, elsewhere))
         rule = _without_broken_ties(rule, seen, {other: r.category for other, r in grammar.objects.items()})
         if len(sizes) >= shares.least:
             rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(sizes)
@@ -108,7 +108,7 @@ def learn_object(
     return straightened(rule, grammar, (*rooms, *others), counts), counts
 
 
-def _is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
+def is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
     """Return whether no side is under half or beyond twice of what the base allows, as things measured wrongly are."""
     return all(0.5 * low <= side <= 2.0 * high for side, low, high in zip(size_m, rule.low_m, rule.high_m, strict=True))
 
@@ -145,7 +145,7 @@ def _learn_wall(
     scale = Scale.of(weights.wall_distance, weights.wall_orientation, beta)
 
     def modes(poses: Sequence[WallPose]) -> tuple[WallMode, ...]:
-        return wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in poses], turned, scale)
+        return wall_modes([(fitting_gap(pose.gap_m), _usable(rule, pose)) for pose in poses], turned, scale)
 
     if len(found) < least:
         if not found or len(found) + len(more) < least:

@@ -28,11 +28,15 @@ from grammar.learning.branching import certain_objects
 from grammar.sampled_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.room_rules import SHAPES
 from grammar.spec.rules import Grammar, Node
 from scene_description import ParseNode
 
 ROOM_SIZES = "room.sizes"
 """Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
+
+ROOM_SHAPES = "room.shapes"
+"""The same where the choice is a shape of the outline."""
 
 
 RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
@@ -52,6 +56,14 @@ _MOST_UNEVEN = 2.0
 """How many times fewer the effective number of rooms, by their importance weights (Kish, Survey Sampling 1965), may become.
 
 With fewer, noise is learned."""
+
+_DOUBTED, _MOST_DOUBT = 8.0, 4.0
+"""A branch that so many rooms are expected to take moves by half of what these say it should, and a rarer one by a fifth at least.
+
+Else the numbers of few rooms, which scatter, would be learned."""
+
+_ALIKE = 1.2
+"""Divergences of two rounds of a hundred rooms with the same probabilities differ by so much."""
 
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
@@ -85,6 +97,8 @@ def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, 
     for vertex in nodes:
         if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
             yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
+        elif vertex.kind == "attribute" and vertex.symbol == "shape" and (shape := vertex.choice.split(",")[0]) in SHAPES:
+            yield ROOM_SHAPES, -1, SHAPES.index(shape)
         elif vertex.kind == "attribute" and vertex.symbol.removesuffix(COUNT) in grammar.openings:
             yield vertex.symbol, -1, int(vertex.choice)
         elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
@@ -131,6 +145,9 @@ def correct_truncation(
 ) -> tuple[Grammar, tuple[TruncationRow, ...]]:
     """Return the grammar whose valid rooms have the branch frequencies of ``grammar`` and the category counts ``wanted``.
 
+    After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are taken, the
+    first ones, which are not corrected, among them.
+
     Args:
         grammar: learned, with the branching probabilities that counting gave.
         wanted: category -> mean number in a room of the data, of the covered categories.
@@ -143,7 +160,9 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
-    for iteration in range(options.iterations):
+    tried: list[Floats] = []
+    for iteration in range(options.iterations + 1 if options.iterations else 0):
+        tried.append(logs)
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
         if not passed:
@@ -161,7 +180,16 @@ def correct_truncation(
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
         logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs)
-    return _with_branching(grammar, choices.branching(logs)), tuple(rows)
+    return _with_branching(grammar, choices.branching(tried[kept_round(rows)] if tried else logs)), tuple(rows)
+
+
+def kept_round(rows: Sequence[TruncationRow]) -> int:
+    """Return the index of the round whose probabilities are kept: the last of those with about the least divergence.
+
+    Rounds that differ by less than they scatter are alike in that, and later ones are nearer in the sizes of rooms and in openings too.
+    """
+    least = min((row.category_kl for row in rows), default=0.0)
+    return max((k for k, row in enumerate(rows) if row.category_kl <= _ALIKE * least + _LEAST), default=0)
 
 
 class _Pool(NamedTuple):
@@ -243,7 +271,8 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         counts = weight @ taken * len(taken)
         total = np.bincount(owner, counts)[owner]
         actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), _LEAST))
-        moved = logs + _RATE * total / (total + 20.0) * (wanted - actual)
+        pulled = np.where(sized, 0.0, _DOUBTED / (total * np.exp(wanted) + _DOUBTED / _MOST_DOUBT)) * (logs - choices.target)
+        moved = logs + _RATE * (total / (total + 20.0) * (wanted - actual) - pulled)
         moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
         low = np.where(sized, -np.inf, choices.target - _MOST_MOVED)
         high = choices.target + np.where(sized, _MOST_RAISED, _MOST_MOVED)
@@ -289,17 +318,19 @@ def _branching_of(grammar: Grammar) -> Branching:
                 branching[name, i] = np.array(branch.multiplicity)
     if grammar.room.sizes:
         branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
+        if all(size.arm_m is None for size in grammar.room.sizes):
+            branching[ROOM_SHAPES, -1] = np.array([getattr(grammar.room.shapes, name) for name in SHAPES])
     return branching | {(kind + COUNT, -1): np.array(rule.multiplicity) for kind, rule in grammar.openings.items()}
 
 
 def _is_of_shell(key: tuple[str, int]) -> bool:
-    return key[0] == ROOM_SIZES or key[0].endswith(COUNT)
+    return key[0] in (ROOM_SIZES, ROOM_SHAPES) or key[0].endswith(COUNT)
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
     """Return whether a choice is of the room's shell or leads, in every derivation, to an object that the data records."""
     if _is_of_shell(key):
-        return key[0] == ROOM_SIZES or key[0] in covered
+        return key[0] in (ROOM_SIZES, ROOM_SHAPES) or key[0] in covered
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
     return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))
@@ -348,6 +379,10 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
     if (ROOM_SIZES, -1) in branching:
         odds = branching[ROOM_SIZES, -1].tolist()
         room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
+    if (ROOM_SHAPES, -1) in branching:
+        before = [getattr(room.shapes, name) for name in SHAPES]
+        odds = [round(share, 5) for share in _possible(before, branching[ROOM_SHAPES, -1])]
+        room = replace(room, shapes=replace(room.shapes, **dict(zip(SHAPES, (1.0 - sum(odds[1:]), *odds[1:]), strict=True))))
     openings = {
         kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key])) if (key := (kind + COUNT, -1)) in branching else rule
         for kind, rule in grammar.openings.items()

@@ -25,10 +25,10 @@ Role = Literal[
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
-BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "backed": 0.15, "fridge": 0.15}
+BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "backed": 0.15, "fridge": 0.15, "bathing": 0.08}
 """Roles of what stands with its back to a wall, and the gap behind it that a person would still leave."""
 
-SIDE_GAP_M: Mapping[Role, float] = {"bathing": 0.15}
+SIDE_GAP_M: Mapping[Role, float] = {"bathing": 0.12}
 """Roles of what stands in a corner, a side to another wall, and the gap beside it that is still left: real ones leave 0.12 m at most."""
 
 
@@ -86,6 +86,11 @@ class Category:
     def back_gap_m(self) -> float:
         """Greatest gap between its back and a wall; infinite for what may stand anywhere."""
         return min((BACK_GAP_M[role] for role in self.roles if role in BACK_GAP_M), default=math.inf)
+
+    @property
+    def opens(self) -> bool:
+        """Whether doors or drawers at its front need its full width: those of appliances, cabinets and the like."""
+        return "store" in self.roles and not {"shelf", "wardrobe"} & set(self.roles)
 
     @property
     def side_gap_m(self) -> float:

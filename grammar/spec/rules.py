@@ -123,7 +123,8 @@ class Budget:
     """Greatest numbers of derivations for one structure, of structures for one room, of layouts of a structure, of rounds of a chain.
 
     ``odd``: so many valid layouts with faults of use (:mod:`grammar.checks.faults`) are passed over; then the one with fewest is taken.
-    ``mends``: so many further rounds of a chain follow its odd layouts.
+    ``mends``: so many further rounds of a chain follow its odd layouts.  ``gate``: what faults pass over, whole structures too or only
+    layouts of a structure that has a valid one, which leaves the structures their probabilities.
     """
 
     derivations: Annotated[int, Limits(ge=1, le=1_000_000)]
@@ -132,6 +133,7 @@ class Budget:
     rounds: Annotated[int, Limits(ge=1, le=10_000)]
     odd: Annotated[int, Limits(ge=0, le=10_000)] = 24
     mends: Annotated[int, Limits(ge=0, le=10_000)] = 3
+    gate: Literal["structures", "layouts"] = "layouts"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,7 +23,8 @@ Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 class UnitRowRule:
     """What makes the objects below a node that stand on the floor one run.
 
-    They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart.  A run that does not touch a side wall leaves
+    They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart, or one of ``joints_m``, equally likely.  A run that does
+    not touch a side wall leaves
     ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one, with
     ``ends_free`` a run without corner touches none.  Before units that face each other
     ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run at a wall at an
@@ -39,6 +40,7 @@ class UnitRowRule:
 
     wall_gap_m: Distance = 0.005
     joint_m: Distance = 0.0
+    joints_m: Annotated[tuple[Distance, ...], Limits(max_length=64)] = ()
     end_gap_m: Distance = 0.4
     aisle_m: Distance = 0.8
     corner_aisle_m: Distance | None = None

@@ -188,7 +188,7 @@ objects:
 
 def test_odd_layouts_are_passed_over_until_the_budget_for_them_is_spent():
     grammar = small_grammar(LOOSE)
-    grammar, careless = (replace(grammar, budget=replace(grammar.budget, odd=odd)) for odd in (100, 0))
+    grammar, careless = (replace(grammar, budget=replace(grammar.budget, odd=odd, gate="structures")) for odd in (100, 0))
 
     def odd(of, request=CLOSET):
         rooms = [sample_room(of, CATEGORIES, request, np.random.default_rng(seed)) for seed in range(5)]
@@ -198,3 +198,23 @@ def test_odd_layouts_are_passed_over_until_the_budget_for_them_is_spent():
     assert odd(grammar) == 0
     # no layout can mend what is fixed: the room comes all the same
     assert odd(grammar, replace(CLOSET, fixed=("desk:1:1:0", "desk_chair:-1:1:3.14"))) == 5
+
+
+EITHER = """
+nodes:
+  closet: {kind: or, branches: [{symbol: chair, probability: 0.5}, {symbol: store, probability: 0.5}]}
+objects:
+"""
+
+
+def test_faults_leave_the_structures_of_a_users_grammar_their_probabilities():
+    text = EITHER + object_text("chair", "dining_chair", (0.5, 0.45, 0.9)) + object_text("store", "dresser", (0.5, 1.2, 0.8))
+    own = small_grammar(text)
+    judged = replace(own, budget=replace(own.budget, gate="structures"))
+
+    def chairs(grammar):  # alone, a chair is odd however it stands
+        rooms = [sample_room(grammar, CATEGORIES, CLOSET, np.random.default_rng([1, seed])) for seed in range(16)]
+        return sum(room.objects[0].category == "dining_chair" for room in rooms)
+
+    assert 3 <= chairs(own) <= 13  # 8 +- 2.5 deviations
+    assert chairs(judged) == 0

@@ -1,7 +1,8 @@
 """Rooms as vectors of features, and how well a classifier tells two sets of rooms apart by them.
 
 Features are those of what is recorded of both: categories that the real rooms have, at the precision of the source (1 mm, 1 mrad).  A box
-that a source puts into a wall touches that wall, and what hangs within 3 cm of a wall hangs on it: sources leave such boxes in the air.
+that a source puts into a wall is as far off it, as when grammars are learned, and what hangs within 3 cm of a wall hangs on it: sources
+leave such boxes in the air.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from sklearn.metrics import roc_auc_score
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning import ObservedObject, ObservedRoom
-from grammar.learning.observed import WallPose, box_gap, filled_outline, fitting_wall, nearest_wall, relative_pose
+from grammar.learning.observed import WallPose, box_gap, filled_outline, fitting_gap, fitting_wall, nearest_wall, relative_pose
 
 GROUPS = ("counts", "sizes", "walls", "pairs", "room")
 _LEAST_ROOMS, _MOST_PAIRS = 3, 15
@@ -73,10 +74,10 @@ def _size(name: str, items: Sequence[ObservedObject]) -> dict[str, float]:
 
 def _at_walls(name: str, room: ObservedRoom, items: Sequence[ObservedObject]) -> dict[str, float]:
     near = [_hung(pose, item) for item in items if (pose := fitting_wall(room.polygon_m, item)) is not None]
-    gaps = [_stepped(max(pose.gap_m, 0.0)) for pose in near] or [math.nan]
+    gaps = [_stepped(fitting_gap(pose.gap_m)) for pose in near] or [math.nan]
     turns = [_stepped(abs(pose.turn_rad)) for pose in near] or [math.nan]
     beside = [_hung(pose, item) for item in items if (pose := nearest_wall(room.polygon_m, item)) is not None]
-    sides = [_stepped(max(pose.gap_m, 0.0)) for pose in beside] or [math.nan]
+    sides = [_stepped(fitting_gap(pose.gap_m)) for pose in beside] or [math.nan]
     middle = [_stepped(item.position_m[2] + 0.5 * item.size_m[2]) for item in items if item.position_m[2] > 0.2] or [math.nan]
     return {
         f"walls: least gap of {name}": min(gaps),

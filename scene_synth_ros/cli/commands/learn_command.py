@@ -35,6 +35,7 @@ from grammar.learning import (
     truncation_csv,
 )
 from grammar.learning.learn import PARTS
+from grammar.learning.truncation import kept_round
 from grammar.spec.energy_terms import TERMS
 from grammar.spec.grammar_file import room_types
 from grammar.spec.rules import Grammar
@@ -220,7 +221,9 @@ def _left_out(files: Sequence[LayoutFile], learned: LearnedGrammar) -> str:
     lost = sum((file.lost_objects() for file in files), Counter[str]())
     read = sum(len(room.objects) for file in files for room in file.rooms)
     reading = _share(lost, read, "of the objects in reading")
-    return f"Left out: {reading}; {_share(learned.unmatched, learned.objects, 'of those learned from match no symbol')}"
+    unmatched = _share(learned.unmatched, learned.objects, "of those learned from match no symbol")
+    sizes = _share(learned.unsound, learned.objects - sum(learned.unsound.values()), "have a size that is none of theirs")
+    return f"Left out: {reading}; {unmatched}; {sizes}"
 
 
 def _share(lost: Mapping[str, int], others: int, what: str) -> str:
@@ -258,4 +261,6 @@ def _print_summary(learned: LearnedGrammar, held: int, left_out: str, out: Path)
             f"corrections: round {trial.iteration + 1}, KL of all categories {trial.category_kl:.4f}, {trial.objects:.2f} objects a room, "
             f"{trial.failed} rooms failed\n"
         )
+    if learned.truncation_curve:
+        sys.stdout.write(f"kept: what round {kept_round(learned.truncation_curve) + 1} was sampled with\n")
     sys.stdout.write(f"wrote {out}\n")

@@ -8,7 +8,8 @@ from small_grammar import CATEGORIES, closet, item, small_grammar
 
 from grammar import SceneRequest, read_room_type
 from grammar.derivation.derive import derive
-from grammar.learning import ObservedRoom
+from grammar.learning import ObservedObject, ObservedRoom
+from grammar.learning.door_space import free_depth_m, learn_door_space
 from grammar.learning.observed import ObservedOpening
 from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.write_layouts import layout_from_objects
@@ -51,6 +52,23 @@ def test_one_size_throughout_and_unknown_openings_are_not_learned() -> None:
     assert rules["door"].width_m == BASE.openings["door"].width_m
     assert rules["window"] == BASE.openings["window"]
     assert not any(name.startswith("window") for name in counts)
+
+
+def test_doors_before_which_something_stands_open_the_other_way() -> None:
+    polygon = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (1.4, 3.0), (1.4, 3.1), (0.6, 3.1), (0.6, 3.0), (0.0, 3.0))  # with the door's niche
+    door = ObservedOpening(wall=4, offset_m=0.0, width_m=0.8, height_m=2.0, sill_m=0.0)
+
+    def seen(gap_m: float) -> ObservedRoom:
+        store = ObservedObject(category="dresser", size_m=(0.5, 1.0, 0.8), position_m=(1.0, 3.0 - gap_m - 0.25, 0.0), yaw_rad=0.5 * np.pi)
+        openings = {"door": (door,)}
+        return ObservedRoom(id="r", house="r", room_type="closet", polygon_m=polygon, height_m=2.5, objects=(store,), openings=openings)
+
+    gaps = (0.5, 0.6, 0.7, 1.5, 2.0)
+    assert [free_depth_m(seen(gap), door) for gap in gaps] == pytest.approx(gaps)
+    learned = learn_door_space(BASE.openings["door"], [(seen(gap), door) for gap in gaps])
+    assert learned["swing_in"] == pytest.approx(0.4)  # two of five have 0.8 m
+    assert learned["clear_depth_m"] == pytest.approx(0.54)  # the tenth part of the way from the first to the last, of four steps
+    assert learn_door_space(BASE.openings["door"], [(seen(gap), door) for gap in (0.1, 0.2)])["clear_depth_m"] == 0.4
 
 
 def test_curtains_are_as_wide_as_the_windows_that_were_learned() -> None:

@@ -16,11 +16,11 @@ CARRYING = sorted(name for name, category in CATEGORIES.items() if category.surf
 COMPOUND = sorted(name for name, category in CATEGORIES.items() if category.solids)
 FOOT_M = 0.06
 """Half the width of a thing that is put on a top: somewhere below it must be something to stand on."""
-APRON_M = 0.135
-"""How far aprons and drawers may hang below a top: nobody's knees and no seat come so high."""
-APRONED = {"desk", "dining_table"}
-GIVING = {"pillows", "cushion", "duvet", "sheet", "throw", "cloth", "rod", "pelmet"}
-"""Soft parts, and what runs across a window above head height: the solids leave them out."""
+OUT_M = 0.002
+"""How far a mesh may stick out of the solids of its category."""
+SOFT = {("bed", "duvet"), ("bed", "sheet"), ("bed", "throw"), ("sofa", "seat")}
+SINK_M = 0.05
+"""What lies on these parts sinks into them so far."""
 
 
 def heights_below(mesh: Mesh, points: np.ndarray, least_m: float) -> np.ndarray:
@@ -58,12 +58,8 @@ def test_tops_carry_things_where_the_categories_say(category: str) -> None:
 def test_solids_contain_the_mesh(category: str) -> None:
     for style, seed, size in random_cases(category, MODELS[category].styles, 6, spread=0.1):
         for name, mesh in build_model(category, style, seed, size).items():
-            if name in GIVING:
-                continue
             corners = mesh.vertices[mesh.faces].astype(np.float64)
             points = np.concatenate([mesh.vertices, corners.mean(axis=1), 0.5 * (corners[:, 0] + corners[:, 1])])
-            if category in APRONED:
-                points = points[points[:, 2] < size[2] - APRON_M]
             boxes = local_solids(CATEGORIES[category], size)
             away = np.stack(
                 [
@@ -74,7 +70,7 @@ def test_solids_contain_the_mesh(category: str) -> None:
                 axis=-1,
             ).max(axis=-1)
             worst = away.min(axis=1).max(initial=0.0)
-            assert worst <= 0.01, f"{category} {style} {size}: {name} sticks {1e3 * worst:.0f} mm out of the solids"
+            assert worst <= (SINK_M if (category, name) in SOFT else OUT_M), f"{category} {style} {size}: {name} sticks {1e3 * worst:.0f} mm out of the solids"
 
 
 def test_every_model_has_a_category_and_a_size() -> None:
