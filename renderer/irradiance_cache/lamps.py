@@ -23,7 +23,7 @@ from renderer.scene.flat_scene import FlatScene
 from scene_description.products import matmul, norm
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_LEAST_COSINE = np.float32(0.05)
+_LEAST_COSINE, _INFINITE = np.float32(0.05), np.float32(np.inf)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
 _MOST_BALLS = 4
 """Side by side, for one pane or flat lamp."""
@@ -135,8 +135,8 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, x: int, y: int, k: int, prima
 
 
 @inlined
-def add_lamps(scene: LitScene, lamps: Lamps, column: int, row: int, memory: ShadeScratch) -> None:
-    """Add what the balls that were chosen send to a tile's pixels, each where nothing stands before a point of it."""
+def add_lamps(scene: LitScene, lamps: Lamps, memory: ShadeScratch) -> None:
+    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it."""
     lanes, primary = memory.trace.lanes, memory.primary
     for j in range(LAMP_RAYS):
         for k in range(LANES):
@@ -144,10 +144,14 @@ def add_lamps(scene: LitScene, lamps: Lamps, column: int, row: int, memory: Shad
             if primary[rec.LAMPLIGHT, k] > _ZERO:
                 share = primary[rec.LAMPLIGHT, k] / np.float32(LAMP_RAYS)
                 lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * primary[rec.PICKED_R + j, k], share * primary[rec.PICKED_G + j, k]
-                lanes[ln.LI_B + k], lanes[ln.LIGHT_END + k] = share * primary[rec.PICKED_B + j, k], _ONE
-                _, noise = pixel_noise(column + (k & 3), row + (k >> 2), _KEY)
+                lanes[ln.LI_B + k] = share * primary[rec.PICKED_B + j, k]
+                # What hides the sky may stand outside.
+                ball = int(primary[rec.PICKED + j, k])
+                is_pane = scene.surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
+                lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
+                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
                 v = noise + np.float32(j) * _GOLDEN
-                _aim_at_ball(lamps.balls, int(primary[rec.PICKED + j, k]), k, primary[rec.PICKED_U + j, k], v - np.floor(v), lanes)
+                _aim_at_ball(lamps.balls, ball, k, primary[rec.PICKED_U + j, k], v - np.floor(v), lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:

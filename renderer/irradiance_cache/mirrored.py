@@ -6,13 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import sample_ggx_wm
-from renderer.camera.camera_rays import CENTRE
-from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, intersect16
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.irradiance_cache import records as rec
@@ -20,7 +17,7 @@ from renderer.irradiance_cache.atlas import find_nodes
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint
 from renderer.irradiance_cache.reflectance import rough_albedo
-from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
+from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
@@ -78,14 +75,14 @@ def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArr
 
 
 @inlined
-def add_gloss(scene: LitScene, tables: Tables, camera: PosedCamera, column: int, row: int, memory: ShadeScratch) -> None:
+def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: ShadeScratch) -> None:
     """Trace the rays that are sent, on by mirrors and through glass, and add what they see by light of the coarse nodes."""
-    scratch, primary, spread = memory.trace, memory.primary, _ONE / camera.focal_px
+    scratch, primary = memory.trace, memory.primary
     _aim_mirrored(scratch, primary)
     _trace_on(scene, False, scratch, primary)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
         _see_surfaces(scene, tables, spread, False, memory)
-    if _aim_through(camera, column, row, scratch, primary) > 0:
+    if _aim_through(scratch, primary) > 0:
         _trace_on(scene, True, scratch, primary)
         _see_surfaces(scene, tables, spread, True, memory)
 
@@ -93,37 +90,34 @@ def add_gloss(scene: LitScene, tables: Tables, camera: PosedCamera, column: int,
 @inlined
 def _aim_mirrored(scratch: Scratch, primary: NDArray[np.float32]) -> None:
     """Aim the rays of all that mirrors."""
-    rays = scratch.rays
-    real, integer = rays.real, rays.integer
     for k in range(LANES):
-        rays.alive[k] = -1 if primary[rec.KIND, k] > _ZERO else 0
-        integer[ray.GEOM_ID + k] = INVALID_ID
-        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
-        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
-        if primary[rec.KIND, k] > _ZERO:
-            for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = primary[rec.POINT + axis, k]
-                real[ray.DIR_X + LANES * axis + k] = primary[rec.AHEAD + axis, k]
+        _aim(primary, rec.POINT, rec.AHEAD, primary[rec.KIND, k] > _ZERO, k, scratch.rays)
 
 
 @inlined
-def _aim_through(camera: PosedCamera, column: int, row: int, scratch: Scratch, primary: NDArray[np.float32]) -> int:
+def _aim_through(scratch: Scratch, primary: NDArray[np.float32]) -> int:
     """Aim rays straight on through glass, as if it were thin; return how many there are."""
-    rays = scratch.rays
-    real, integer = rays.real, rays.integer
     count = 0
     for k in range(LANES):
-        count += primary[rec.KIND, k] > _BOTH_WAYS
-    if count == 0:
-        return 0
-    aim_exposed_tile(camera, column, row, CENTRE, rays)
-    for k in range(LANES):
-        rays.alive[k] = -1 if primary[rec.KIND, k] > _BOTH_WAYS else 0
-        if primary[rec.PANE, k] > _ZERO:
-            integer[ray.MASK + k] = PASS_PANES
-            for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = primary[rec.POINT + axis, k]
+        goes, pane = primary[rec.KIND, k] > _BOTH_WAYS, primary[rec.PANE, k] > _ZERO
+        _aim(primary, rec.POINT if pane else rec.EYE, rec.WAY, goes, k, scratch.rays)
+        if goes and pane:
+            scratch.rays.integer[ray.MASK + k] = PASS_PANES
+        count += goes
     return count
+
+
+@inlined
+def _aim(primary: NDArray[np.float32], point: int, way: int, goes: bool, k: int, rays: Packet) -> None:
+    """Aim ray k from a point of ``primary`` along a direction there, if it ``goes``."""
+    real = rays.real
+    rays.alive[k], rays.integer[ray.GEOM_ID + k] = -1 if goes else 0, INVALID_ID
+    real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+    real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+    if goes:
+        for axis in range(3):
+            real[ray.ORG_X + LANES * axis + k] = primary[point + axis, k]
+            real[ray.DIR_X + LANES * axis + k] = primary[way + axis, k]
 
 
 @inlined
@@ -154,8 +148,9 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
             if (clear or mirror) and depth + 1 < _DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
                     for channel in range(3):
-                        base = table[at + st.BASE + channel]
-                        lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
+                        lanes[ln.BETA_R + LANES * channel + k] *= (
+                            clear_share(table, at, channel) if clear else table[at + st.BASE + channel]
+                        )
                 go_on(rays, k, mirror)
                 waiting += 1
     # All rays that were sent are to be shaded where they ended.
