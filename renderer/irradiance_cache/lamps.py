@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.microfacet import ggx_g1_root
+from renderer.bsdf.microfacet import ggx_g1_root, schlick_weight
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.mirrored import pixel_noise
+from renderer.irradiance_cache.mirrored import base_fresnel, gloss_fresnel, pixel_noise
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, WIDE, Lamps, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
@@ -91,14 +91,6 @@ def mirrored_share(
     share = _TWO * square * radius / (root * (root + away)) if away > _ZERO else _HALF * (root - away) / root
     value: np.float32 = _TWO * share * half * inverse * cosine
     return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
-
-
-@inlined
-def _schlick(cosine: np.float32) -> np.float32:
-    """Return Fresnel's term of dielectrics by Schlick's approximation, for an index of 1.5."""
-    rest = max(_ONE - cosine, _ZERO)
-    value: np.float32 = np.float32(0.04) + np.float32(0.96) * rest * rest * rest * rest * rest
-    return value
 
 
 @inlined
@@ -200,23 +192,17 @@ def _mirrored_light(surfaces: Surfaces, lamps: Lamps, i: int, k: int, primary: N
     facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
     half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
     over = mirrored_share(facet, half, cosine, height, alpha, spread) if pane or alpha >= SHARP else _ZERO
-    under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread)
+    coated = primary[rec.UNDER_ALPHA, k] < _ONE
+    under = mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread) if coated and not pane else _ZERO
     if over + under == _ZERO:
         return _ZERO, _ZERO, _ZERO
-    if lanes[ln.METALLIC + k] < _HALF:
-        # The share is that of the mirrored direction: Fresnel's term is less where microfacets are seen less aslant.
-        over *= _schlick(half) / _schlick(height)
-        under *= _schlick(half) / _schlick(height)
-    # What the lobe reflects in all is less than Fresnel's term: microfacets shade each other, and the share knows that already.
-    coated = primary[rec.UNDER_ALPHA, k] < _ONE
-    over /= lanes[(ln.E_COAT if coated else ln.E_WO) + k]
-    under /= lanes[ln.E_WO + k]
     r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-    return (
-        (over * primary[rec.SHARE, k] + under * primary[rec.UNDER, k]) * r,
-        (over * primary[rec.SHARE + 1, k] + under * primary[rec.UNDER + 1, k]) * g,
-        (over * primary[rec.SHARE + 2, k] + under * primary[rec.UNDER + 2, k]) * b,
-    )
+    red, green, blue = gloss_fresnel(half, k, primary, lanes)
+    r, g, b, under_r, under_g, under_b = over * red * r, over * green * g, over * blue * b, under * r, under * g, under * b
+    if under > _ZERO:
+        red, green, blue = base_fresnel(schlick_weight(half), k, lanes)
+        r, g, b = r + red * under_r, g + green * under_g, b + blue * under_b
+    return r, g, b
 
 
 @inlined

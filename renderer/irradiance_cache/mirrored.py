@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.microfacet import sample_ggx_wm
+from renderer.bsdf.layers import COAT_F0
+from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
@@ -26,6 +27,7 @@ from renderer.path.surfaces import evaluate_surfaces
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
+_LEAST_SHARE, _MOST_GAIN = np.float32(1e-6), np.float32(4.0)
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
 
@@ -63,15 +65,44 @@ def lobe_point(x: int, y: int, by_blocks: bool) -> tuple[np.float32, np.float32]
 
 @inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
-    """Fill AHEAD, the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
+    """Fill AHEAD, the direction of lane k's mirrored ray, world, sampled among the microfacets that are seen, and GAIN.
+
+    SHARE is what they reflect in the mean; those that are tilted to the viewer reflect less, and some reflect into the surface.
+    """
     u, v = lobe_point(x, y, bool((primary[rec.ALPHA, k] > ROUGH) & (primary[rec.DENSE, k] == _ZERO)))
-    wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
-    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[rec.ALPHA, k], u, v)
-    twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)
-    a, b, c = twice * wm_x - wo_x, twice * wm_y - wo_y, max(twice * wm_z - wo_z, np.float32(1e-3))
+    wo_x, wo_y, wo_z, alpha = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k], primary[rec.ALPHA, k]
+    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, u, v)
+    half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
+    a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
+    root = ggx_g1_root(wo_z, alpha)
+    seen = c * (wo_z + root) / (c * root + wo_z * ggx_g1_root(c, alpha)) if c > _ZERO else _ZERO
+    red, green, blue = gloss_fresnel(half, k, primary, lanes)
+    primary[rec.GAIN, k] = min(seen * red / max(primary[rec.SHARE, k], _LEAST_SHARE), _MOST_GAIN)
+    primary[rec.GAIN + 1, k] = min(seen * green / max(primary[rec.SHARE + 1, k], _LEAST_SHARE), _MOST_GAIN)
+    primary[rec.GAIN + 2, k] = min(seen * blue / max(primary[rec.SHARE + 2, k], _LEAST_SHARE), _MOST_GAIN)
+    c = max(c, np.float32(1e-3))
     primary[rec.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
     primary[rec.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
     primary[rec.AHEAD + 2, k] = a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k]
+
+
+@inlined
+def gloss_fresnel(half: np.float32, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> Rgb:
+    """Return what microfacets that are seen with the cosine ``half`` reflect by the lobe of SHARE (r, g, b); glass as in the mean."""
+    schlick = schlick_weight(half)
+    if lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k] > _HALF:
+        return primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
+    if primary[rec.UNDER_ALPHA, k] < _ONE:
+        coat = lanes[ln.COAT + k] * (COAT_F0 + (_ONE - COAT_F0) * schlick)
+        return coat, coat, coat
+    return base_fresnel(schlick, k, lanes)
+
+
+@inlined
+def base_fresnel(schlick: np.float32, k: int, lanes: NDArray[np.float32]) -> Rgb:
+    """Return what microfacets of metal and opaque dielectrics, under their coat, reflect (r, g, b) at a weight after Schlick."""
+    rest, most = _ONE - schlick, lanes[ln.SPECULAR_F90 + k] * schlick
+    return lanes[ln.SPECULAR_R + k] * rest + most, lanes[ln.SPECULAR_G + k] * rest + most, lanes[ln.SPECULAR_B + k] * rest + most
 
 
 @inlined
@@ -82,6 +113,10 @@ def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: Shade
     _trace_on(scene, False, scratch, primary)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
         _see_surfaces(scene, tables, spread, False, memory)
+    for k in range(LANES):
+        if primary[rec.KIND, k] > _ZERO:
+            for channel in range(3):
+                primary[rec.SEEN + channel, k] *= primary[rec.GAIN + channel, k]
     if _aim_through(scratch, primary) > 0:
         _trace_on(scene, True, scratch, primary)
         _see_surfaces(scene, tables, spread, True, memory)

@@ -48,6 +48,7 @@ PICKED = _PRIMARY.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow 
 PICKED_U = _PRIMARY.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
 PICKED_R, PICKED_G, PICKED_B = (_PRIMARY.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
+GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 
 
