@@ -27,6 +27,7 @@ _HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
 _NEAR = np.float32(0.03)
 _BEND = np.float32(0.95)
 _CONTRAST = np.float32(0.03)
+_LONE = np.float32(0.6)
 _PER_PIXEL = 3
 OFFSETS = np.zeros((_PER_PIXEL, 2 * LANES), np.float32)
 """Where edge pixels are sampled beside their centre: a rotated grid, as offsets of tiles' rays, in pixels."""
@@ -81,6 +82,19 @@ def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], imag
     return False
 
 
+@inlined
+def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
+    """Return whether a pixel has much less light than each of its eight neighbours; none of the rim has."""
+    height, width, _ = image.shape
+    if x == 0 or y == 0 or x + 1 == width or y + 1 == height:
+        return False
+    least = np.float32(np.inf)
+    for v in range(y - 1, y + 2):
+        for u in range(x - 1, x + 2):
+            least = min(least, image[v, u, 1] if u != x or v != y else least)
+    return bool(image[y, x, 1] < _LONE * least)
+
+
 @entry
 def smooth_edges(
     scene: LitScene,
@@ -96,8 +110,8 @@ def smooth_edges(
 ) -> None:
     """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth`` with ``image``, edges by a quarter and by three more rays a pixel.
 
-    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does it becomes one of
-    ``samples``, and the nodes around it are marked in ``is_read``.
+    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, and in pixels that are much
+    darker than all around them, it becomes one of ``samples``, and the nodes around it are marked in ``is_read``.
     """
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
@@ -115,7 +129,7 @@ def smooth_edges(
                     pixel = int(queue[6, begin + k])
                     y, x = row + pixel // TILE, column + pixel % TILE
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
-                    if found:
+                    if found and not _is_lone(image, x, y):
                         for channel in range(3):
                             smooth[y, x, channel] += _QUARTER * image[v, u, channel]
                     else:
@@ -124,13 +138,13 @@ def smooth_edges(
 
 @inlined
 def _copy_tile(surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]) -> int:
-    """Copy a tile's pixels, a quarter of those that are edges; return which are, a bit each."""
+    """Copy a tile's pixels, a quarter of those that are to see more points; return which are, a bit each."""
     height, width, _ = image.shape
     edges = 0
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
             share = _ONE
-            if _is_edge(surfaces, view.hits, view.distance, image, x, y):
+            if _is_edge(surfaces, view.hits, view.distance, image, x, y) or _is_lone(image, x, y):
                 edges |= 1 << ((y - row) * TILE + x - column)
                 share = _QUARTER
             for channel in range(3):

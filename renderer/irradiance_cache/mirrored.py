@@ -92,10 +92,11 @@ def gloss_fresnel(half: np.float32, k: int, primary: NDArray[np.float32], lanes:
     schlick = schlick_weight(half)
     if lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k] > _HALF:
         return primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
+    coat = lanes[ln.COAT + k] * (COAT_F0 + (_ONE - COAT_F0) * schlick)
     if primary[rec.UNDER_ALPHA, k] < _ONE:
-        coat = lanes[ln.COAT + k] * (COAT_F0 + (_ONE - COAT_F0) * schlick)
         return coat, coat, coat
-    return base_fresnel(schlick, k, lanes)
+    r, g, b = base_fresnel(schlick, k, lanes)
+    return r + coat, g + coat, b + coat
 
 
 @inlined

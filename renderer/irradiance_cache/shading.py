@@ -286,14 +286,20 @@ def _classify(
     coat = coat_albedo(lanes, kinds, k)
     primary[rec.UNDER, k] = primary[rec.UNDER + 1, k] = primary[rec.UNDER + 2, k] = _ZERO
     primary[rec.UNDER_ALPHA, k] = _ONE
-    if coat > _ZERO:
+    coat_roughness = lanes[ln.COAT_ROUGHNESS + k]
+    if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < tables.roughest:
+        # Coat and what lies under it are about as rough: one ray for both.
+        under = (r + g + b) * np.float32(1.0 / 3.0)
+        roughness = (coat * coat_roughness + under * roughness) / (coat + under)
+        r, g, b = r + coat, g + coat, b + coat
+    elif coat > _ZERO:
         # The coat's mirror image is traced; what lies under it is rough beside that.
         share = around * (_ONE - incident.lamps)
         _add_light(primary, k, share * r * incident.r, share * g * incident.g, share * b * incident.b)
         primary[rec.UNDER, k], primary[rec.UNDER + 1, k], primary[rec.UNDER + 2, k] = r, g, b
         primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
         r = g = b = coat
-        roughness = lanes[ln.COAT_ROUGHNESS + k]
+        roughness = coat_roughness
     most = max(r, g, b)
     if not ((most > tables.least_share) & (roughness < tables.roughest) or glass):
         _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
