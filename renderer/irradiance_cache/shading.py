@@ -219,7 +219,8 @@ def _read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
         z += weight * rows[node, TOWARD + 2]
         lamps += weight * rows[node, LAMPS]
         sun = max(sun, rows[node, SUN])
-    if total > _LEAST_VALID:
+    # Nodes that are black may lie in gaps that what is seen stands out of: it looks around itself.
+    if total > _LEAST_VALID and r + g + b + sun > _ZERO:
         scale = _ONE / total
         x, y, z = scale * x, scale * y, scale * z
         rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
