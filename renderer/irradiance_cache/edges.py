@@ -38,11 +38,11 @@ OFFSETS[:, LANES:] = np.array([0.125, 0.375, -0.125])[:, None]
 class EdgeSamples(NamedTuple):
     """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
 
-    count: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 3, room) int32,
+    counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 3, room) int32,
     the triangle, -1 for none, and column and row of the pixel.
     """
 
-    count: NDArray[np.int32]
+    counts: NDArray[np.int32]
     hits: NDArray[np.float32]
     numbers: NDArray[np.int32]
 
@@ -116,7 +116,7 @@ def smooth_edges(
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):
-        samples.count[row // TILE] = 0
+        samples.counts[row // TILE] = 0
         for column in range(0, width, TILE):
             edges = _copy_tile(scene.surfaces, view, column, row, image, smooth)
             if edges == 0:
@@ -204,19 +204,19 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
                     continue
             if value < best:
                 best, column, row = value, u, v
-    return best < np.float32(np.inf), column, row
+    return bool(best < np.float32(np.inf)), column, row
 
 
 @inlined
 def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: EdgeSamples, is_read: NDArray[np.bool_]) -> None:
     """Let ray k of pixel (x, y) be shaded later, with the light of nodes that are marked."""
     row = y // TILE
-    i = samples.count[row]
-    samples.count[row] = i + 1
+    i = samples.counts[row]
+    samples.counts[row] = i + 1
     real, face = packet.real, np.int32(-1)
     if packet.integer[ray.GEOM_ID + k] != INVALID_ID:
         face = np.int32(packet.integer[ray.PRIM_ID + k])
-        mark_nodes(atlas, face, real[ray.BARY_U + k], real[ray.BARY_V + k], -1, is_read)
+        mark_nodes(atlas, int(face), real[ray.BARY_U + k], real[ray.BARY_V + k], -1, is_read)
     for field in range(len(_HIT)):
         samples.hits[row, field, i] = real[_HIT[field] + k]
     samples.numbers[row, 0, i], samples.numbers[row, 1, i], samples.numbers[row, 2, i] = face, x, y
@@ -227,7 +227,7 @@ def load_samples(samples: EdgeSamples, row: int, begin: int, memory: ShadeScratc
     """Write 16 samples of a row of tiles into the packet, as Embree has left them, from number ``begin`` on; rays without one are off."""
     packet = memory.trace.rays
     for k in range(LANES):
-        i = min(begin + k, samples.count[row] - 1)
+        i = min(begin + k, samples.counts[row] - 1)
         for field in range(len(_HIT)):
             packet.real[_HIT[field] + k] = samples.hits[row, field, i]
         face = samples.numbers[row, 0, i] if begin + k == i else np.int32(-1)
@@ -241,7 +241,7 @@ def load_samples(samples: EdgeSamples, row: int, begin: int, memory: ShadeScratc
 @inlined
 def add_samples(samples: EdgeSamples, row: int, begin: int, primary: NDArray[np.float32], image: NDArray[np.float32]) -> None:
     """Add a quarter of the light of the samples that are shaded, from number ``begin`` on, to their pixels."""
-    for k in range(min(LANES, samples.count[row] - begin)):
+    for k in range(min(LANES, samples.counts[row] - begin)):
         x, y = samples.numbers[row, 1, begin + k], samples.numbers[row, 2, begin + k]
         for channel in range(3):
             seen = primary[rec.SHARE + channel, k] * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO

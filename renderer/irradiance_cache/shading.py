@@ -104,9 +104,9 @@ def shade_hits(
     step: int,
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs."""
-    primary, apart = memory.primary, len(samples.count) > 0
+    primary, apart = memory.primary, len(samples.counts) > 0
     for row in range(first * TILE, view.camera.height, step * TILE):
-        end, stride = (samples.count[row // TILE], LANES) if apart else (view.camera.width, TILE)
+        end, stride = (samples.counts[row // TILE], LANES) if apart else (view.camera.width, TILE)
         for begin in range(0, end, stride):
             if apart:
                 load_samples(samples, row // TILE, begin, memory)
