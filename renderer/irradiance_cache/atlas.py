@@ -21,6 +21,7 @@ _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _INSET_M = 2e-3
 _INSET = 0.25
 _FACING = 1.5
+_LONG = 4.0
 NONE, GRID, CORNERS = range(3)
 """``cells[:, 3]``: how the nodes of a triangle are found."""
 
@@ -206,16 +207,20 @@ def _lay_corners(
     shading = mesh.normals.astype(np.float64)[faces].reshape(-1, 3)
     facing = np.rint(_FACING * shading).astype(np.int64)
     key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), np.repeat(face_part[members], 3)]))
-    lead, node = (item.astype(np.int64) for item in np.unique(key, return_index=True, return_inverse=True)[1:])
+    node = np.unique(key, return_inverse=True)[1].astype(np.int64)
+    order = np.lexsort((-np.repeat(charts.area[members], 3), node))
+    lead = order[np.searchsorted(node[order], np.arange(node.max() + 1))]
     cells[members] = np.column_stack([first + node.reshape(-1, 3), np.full(len(members), CORNERS)])
     normal = np.column_stack([np.bincount(node, shading[:, axis]).astype(np.float64) for axis in range(3)])
     short = np.linalg.norm(normal, axis=1) < 1e-6
     normal[short] = shading[lead[short]]
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    # The point of the leading triangle near the corner.
-    corner = lead % 3
-    shares = np.full((len(lead), 3), 0.05)
-    shares[np.arange(len(lead)), corner] = 0.9
+    # The point of the largest triangle near the corner, farther inside where that is long: what lies at a rim is often covered.
+    corner, at = lead % 3, mesh.vertices.astype(np.float64)[faces[lead // 3]]
+    longest = np.linalg.norm(at - np.roll(at, 1, axis=1), axis=2).max(axis=1)
+    inset = np.where(longest > _LONG * spacing_m, 0.15, 0.05)
+    shares = np.repeat(inset[:, None], 3, axis=1)
+    shares[np.arange(len(lead)), corner] = 1.0 - 2.0 * inset
     return members[lead // 3], shares[:, 1:], normal
 
 
@@ -329,3 +334,31 @@ def find_nodes(
                 behind += 1
         count = behind
     return count
+
+
+@inlined
+def mark_nodes(atlas: Atlas, face: int, u: np.float32, v: np.float32, before: int, is_read: NDArray[np.bool_]) -> int:
+    """Mark the nodes around a hit in ``is_read`` (n,), on both sides where there are two.
+
+    Return the place of the hit's cell in ``grid``, -1 if it is on none; the nodes of the cell at ``before`` are marked already.
+    """
+    kind, place = atlas.cells[face, 3], -1
+    if kind == CORNERS:
+        for corner in range(3):
+            _mark(atlas, atlas.cells[face, corner], is_read)
+    elif kind == GRID:
+        place, _, _ = find_cell(atlas, face, u, v)
+        if place != before:
+            columns, rows = atlas.cells[face, 1], atlas.cells[face, 2]
+            for corner in range(4):
+                beside = place + (corner & 1 if columns > 1 else 0) + (columns if corner >> 1 and rows > 1 else 0)
+                if atlas.grid[beside] >= 0:
+                    _mark(atlas, atlas.grid[beside], is_read)
+    return place
+
+
+@inlined
+def _mark(atlas: Atlas, node: int, is_read: NDArray[np.bool_]) -> None:
+    is_read[node] = True
+    if atlas.back[node] >= 0:
+        is_read[atlas.back[node]] = True

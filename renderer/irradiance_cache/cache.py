@@ -25,6 +25,7 @@ from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import see_lights, solve_links
 
+_BRIGHT_SAMPLES = 1024
 _MOST_SWEEPS = 100
 _OPEN_M = np.float32(0.8)
 """How far coarse nodes in the open are taken to be from what surrounds them, at least."""
@@ -84,7 +85,7 @@ class IrradianceCache:
         self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
         self.leaving = self.even * geometry.albedo
         self.luminance = luminance[geometry.other]
-        bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, 32, 0.3)
+        bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
         self._coarse_light = None
 

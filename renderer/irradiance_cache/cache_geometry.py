@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
+from renderer.irradiance_cache.atlas import GRID, Atlas, build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
 from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
+from renderer.irradiance_cache.specular import SMOOTH
 from renderer.irradiance_cache.winding import seen_from_behind
+from renderer.path import surface_tables as st
 from renderer.scene.flat_scene import is_same_geometry
 
 
@@ -64,7 +66,8 @@ class CacheGeometry:
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
         other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing
             and something around it is not close by.
-        shining_area: (n,) float32, m2 that each stands for.
+        shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
+            area nobody sees, and where rays go on.
         albedo, glow: (n, 3) float32, what coarse nodes reflect, and the luminance of screens and the like, cd/m2.
         complete: whether :meth:`link` has ended.
     """
@@ -127,7 +130,8 @@ class CacheGeometry:
         # where there are none tell nothing.
         self.known = valid[self.other]
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
-        self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)
+        shines = valid & ~_sends_rays_on(scene, coarse)
+        self.shining_area = np.where(shines, coarse.area, np.float32(0.0))
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
         node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
         self.sightings = Sightings(np.concatenate(node_part), np.concatenate(sights))
@@ -146,6 +150,19 @@ class CacheGeometry:
         return sum(
             array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.known, self.shining_area)
         )
+
+
+def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:
+    """Return which nodes (n,) lie on mirrors or clear glass, from which rays go on (:func:`renderer.irradiance_cache.hemisphere.follow`).
+
+    What they show is what those rays see; their own light must not be counted beside it.
+    """
+    rows = scene.surfaces.materials.reshape(-1, st.ROW_SIZE)[scene.flat.face_part[atlas.face]]
+    cells = atlas.cells[atlas.face]
+    wide = (cells[:, 3] == GRID) & (cells[:, 1] > 2) & (cells[:, 2] > 2)
+    mirror = (rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide
+    clear = (rows[:, st.TRANSMISSION] > 0.5) & (rows[:, st.PORTAL] == 0.0)
+    return np.asarray(mirror | clear)
 
 
 def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worker: int, piece: tuple[int, int]) -> None:

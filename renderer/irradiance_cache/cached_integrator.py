@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.edges import make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamps import build_lamps
-from renderer.irradiance_cache.reconstruction import OFFSETS, make_picture, mix_mirrored, smooth_edges
+from renderer.irradiance_cache.reconstruction import make_picture, mix_mirrored
 from renderer.irradiance_cache.records import Tables, make_shade_scratch
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits, TracedView
@@ -33,7 +34,7 @@ class CachedIntegrator:
         self._scene, self._tree = scene, tree
         self._memory = [make_shade_scratch(scratch) for scratch in scene.scratch]
         self._store = store
-        self._images = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
+        self._none, self._images = make_edge_samples(0, 0), (make_picture(0, 0), np.empty((0, 0, 3), np.float32), make_edge_samples(0, 0))
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
         self.strays = 0
@@ -56,22 +57,27 @@ class CachedIntegrator:
         workers, memory, step = self._scene.workers, self._memory, self._scene.workers.count
         lit, size = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != size:
-            self._images = (make_picture(*size), np.empty((*size, 3), np.float32))
-        picture, image = self._images
-        smooth = np.empty((*size, 3), np.float32)
+            self._images = (make_picture(*size), np.empty((*size, 3), np.float32), make_edge_samples(*size))
+        picture, image, samples = self._images
+        smooth, is_read = np.empty((*size, 3), np.float32), np.zeros(len(self._store.atlas.face), np.bool_)
         for one in memory:
             one.strays.met[0] = 0
 
         def shade(worker: int, first: int) -> None:
-            shade_hits(lit, self._tables, view, frame_key, memory[worker], picture, first, step)
+            shade_hits(lit, self._tables, view, frame_key, self._none, memory[worker], picture, first, step)
 
         def smooth_rows(worker: int, first: int) -> None:
-            smooth_edges(lit, view, OFFSETS, memory[worker], image, smooth, first, step)
+            smooth_edges(lit, self._tables.fine, view, memory[worker], image, smooth, samples, is_read, first, step)
+
+        def shade_samples(worker: int, first: int) -> None:
+            shade_hits(lit, self._tables, view, frame_key, samples, memory[worker], picture._replace(light=smooth), first, step)
 
         workers.run(shade, range(step), cancelled)
         self.strays = sum(int(one.strays.met[0]) for one in memory)
         self._scene.in_rows(mix_mirrored, lit.surfaces, view.hits, picture, image)
         workers.run(smooth_rows, range(step))
+        self._fill(is_read, cancelled)
+        workers.run(shade_samples, range(step), cancelled)
         return smooth
 
     def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
@@ -80,7 +86,11 @@ class CachedIntegrator:
         is_read = np.zeros(len(self._store.atlas.face), np.bool_)
 
         scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, is_read, first, step), range(step))
+        self.filling_s = 0.0
+        return self._fill(is_read, cancelled)
+
+    def _fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None) -> int:
         began = time.perf_counter()
         new = self._store.fill(is_read, cancelled)
-        self.filling_s = time.perf_counter() - began
+        self.filling_s += time.perf_counter() - began
         return new

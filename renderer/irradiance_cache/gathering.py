@@ -12,6 +12,7 @@ from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
+from renderer.core.random_numbers import mix_bits
 from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
@@ -36,13 +37,16 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CLEAR_M = np.float32(1e-3)
 _OPEN, _LEAST_WORTH = np.float32(0.3), np.float32(0.02)
 _LEAST_COSINE = np.float32(0.05)
+BRIGHT_RAYS = 2 * LANES
+"""By how many points of bright nodes a node is lit, each of another run of all samples: all nodes by the same would be wrong alike."""
 
 
 class Bright(NamedTuple):
     """Coarse nodes that are much brighter than others, sampled as lights are, for kernels.
 
     chosen: (n,) bool, which they are; point, normal, weight: (s, 3) float32 each, samples of them, metres and world, and luminance times
-    area that each stands for, cd.  Light from nearer than ``near_m`` is gathered instead.
+    area that each stands for where there is one ray for each of BRIGHT_RAYS runs of them, cd.  Light from nearer than ``near_m`` is
+    gathered instead.
     """
 
     chosen: NDArray[np.bool_]
@@ -64,7 +68,7 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
         nothing = np.zeros((0, 3), np.float32)
         return Bright(np.zeros(len(shown), np.bool_), nothing, nothing, nothing, np.float32(near_m))
     picked = nodes[np.searchsorted(np.cumsum(flux), (np.arange(samples) + 0.5) / samples * total).clip(0, len(nodes) - 1)]
-    weight = luminance[picked] / shown[picked, None] * (total / samples)
+    weight = luminance[picked] / shown[picked, None] * (total / BRIGHT_RAYS)
     return Bright(chosen, atlas.position[picked], atlas.normal[picked], weight.astype(np.float32), np.float32(near_m))
 
 
@@ -111,8 +115,8 @@ def gather_nodes(
         r, g, b, x, y, z = scale * sums.r, scale * sums.g, scale * sums.b, scale * sums.x, scale * sums.y, scale * sums.z
         if len(source.bright.point) > 0:
             stand_on(target, node, memory.trace)
-            for begin in range(0, len(source.bright.point), LANES):
-                red, green, blue, dx, dy, dz = _light_of_bright(scene, source.bright, begin, memory.trace)
+            for begin in range(0, BRIGHT_RAYS, LANES):
+                red, green, blue, dx, dy, dz = _light_of_bright(scene, source.bright, node_seed(node, rays.key), begin, memory.trace)
                 r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
         light.indirect[node, 0] += r
         light.indirect[node, 1] += g
@@ -184,12 +188,12 @@ def _complete_direction(light: NodeLight, node: int, x: np.float32, y: np.float3
 
 @inlined
 def _light_of_bright(
-    scene: LitScene, bright: Bright, begin: int, scratch: Scratch
+    scene: LitScene, bright: Bright, seed: np.uint32, begin: int, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return illuminance (r, g, b) by 16 samples of bright nodes, and luminance times direction."""
-    lanes = scratch.lanes
+    """Return illuminance (r, g, b) by 16 samples of bright nodes, and luminance times direction; ``seed`` chooses within their runs."""
+    lanes, run = scratch.lanes, len(bright.point) // BRIGHT_RAYS
     for k in range(LANES):
-        i = begin + k
+        i = (begin + k) * run + int(mix_bits(np.uint32(seed + np.uint32(begin + k)))) % run
         x, y, z = (bright.point[i, 0] - lanes[ln.P_X + k], bright.point[i, 1] - lanes[ln.P_Y + k], bright.point[i, 2] - lanes[ln.P_Z + k])
         squared = x * x + y * y + z * z
         inverse = _ONE / np.sqrt(max(squared, _TINY))

@@ -204,7 +204,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
     if clear or mirror:
         share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
-        # What a face of glass mirrors sees a room that is about as bright: only its colour takes light away.
+        # What a face of glass mirrors or scatters sees a room that is about as bright: only its colour takes light away.
         if u >= (np.sqrt(share) if clear else share):
             return 0
         go_on(rays, k, mirror)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.microfacet import ggx_g1_root
+from renderer.bsdf.microfacet import ggx_g1_root, schlick_weight
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.mirrored import pixel_noise
+from renderer.irradiance_cache.mirrored import base_fresnel, gloss_fresnel, pixel_noise
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, WIDE, Lamps, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
@@ -23,7 +23,7 @@ from renderer.scene.flat_scene import FlatScene
 from scene_description.products import matmul, norm
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_LEAST_COSINE = np.float32(0.05)
+_LEAST_COSINE, _INFINITE = np.float32(0.05), np.float32(np.inf)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
 _MOST_BALLS = 4
 """Side by side, for one pane or flat lamp."""
@@ -94,14 +94,6 @@ def mirrored_share(
 
 
 @inlined
-def _schlick(cosine: np.float32) -> np.float32:
-    """Return Fresnel's term of dielectrics by Schlick's approximation, for an index of 1.5."""
-    rest = max(_ONE - cosine, _ZERO)
-    value: np.float32 = np.float32(0.04) + np.float32(0.96) * rest * rest * rest * rest * rest
-    return value
-
-
-@inlined
 def choose_lamps(surfaces: Surfaces, lamps: Lamps, x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
     """Choose balls that lane k, of pixel (x, y), mirrors, by how much each adds to the pixel; return 1 if it is worth a ray.
 
@@ -135,8 +127,8 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, x: int, y: int, k: int, prima
 
 
 @inlined
-def add_lamps(scene: LitScene, lamps: Lamps, column: int, row: int, memory: ShadeScratch) -> None:
-    """Add what the balls that were chosen send to a tile's pixels, each where nothing stands before a point of it."""
+def add_lamps(scene: LitScene, lamps: Lamps, memory: ShadeScratch) -> None:
+    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it."""
     lanes, primary = memory.trace.lanes, memory.primary
     for j in range(LAMP_RAYS):
         for k in range(LANES):
@@ -144,10 +136,14 @@ def add_lamps(scene: LitScene, lamps: Lamps, column: int, row: int, memory: Shad
             if primary[rec.LAMPLIGHT, k] > _ZERO:
                 share = primary[rec.LAMPLIGHT, k] / np.float32(LAMP_RAYS)
                 lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * primary[rec.PICKED_R + j, k], share * primary[rec.PICKED_G + j, k]
-                lanes[ln.LI_B + k], lanes[ln.LIGHT_END + k] = share * primary[rec.PICKED_B + j, k], _ONE
-                _, noise = pixel_noise(column + (k & 3), row + (k >> 2), _KEY)
+                lanes[ln.LI_B + k] = share * primary[rec.PICKED_B + j, k]
+                # What hides the sky may stand outside.
+                ball = int(primary[rec.PICKED + j, k])
+                is_pane = scene.surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
+                lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
+                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
                 v = noise + np.float32(j) * _GOLDEN
-                _aim_at_ball(lamps.balls, int(primary[rec.PICKED + j, k]), k, primary[rec.PICKED_U + j, k], v - np.floor(v), lanes)
+                _aim_at_ball(lamps.balls, ball, k, primary[rec.PICKED_U + j, k], v - np.floor(v), lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
@@ -196,23 +192,17 @@ def _mirrored_light(surfaces: Surfaces, lamps: Lamps, i: int, k: int, primary: N
     facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
     half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
     over = mirrored_share(facet, half, cosine, height, alpha, spread) if pane or alpha >= SHARP else _ZERO
-    under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread)
+    coated = primary[rec.UNDER_ALPHA, k] < _ONE
+    under = mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread) if coated and not pane else _ZERO
     if over + under == _ZERO:
         return _ZERO, _ZERO, _ZERO
-    if lanes[ln.METALLIC + k] < _HALF:
-        # The share is that of the mirrored direction: Fresnel's term is less where microfacets are seen less aslant.
-        over *= _schlick(half) / _schlick(height)
-        under *= _schlick(half) / _schlick(height)
-    # What the lobe reflects in all is less than Fresnel's term: microfacets shade each other, and the share knows that already.
-    coated = primary[rec.UNDER_ALPHA, k] < _ONE
-    over /= lanes[(ln.E_COAT if coated else ln.E_WO) + k]
-    under /= lanes[ln.E_WO + k]
     r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-    return (
-        (over * primary[rec.SHARE, k] + under * primary[rec.UNDER, k]) * r,
-        (over * primary[rec.SHARE + 1, k] + under * primary[rec.UNDER + 1, k]) * g,
-        (over * primary[rec.SHARE + 2, k] + under * primary[rec.UNDER + 2, k]) * b,
-    )
+    red, green, blue = gloss_fresnel(half, k, primary, lanes)
+    r, g, b, under_r, under_g, under_b = over * red * r, over * green * g, over * blue * b, under * r, under * g, under * b
+    if under > _ZERO:
+        red, green, blue = base_fresnel(schlick_weight(half), k, lanes)
+        r, g, b = r + red * under_r, g + green * under_g, b + blue * under_b
+    return r, g, b
 
 
 @inlined

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.microfacet import sample_ggx_wm
-from renderer.camera.camera_rays import CENTRE
-from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import aim_exposed_tile
+from renderer.bsdf.layers import COAT_F0
+from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, intersect16
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.irradiance_cache import records as rec
@@ -20,7 +18,7 @@ from renderer.irradiance_cache.atlas import find_nodes
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint
 from renderer.irradiance_cache.reflectance import rough_albedo
-from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
+from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
@@ -29,6 +27,7 @@ from renderer.path.surfaces import evaluate_surfaces
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
+_LEAST_SHARE, _MOST_GAIN = np.float32(1e-6), np.float32(4.0)
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
 
@@ -66,26 +65,60 @@ def lobe_point(x: int, y: int, by_blocks: bool) -> tuple[np.float32, np.float32]
 
 @inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
-    """Fill AHEAD, the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
+    """Fill AHEAD, the direction of lane k's mirrored ray, world, sampled among the microfacets that are seen, and GAIN.
+
+    SHARE is what they reflect in the mean; those that are tilted to the viewer reflect less, and some reflect into the surface.
+    """
     u, v = lobe_point(x, y, bool((primary[rec.ALPHA, k] > ROUGH) & (primary[rec.DENSE, k] == _ZERO)))
-    wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
-    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, primary[rec.ALPHA, k], u, v)
-    twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)
-    a, b, c = twice * wm_x - wo_x, twice * wm_y - wo_y, max(twice * wm_z - wo_z, np.float32(1e-3))
+    wo_x, wo_y, wo_z, alpha = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k], primary[rec.ALPHA, k]
+    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, u, v)
+    half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
+    a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
+    root = ggx_g1_root(wo_z, alpha)
+    seen = c * (wo_z + root) / (c * root + wo_z * ggx_g1_root(c, alpha)) if c > _ZERO else _ZERO
+    red, green, blue = gloss_fresnel(half, k, primary, lanes)
+    primary[rec.GAIN, k] = min(seen * red / max(primary[rec.SHARE, k], _LEAST_SHARE), _MOST_GAIN)
+    primary[rec.GAIN + 1, k] = min(seen * green / max(primary[rec.SHARE + 1, k], _LEAST_SHARE), _MOST_GAIN)
+    primary[rec.GAIN + 2, k] = min(seen * blue / max(primary[rec.SHARE + 2, k], _LEAST_SHARE), _MOST_GAIN)
+    c = max(c, np.float32(1e-3))
     primary[rec.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
     primary[rec.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
     primary[rec.AHEAD + 2, k] = a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k]
 
 
 @inlined
-def add_gloss(scene: LitScene, tables: Tables, camera: PosedCamera, column: int, row: int, memory: ShadeScratch) -> None:
+def gloss_fresnel(half: np.float32, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> Rgb:
+    """Return what microfacets that are seen with the cosine ``half`` reflect by the lobe of SHARE (r, g, b); glass as in the mean."""
+    schlick = schlick_weight(half)
+    if lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k] > _HALF:
+        return primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
+    coat = lanes[ln.COAT + k] * (COAT_F0 + (_ONE - COAT_F0) * schlick)
+    if primary[rec.UNDER_ALPHA, k] < _ONE:
+        return coat, coat, coat
+    r, g, b = base_fresnel(schlick, k, lanes)
+    return r + coat, g + coat, b + coat
+
+
+@inlined
+def base_fresnel(schlick: np.float32, k: int, lanes: NDArray[np.float32]) -> Rgb:
+    """Return what microfacets of metal and opaque dielectrics, under their coat, reflect (r, g, b) at a weight after Schlick."""
+    rest, most = _ONE - schlick, lanes[ln.SPECULAR_F90 + k] * schlick
+    return lanes[ln.SPECULAR_R + k] * rest + most, lanes[ln.SPECULAR_G + k] * rest + most, lanes[ln.SPECULAR_B + k] * rest + most
+
+
+@inlined
+def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: ShadeScratch) -> None:
     """Trace the rays that are sent, on by mirrors and through glass, and add what they see by light of the coarse nodes."""
-    scratch, primary, spread = memory.trace, memory.primary, _ONE / camera.focal_px
+    scratch, primary = memory.trace, memory.primary
     _aim_mirrored(scratch, primary)
     _trace_on(scene, False, scratch, primary)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
         _see_surfaces(scene, tables, spread, False, memory)
-    if _aim_through(camera, column, row, scratch, primary) > 0:
+    for k in range(LANES):
+        if primary[rec.KIND, k] > _ZERO:
+            for channel in range(3):
+                primary[rec.SEEN + channel, k] *= primary[rec.GAIN + channel, k]
+    if _aim_through(scratch, primary) > 0:
         _trace_on(scene, True, scratch, primary)
         _see_surfaces(scene, tables, spread, True, memory)
 
@@ -93,37 +126,34 @@ def add_gloss(scene: LitScene, tables: Tables, camera: PosedCamera, column: int,
 @inlined
 def _aim_mirrored(scratch: Scratch, primary: NDArray[np.float32]) -> None:
     """Aim the rays of all that mirrors."""
-    rays = scratch.rays
-    real, integer = rays.real, rays.integer
     for k in range(LANES):
-        rays.alive[k] = -1 if primary[rec.KIND, k] > _ZERO else 0
-        integer[ray.GEOM_ID + k] = INVALID_ID
-        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
-        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
-        if primary[rec.KIND, k] > _ZERO:
-            for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = primary[rec.POINT + axis, k]
-                real[ray.DIR_X + LANES * axis + k] = primary[rec.AHEAD + axis, k]
+        _aim(primary, rec.POINT, rec.AHEAD, primary[rec.KIND, k] > _ZERO, k, scratch.rays)
 
 
 @inlined
-def _aim_through(camera: PosedCamera, column: int, row: int, scratch: Scratch, primary: NDArray[np.float32]) -> int:
+def _aim_through(scratch: Scratch, primary: NDArray[np.float32]) -> int:
     """Aim rays straight on through glass, as if it were thin; return how many there are."""
-    rays = scratch.rays
-    real, integer = rays.real, rays.integer
     count = 0
     for k in range(LANES):
-        count += primary[rec.KIND, k] > _BOTH_WAYS
-    if count == 0:
-        return 0
-    aim_exposed_tile(camera, column, row, CENTRE, rays)
-    for k in range(LANES):
-        rays.alive[k] = -1 if primary[rec.KIND, k] > _BOTH_WAYS else 0
-        if primary[rec.PANE, k] > _ZERO:
-            integer[ray.MASK + k] = PASS_PANES
-            for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = primary[rec.POINT + axis, k]
+        goes, pane = primary[rec.KIND, k] > _BOTH_WAYS, primary[rec.PANE, k] > _ZERO
+        _aim(primary, rec.POINT if pane else rec.EYE, rec.WAY, goes, k, scratch.rays)
+        if goes and pane:
+            scratch.rays.integer[ray.MASK + k] = PASS_PANES
+        count += goes
     return count
+
+
+@inlined
+def _aim(primary: NDArray[np.float32], point: int, way: int, goes: bool, k: int, rays: Packet) -> None:
+    """Aim ray k from a point of ``primary`` along a direction there, if it ``goes``."""
+    real = rays.real
+    rays.alive[k], rays.integer[ray.GEOM_ID + k] = -1 if goes else 0, INVALID_ID
+    real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+    real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+    if goes:
+        for axis in range(3):
+            real[ray.ORG_X + LANES * axis + k] = primary[point + axis, k]
+            real[ray.DIR_X + LANES * axis + k] = primary[way + axis, k]
 
 
 @inlined
@@ -154,8 +184,9 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
             if (clear or mirror) and depth + 1 < _DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
                     for channel in range(3):
-                        base = table[at + st.BASE + channel]
-                        lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
+                        lanes[ln.BETA_R + LANES * channel + k] *= (
+                            clear_share(table, at, channel) if clear else table[at + st.BASE + channel]
+                        )
                 go_on(rays, k, mirror)
                 waiting += 1
     # All rays that were sent are to be shaded where they ended.

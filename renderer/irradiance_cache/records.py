@@ -33,6 +33,8 @@ _PRIMARY = Layout()
 SHARE = _PRIMARY.field(3)  # of the light from the gloss ray that leaves towards the camera
 POINT = _PRIMARY.field(3)  # where it begins
 AHEAD = _PRIMARY.field(3)  # its direction
+EYE = _PRIMARY.field(3)  # where the camera's ray begins
+WAY = _PRIMARY.field(3)  # its direction
 LIGHT = _PRIMARY.field(3)  # luminance of the pixel so far
 BASE = _PRIMARY.field(3)  # what glass or a pane lets through of what it does not reflect
 PANE = _PRIMARY.field()  # 1 for a window pane
@@ -46,6 +48,7 @@ PICKED = _PRIMARY.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow 
 PICKED_U = _PRIMARY.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
 PICKED_R, PICKED_G, PICKED_B = (_PRIMARY.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
+GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 
 
@@ -82,11 +85,12 @@ class Tables(NamedTuple):
 class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
-    trace: rays and lanes; nodes, weights: (4,), those around a hit; primary: (PRIMARY, 16), primary hits while their rays are traced;
-    edges: (7, 48), rays of a tile's edges; strays: those of a tile.
+    trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; nodes, weights: (4,), those around a hit; primary:
+    (PRIMARY, 16), primary hits while their rays are traced; edges: (7, 48), rays of a tile's edges; strays: those of a packet.
     """
 
     trace: Scratch
+    pixels: NDArray[np.int32]
     nodes: NDArray[np.int32]
     weights: NDArray[np.float32]
     primary: NDArray[np.float32]
@@ -97,7 +101,8 @@ class ShadeScratch(NamedTuple):
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
     primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
-    return ShadeScratch(trace, np.zeros(4, np.int32), np.zeros(4, np.float32), primary, edges, make_strays(trace))
+    pixels, nodes = np.zeros((2, LANES), np.int32), np.zeros(4, np.int32)
+    return ShadeScratch(trace, pixels, nodes, np.zeros(4, np.float32), primary, edges, make_strays(trace))
 
 
 @inlined

@@ -29,7 +29,8 @@ from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
+from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_nodes, mark_nodes
+from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID, NodeLight
@@ -67,27 +68,7 @@ def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int,
             face = hits.face[y, x]
             if face < 0 or (face == last_face and atlas.cells[face, 3] != GRID):
                 continue
-            last_face = face
-            if atlas.cells[face, 3] == CORNERS:
-                for corner in range(3):
-                    _want(atlas, atlas.cells[face, corner], is_read)
-            elif atlas.cells[face, 3] == GRID:
-                place, _, _ = find_cell(atlas, face, hits.u[y, x], hits.v[y, x])
-                if place == last_cell:
-                    continue
-                last_cell = place
-                columns, rows = atlas.cells[face, 1], atlas.cells[face, 2]
-                for corner in range(4):
-                    beside = place + (corner & 1 if columns > 1 else 0) + (columns if corner >> 1 and rows > 1 else 0)
-                    if atlas.grid[beside] >= 0:
-                        _want(atlas, atlas.grid[beside], is_read)
-
-
-@inlined
-def _want(atlas: Atlas, node: int, is_read: NDArray[np.bool_]) -> None:
-    is_read[node] = True
-    if atlas.back[node] >= 0:
-        is_read[atlas.back[node]] = True
+            last_face, last_cell = face, mark_nodes(atlas, face, hits.u[y, x], hits.v[y, x], last_cell, is_read)
 
 
 class Incident(NamedTuple):
@@ -112,48 +93,73 @@ class Incident(NamedTuple):
 
 @entry
 def shade_hits(
-    scene: LitScene, tables: Tables, view: TracedView, frame_key: np.uint32, memory: ShadeScratch, picture: Picture, first: int, step: int
+    scene: LitScene,
+    tables: Tables,
+    view: TracedView,
+    frame_key: np.uint32,
+    samples: EdgeSamples,
+    memory: ShadeScratch,
+    picture: Picture,
+    first: int,
+    step: int,
 ) -> None:
-    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture."""
-    lanes, primary = memory.trace.lanes, memory.primary
-    has_sun = len(scene.lights.infinite.part) > 0
+    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs."""
+    primary, apart = memory.primary, len(samples.counts) > 0
     for row in range(first * TILE, view.camera.height, step * TILE):
-        for column in range(0, view.camera.width, TILE):
-            kinds = _restore_surfaces(scene, view, column, row, memory.trace)
-            sunny = lamplit = traced = strays = 0
-            # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
-            for turn in range(2):
-                for i in range(LANES if turn == 0 else strays):
-                    k = i if turn == 0 else int(memory.strays.lanes[i])
-                    if turn == 0:
-                        _begin_pixel(lanes, primary, k)
-                        if lanes[ln.HIT + k] == _ZERO:
-                            continue
-                    incident = _read_light(tables, k, memory) if turn == 0 else _light_of_stray(memory.strays.light, k)
-                    if not incident.known:
-                        strays = add_stray(lanes, k, strays, memory.strays)
-                        continue
-                    more = _shade_lane(scene, tables, incident, kinds, column + (k & 3), row + (k >> 2), k, memory)
-                    sunny, lamplit, traced = sunny + more[0], lamplit + more[1], traced + more[2]
-                if strays == 0:
-                    break
-                if turn == 0:
-                    light_strays(scene, tables.source, tables.rays, strays, memory.strays)
-            if lamplit > 0:
-                add_lamps(scene, tables.lamps, column, row, memory)
-            if has_sun and sunny > 0:
-                _add_sun(scene, kinds, column, row, frame_key, memory)
-            if traced > 0:
-                add_gloss(scene, tables, view.camera, column, row, memory)
-            _store(column, row, primary, picture)
+        end, stride = (samples.counts[row // TILE], LANES) if apart else (view.camera.width, TILE)
+        for begin in range(0, end, stride):
+            if apart:
+                load_samples(samples, row // TILE, begin, memory)
+            else:
+                aim_exposed_tile(view.camera, begin, row, CENTRE, memory.trace.rays)
+                restore_hits(view, begin, row, memory.trace.rays)
+                for k in range(LANES):
+                    memory.pixels[0, k], memory.pixels[1, k] = begin + (k & 3), row + (k >> 2)
+            _shade_packet(scene, tables, _ONE / view.camera.focal_px, frame_key, apart, memory)
+            if apart:
+                add_samples(samples, row // TILE, begin, primary, picture.light)
+            else:
+                _store(begin, row, primary, picture)
+
+
+@inlined
+def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key: np.uint32, alone: bool, memory: ShadeScratch) -> None:
+    """Shade 16 hits, which lie in the packet; ``alone``: whether each sends mirrored rays of its own."""
+    lanes, primary = memory.trace.lanes, memory.primary
+    kinds = _build_surfaces(scene, spread, memory.trace)
+    sunny = lamplit = traced = strays = 0
+    # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
+    for turn in range(2):
+        for i in range(LANES if turn == 0 else strays):
+            k = i if turn == 0 else int(memory.strays.lanes[i])
+            if turn == 0:
+                _begin_pixel(lanes, primary, k)
+                if lanes[ln.HIT + k] == _ZERO:
+                    continue
+            incident = _read_light(tables, k, memory) if turn == 0 else _light_of_stray(memory.strays.light, k)
+            if not incident.known:
+                strays = add_stray(lanes, k, strays, memory.strays)
+                continue
+            more = _shade_lane(scene, tables, incident, kinds, alone, k, memory)
+            sunny, lamplit, traced = sunny + more[0], lamplit + more[1], traced + more[2]
+        if strays == 0:
+            break
+        if turn == 0:
+            light_strays(scene, tables.source, tables.rays, strays, memory.strays)
+    if lamplit > 0:
+        add_lamps(scene, tables.lamps, memory)
+    if len(scene.lights.infinite.part) > 0 and sunny > 0:
+        _add_sun(scene, kinds, frame_key, memory)
+    if traced > 0:
+        add_gloss(scene, tables, spread, memory)
 
 
 @inlined
 def _shade_lane(
-    scene: LitScene, tables: Tables, incident: Incident, kinds: int, x: int, y: int, k: int, memory: ShadeScratch
+    scene: LitScene, tables: Tables, incident: Incident, kinds: int, alone: bool, k: int, memory: ShadeScratch
 ) -> tuple[int, int, int]:
-    """Add matt light to the pixel (x, y) of lane k, and prepare what it mirrors; return 1 or 0 for the sun, a lamp, a ray of its own."""
-    lanes, primary = memory.trace.lanes, memory.primary
+    """Add matt light to the pixel of lane k, and prepare what it mirrors; return 1 or 0 for the sun, a lamp, a ray of its own."""
+    lanes, primary, x, y = memory.trace.lanes, memory.primary, memory.pixels[0, k], memory.pixels[1, k]
     along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
     sunny, lamplit = _add_diffuse(incident, along, kinds, lanes, primary, k), 0
     glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
@@ -161,19 +167,17 @@ def _shade_lane(
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
         lamplit = choose_lamps(scene.surfaces, tables.lamps, x, y, k, primary, lanes)
-    if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
+    if not (glass or alone) and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, lamplit, 0
-    _send_ray(incident, glass, x, y, k, lanes, primary)
+    _send_ray(incident, glass, k, memory)
     return sunny, lamplit, 1
 
 
 @inlined
-def _restore_surfaces(scene: LitScene, view: TracedView, column: int, row: int, scratch: Scratch) -> int:
-    """Fill the lanes with the surfaces of a tile's recorded hits; return the kinds of their BSDFs."""
-    lanes, spread = scratch.lanes, _ONE / view.camera.focal_px
-    aim_exposed_tile(view.camera, column, row, CENTRE, scratch.rays)
-    restore_hits(view, column, row, scratch.rays)
+def _build_surfaces(scene: LitScene, spread: np.float32, scratch: Scratch) -> int:
+    """Fill the lanes with the surfaces of the packet's hits; return the kinds of their BSDFs.  ``spread``: of a pixel's cone."""
+    lanes = scratch.lanes
     for k in range(LANES):
         lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
         lanes[ln.RAY_PDF + k], lanes[ln.OUTSIDE + k] = _INFINITE, _ZERO
@@ -215,7 +219,8 @@ def _read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
         z += weight * rows[node, TOWARD + 2]
         lamps += weight * rows[node, LAMPS]
         sun = max(sun, rows[node, SUN])
-    if total > _LEAST_VALID:
+    # Nodes that are black may lie in gaps that what is seen stands out of: it looks around itself.
+    if total > _LEAST_VALID and r + g + b + sun > _ZERO:
         scale = _ONE / total
         x, y, z = scale * x, scale * y, scale * z
         rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
@@ -282,14 +287,20 @@ def _classify(
     coat = coat_albedo(lanes, kinds, k)
     primary[rec.UNDER, k] = primary[rec.UNDER + 1, k] = primary[rec.UNDER + 2, k] = _ZERO
     primary[rec.UNDER_ALPHA, k] = _ONE
-    if coat > _ZERO:
+    coat_roughness = lanes[ln.COAT_ROUGHNESS + k]
+    if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < tables.roughest:
+        # Coat and what lies under it are about as rough: one ray for both.
+        under = (r + g + b) * np.float32(1.0 / 3.0)
+        roughness = (coat * coat_roughness + under * roughness) / (coat + under)
+        r, g, b = r + coat, g + coat, b + coat
+    elif coat > _ZERO:
         # The coat's mirror image is traced; what lies under it is rough beside that.
         share = around * (_ONE - incident.lamps)
         _add_light(primary, k, share * r * incident.r, share * g * incident.g, share * b * incident.b)
         primary[rec.UNDER, k], primary[rec.UNDER + 1, k], primary[rec.UNDER + 2, k] = r, g, b
         primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
         r = g = b = coat
-        roughness = lanes[ln.COAT_ROUGHNESS + k]
+        roughness = coat_roughness
     most = max(r, g, b)
     if not ((most > tables.least_share) & (roughness < tables.roughest) or glass):
         _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
@@ -335,8 +346,9 @@ def _guess_mirrored(incident: Incident, around: np.float32, primary: NDArray[np.
 
 
 @inlined
-def _send_ray(incident: Incident, glass: bool, x: int, y: int, k: int, lanes: NDArray[np.float32], primary: NDArray[np.float32]) -> None:
-    """Let lane k, of pixel (x, y), send a mirrored ray, and one straight through if it is of glass."""
+def _send_ray(incident: Incident, glass: bool, k: int, memory: ShadeScratch) -> None:
+    """Let lane k send a mirrored ray, and one straight through if it is of glass."""
+    lanes, primary, real = memory.trace.lanes, memory.primary, memory.trace.rays.real
     primary[rec.KIND, k] = _TWO if glass else _ONE
     primary[rec.PANE, k] = lanes[ln.THIN + k]
     primary[rec.DENSE, k] = _ONE if lanes[ln.METALLIC + k] >= _HALF and primary[rec.ALPHA, k] > ROUGH else _ZERO
@@ -344,19 +356,21 @@ def _send_ray(incident: Incident, glass: bool, x: int, y: int, k: int, lanes: ND
     primary[rec.EVEN + 1, k] = _INVERSE_PI * incident.g
     primary[rec.EVEN + 2, k] = _INVERSE_PI * incident.b
     for channel in range(3):
-        tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
-        primary[rec.BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
+        tint = _ONE if lanes[ln.THIN + k] > _ZERO else np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
+        primary[rec.BASE + channel, k] = tint * lanes[ln.TRANSMISSION + k]
         primary[rec.POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
-    aim_gloss(x, y, k, primary, lanes)
+        primary[rec.EYE + channel, k] = real[ray.ORG_X + LANES * channel + k]
+        primary[rec.WAY + channel, k] = real[ray.DIR_X + LANES * channel + k]
+    aim_gloss(memory.pixels[0, k], memory.pixels[1, k], k, primary, lanes)
 
 
 @inlined
-def _add_sun(scene: LitScene, kinds: int, column: int, row: int, key: np.uint32, memory: ShadeScratch) -> None:
+def _add_sun(scene: LitScene, kinds: int, key: np.uint32, memory: ShadeScratch) -> None:
     """Add the sun's light, sampled some times, where the nodes around have any."""
     scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary
     for sample in range(_SUN_RAYS):
         for k in range(LANES):
-            u, v = pixel_noise(column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7)))
+            u, v = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], np.uint32(key + np.uint32(7)))
             v += np.float32(sample) / np.float32(_SUN_RAYS)
             lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = u, v - np.floor(v)
         sample_sun(scene.surfaces, scene.lights, scratch)

@@ -13,7 +13,9 @@ from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_SMOOTH, _CLEAR_M = np.float32(0.15), np.float32(1e-4)
+SMOOTH = np.float32(0.15)
+"""Roughness below which metal is a mirror."""
+_CLEAR_M = np.float32(1e-4)
 _DEEPEST = 8
 """Most faces of glass that a shadow ray passes."""
 
@@ -26,9 +28,19 @@ def is_clear(materials: NDArray[np.float32], row: int) -> bool:
 
 
 @inlined
+def clear_share(materials: NDArray[np.float32], row: int, channel: int) -> np.float32:
+    """Return what of a channel's light goes on through one face of the clear glass whose material begins at ``row``.
+
+    Two faces have the colour of the glass; as much as is opaque, and what is mirrored about, does not go on.
+    """
+    share: np.float32 = np.sqrt(materials[row + st.BASE + channel]) * materials[row + st.TRANSMISSION] * np.float32(0.96)
+    return share
+
+
+@inlined
 def is_mirror(materials: NDArray[np.float32], row: int) -> bool:
     """Return whether the part whose material begins at ``row`` is smooth metal."""
-    mirror: bool = (materials[row + st.METALLIC] > _HALF) & (materials[row + st.ROUGHNESS] < _SMOOTH)
+    mirror: bool = (materials[row + st.METALLIC] > _HALF) & (materials[row + st.ROUGHNESS] < SMOOTH)
     return mirror
 
 
@@ -91,8 +103,7 @@ def pass_glass(scene: LitScene, scratch: Scratch) -> None:
             row = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
             if is_clear(surfaces.materials, row):
                 for channel in range(3):
-                    tint = np.sqrt(surfaces.materials[row + st.BASE + channel]) * np.float32(0.96)
-                    lanes[ln.LI_R + channel * LANES + k] *= tint
+                    lanes[ln.LI_R + channel * LANES + k] *= clear_share(surfaces.materials, row, channel)
                 real[ray.TNEAR + k] = real[ray.TFAR + k] + np.float32(1e-5)
                 real[ray.TFAR + k], integer[ray.GEOM_ID + k] = lanes[ln.LIGHT_END + k], INVALID_ID
                 waiting += 1

@@ -8,6 +8,7 @@ from box_room import VIEW, box, pierced, pose, quad, scene
 from cached_rooms import CACHED, COARSE, SMALL, filled, solved
 
 from renderer import RenderCancelled, Renderer, Sky
+from renderer.irradiance_cache.cache_geometry import CacheConfig
 
 DAY = Sky(np.array([2500, 3500, 6000], np.float32), np.array([6000, 6500, 7500], np.float32), np.array([900, 850, 700], np.float32))
 SUNNY = DAY._replace(ground=np.zeros(3, np.float32), sun=np.array([0.0, 0.6, 0.8, 1e-4, 1e6, 9e5, 8e5], np.float32))
@@ -90,3 +91,15 @@ def test_solving_that_is_cancelled_again_and_again_comes_to_the_same():
         assert asked > 6
         cache.fill(np.ones(len(cache.atlas.face), np.bool_))
     assert bytes_of(cache) == bytes_of(whole)
+
+
+def test_only_what_is_seen_of_a_block_shines_and_mirrors_do_not():
+    """Half of a block is within a wall; what a mirror shows is found by the rays that it sends on."""
+    wall = box((0, 0, 0), (4, 1, 3), color=(0.5, 0.5, 0.5))
+    block = box((1.5, 0.5, 1), (2.5, 1.5, 2), color=(0.5, 0.5, 0.5))
+    mirror = quad((0, 4, 0), (0, 0, 3), (4, 0, 0), color=(0.9, 0.9, 0.9), metallic=1.0, roughness=0.0)
+    flat = scene(box((-1, 0, -1), (5, 5, 4), inside=True, object_id=0), wall, block, mirror)
+    with solved(flat, CacheConfig(spacing_m=0.2, coarse_spacing_m=0.1)) as cache:
+        geometry = cache.geometry
+    area = np.bincount(flat.face_part[geometry.coarse.face], geometry.shining_area, 4)
+    assert area[2] == pytest.approx(3.0, rel=0.15) and area[3] == 0.0

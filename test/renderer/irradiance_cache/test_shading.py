@@ -162,3 +162,20 @@ def test_panes_with_a_bar_between_show_in_a_rough_floor_as_the_path_tracer_has_t
         image = look_up(scene(floor, *panes, *walls, sky=sky), pose((0, 0, 1.5), (0, 2.8, 0)), camera=camera, **settings).radiance
         found.append(image[9:, :, 1].astype(float))
     assert np.abs(found[0] - found[1]).mean() < 0.06 * found[1].mean()
+
+
+def test_milky_glass_lets_through_what_is_clear_of_it():
+    plate = box((-1, 2, -1), (1, 2.01, 1), color=(1, 1, 1), transmission=0.8, ior=1.5, roughness=0.0)
+    wall = quad((-1, 3, -1), (2, 0, 0), (0, 0, 2), glow_cd_m2=100.0, color=(1, 1, 1))
+    traced = seen(plate, wall, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced < 75.0 and seen(plate, wall).mean() == pytest.approx(traced, rel=0.05)
+
+
+@pytest.mark.parametrize("roughness", [0.25, 0.4])
+def test_a_polished_floor_seen_aslant_mirrors_as_much_as_the_path_tracer_says(roughness):
+    """Most of the microfacets that are seen lean to the viewer, and reflect less than those of the mirrored direction."""
+    floor = quad((-3, 0, 0), (6, 0, 0), (0, 9, 0), color=(0, 0, 0), roughness=roughness, ior=1.5)
+    wall = quad((-6, 9, 0), (12, 0, 0), (0, 0, 6), glow_cd_m2=100.0, color=(1, 1, 1))
+    view = pose((0, 0, 0.8), (0, 4, 0))
+    traced = seen(floor, wall, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 1.0 and seen(floor, wall, view=view).mean() == pytest.approx(traced, rel=0.08)

@@ -21,7 +21,17 @@ def pictures(flat, view, *configs):
     return found
 
 
-@pytest.mark.parametrize(("generator", "style"), [("armchair", "wing"), ("book_stack", "neat"), ("bed", "platform")])
+@pytest.mark.parametrize(
+    ("generator", "style"),
+    [
+        ("armchair", "wing"),
+        ("book_stack", "askew"),
+        ("bed", "platform"),
+        ("waste_bin", "open"),
+        ("desk_chair", "shell"),
+        ("bookshelf", "cubes"),
+    ],
+)
 def test_no_pixel_of_a_model_is_black_where_light_falls(generator, style):
     flat = lit_room(generator, style)
     for view in views(generator):

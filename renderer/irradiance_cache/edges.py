@@ -1,0 +1,248 @@
+"""Edges: pixels there see three more points; neighbours that see the same surface light these, else they are shaded themselves."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.camera.camera_rays import TILE
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.shutter import aim_exposed_tile
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core.kernel import entry, inlined
+from renderer.irradiance_cache import records as rec
+from renderer.irradiance_cache.atlas import Atlas, mark_nodes
+from renderer.irradiance_cache.reconstruction import aligned
+from renderer.irradiance_cache.records import ShadeScratch
+from renderer.path.ground_truth import Hits, TracedView
+from renderer.path.records import LitScene
+from renderer.path.surface_tables import Surfaces
+
+_ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
+_AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
+_HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
+_NEAR = np.float32(0.03)
+_BEND = np.float32(0.95)
+_CONTRAST = np.float32(0.03)
+_LONE = np.float32(0.6)
+_PER_PIXEL = 3
+OFFSETS = np.zeros((_PER_PIXEL, 2 * LANES), np.float32)
+"""Where edge pixels are sampled beside their centre: a rotated grid, as offsets of tiles' rays, in pixels."""
+OFFSETS[:, :LANES] = np.array([-0.375, 0.125, 0.375])[:, None]
+OFFSETS[:, LANES:] = np.array([0.125, 0.375, -0.125])[:, None]
+
+
+class EdgeSamples(NamedTuple):
+    """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
+
+    counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 3, room) int32,
+    the triangle, -1 for none, and column and row of the pixel.
+    """
+
+    counts: NDArray[np.int32]
+    hits: NDArray[np.float32]
+    numbers: NDArray[np.int32]
+
+
+def make_edge_samples(height: int, width: int) -> EdgeSamples:
+    """Return room for those of a picture; memory is taken as it is filled."""
+    rows, room = -(-height // TILE), _PER_PIXEL * LANES * -(-width // TILE)
+    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), np.empty((rows, 3, room), np.int32))
+
+
+@inlined
+def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
+    """Return whether two pixels differ by more than the eye can tell."""
+    for channel in range(3):
+        here, there = image[y, x, channel], image[v, u, channel]
+        if abs(here - there) > _CONTRAST * max(here, there):
+            return True
+    return False
+
+
+@inlined
+def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> bool:
+    """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light."""
+    height, width = distance.shape
+    here = hits.face[y, x]
+    for side in range(4):
+        u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
+        if u < 0 or v < 0 or u >= width or v >= height:
+            continue
+        there = hits.face[v, u]
+        if here == there or not _differ(image, x, y, u, v):
+            continue
+        if here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]:
+            return True
+        if aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]:
+            return True
+    return False
+
+
+@inlined
+def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
+    """Return whether a pixel has much less light than each of its eight neighbours; none of the rim has."""
+    height, width, _ = image.shape
+    if x == 0 or y == 0 or x + 1 == width or y + 1 == height:
+        return False
+    least = np.float32(np.inf)
+    for v in range(y - 1, y + 2):
+        for u in range(x - 1, x + 2):
+            least = min(least, image[v, u, 1] if u != x or v != y else least)
+    return bool(image[y, x, 1] < _LONE * least)
+
+
+@entry
+def smooth_edges(
+    scene: LitScene,
+    atlas: Atlas,
+    view: TracedView,
+    memory: ShadeScratch,
+    image: NDArray[np.float32],
+    smooth: NDArray[np.float32],
+    samples: EdgeSamples,
+    is_read: NDArray[np.bool_],
+    first: int,
+    step: int,
+) -> None:
+    """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth`` with ``image``, edges by a quarter and by three more rays a pixel.
+
+    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, and in pixels that are much
+    darker than all around them, it becomes one of ``samples``, and the nodes around it are marked in ``is_read``.
+    """
+    height, width, _ = image.shape
+    packet, queue = memory.trace.rays, memory.edges
+    for row in range(first * TILE, height, step * TILE):
+        samples.counts[row // TILE] = 0
+        for column in range(0, width, TILE):
+            edges = _copy_tile(scene.surfaces, view, column, row, image, smooth)
+            if edges == 0:
+                continue
+            queued = _aim_edges(view.camera, column, row, edges, packet, queue)
+            for begin in range(0, queued, LANES):
+                count = min(LANES, queued - begin)
+                _trace_edges(scene.tree, begin, count, packet, queue)
+                for k in range(count):
+                    pixel = int(queue[6, begin + k])
+                    y, x = row + pixel // TILE, column + pixel % TILE
+                    found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
+                    if found and not _is_lone(image, x, y):
+                        for channel in range(3):
+                            smooth[y, x, channel] += _QUARTER * image[v, u, channel]
+                    else:
+                        _add_sample(atlas, x, y, k, packet, samples, is_read)
+
+
+@inlined
+def _copy_tile(surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]) -> int:
+    """Copy a tile's pixels, a quarter of those that are to see more points; return which are, a bit each."""
+    height, width, _ = image.shape
+    edges = 0
+    for y in range(row, min(row + TILE, height)):
+        for x in range(column, min(column + TILE, width)):
+            share = _ONE
+            if _is_edge(surfaces, view.hits, view.distance, image, x, y) or _is_lone(image, x, y):
+                edges |= 1 << ((y - row) * TILE + x - column)
+                share = _QUARTER
+            for channel in range(3):
+                smooth[y, x, channel] = share * image[y, x, channel]
+    return edges
+
+
+@inlined
+def _trace_edges(tree: SceneHandle, begin: int, count: int, packet: Packet, queue: NDArray[np.float32]) -> None:
+    """Trace ``count`` rays of the queue, from ``begin`` on."""
+    real, integer, alive = packet.real, packet.integer, packet.alive
+    for k in range(LANES):
+        alive[k] = -1 if k < count else 0
+        for field in range(6):
+            real[_AIMED[field] + k] = queue[field, begin + k]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+        integer[ray.GEOM_ID + k] = INVALID_ID
+    intersect16(alive.ctypes.data, tree.address, real.ctypes.data, tree.coherent)
+
+
+@inlined
+def _aim_edges(camera: PosedCamera, column: int, row: int, edges: int, packet: Packet, queue: NDArray[np.float32]) -> int:
+    """Fill ``queue`` (7, 48) with origin and direction of the rays of a tile's edge pixels, and the pixel; return how many there are."""
+    queued = 0
+    for sample in range(len(OFFSETS)):
+        aim_exposed_tile(camera, column, row, OFFSETS[sample], packet)
+        for k in range(LANES):
+            if edges >> k & 1 and packet.alive[k] != 0:
+                for field in range(6):
+                    queue[field, queued] = packet.real[_AIMED[field] + k]
+                queue[6, queued] = np.float32(k)
+                queued += 1
+    return queued
+
+
+@inlined
+def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet: Packet) -> tuple[bool, int, int]:
+    """Return whether (x, y) or one of its eight neighbours sees the surface that ray k has hit, and which does (column, row)."""
+    hits, distance, real = view.hits, view.distance, packet.real
+    face = int(packet.integer[ray.PRIM_ID + k]) if packet.integer[ray.GEOM_ID + k] != INVALID_ID else -1
+    if hits.face[y, x] == face:
+        return True, x, y
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
+    height, width = distance.shape
+    best, column, row = np.float32(np.inf), x, y
+    for v in range(max(y - 1, 0), min(y + 2, height)):
+        for u in range(max(x - 1, 0), min(x + 2, width)):
+            there = hits.face[v, u]
+            value = np.float32((u - x) * (u - x) + (v - y) * (v - y))
+            if there != face:
+                if face < 0 or there < 0 or surfaces.face_part[there] != surfaces.face_part[face]:
+                    continue
+                value += np.float32(4.0)
+                if aligned(surfaces, there, face) < _BEND or abs(distance[v, u] - far) > _NEAR * far:
+                    continue
+            if value < best:
+                best, column, row = value, u, v
+    return bool(best < np.float32(np.inf)), column, row
+
+
+@inlined
+def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: EdgeSamples, is_read: NDArray[np.bool_]) -> None:
+    """Let ray k of pixel (x, y) be shaded later, with the light of nodes that are marked."""
+    row = y // TILE
+    i = samples.counts[row]
+    samples.counts[row] = i + 1
+    real, face = packet.real, np.int32(-1)
+    if packet.integer[ray.GEOM_ID + k] != INVALID_ID:
+        face = np.int32(packet.integer[ray.PRIM_ID + k])
+        mark_nodes(atlas, int(face), real[ray.BARY_U + k], real[ray.BARY_V + k], -1, is_read)
+    for field in range(len(_HIT)):
+        samples.hits[row, field, i] = real[_HIT[field] + k]
+    samples.numbers[row, 0, i], samples.numbers[row, 1, i], samples.numbers[row, 2, i] = face, x, y
+
+
+@inlined
+def load_samples(samples: EdgeSamples, row: int, begin: int, memory: ShadeScratch) -> None:
+    """Write 16 samples of a row of tiles into the packet, as Embree has left them, from number ``begin`` on; rays without one are off."""
+    packet = memory.trace.rays
+    for k in range(LANES):
+        i = min(begin + k, samples.counts[row] - 1)
+        for field in range(len(_HIT)):
+            packet.real[_HIT[field] + k] = samples.hits[row, field, i]
+        face = samples.numbers[row, 0, i] if begin + k == i else np.int32(-1)
+        packet.integer[ray.PRIM_ID + k] = np.uint32(face)
+        packet.integer[ray.GEOM_ID + k] = np.uint32(0) if face >= 0 else INVALID_ID
+        packet.alive[k] = -1 if begin + k == i else 0
+        # Noise is that of pixels apart, so that the samples of one have different.
+        memory.pixels[0, k], memory.pixels[1, k] = samples.numbers[row, 1, i] + 7 * i, samples.numbers[row, 2, i] + 3 * i
+
+
+@inlined
+def add_samples(samples: EdgeSamples, row: int, begin: int, primary: NDArray[np.float32], image: NDArray[np.float32]) -> None:
+    """Add a quarter of the light of the samples that are shaded, from number ``begin`` on, to their pixels."""
+    for k in range(min(LANES, samples.counts[row] - begin)):
+        x, y = samples.numbers[row, 1, begin + k], samples.numbers[row, 2, begin + k]
+        for channel in range(3):
+            seen = primary[rec.SHARE + channel, k] * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
+            image[y, x, channel] += _QUARTER * (primary[rec.LIGHT + channel, k] + seen)
