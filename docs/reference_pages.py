@@ -27,7 +27,7 @@ COMMAND_PAGES = {
     "demo": "show", "run": "streams", "generate": "generate", "inspect": "streams", "verify": "streams", "repair": "streams",
     "evaluate": "evaluation", "show": "show", "report": "report", "replay": "streams", "sample": "grammar", "sweep": "sweeps",
     "estimate": "scale", "split": "splits", "learn": "learning", "gallery": "gallery", "catalog": "catalog", "export": "export",
-    "truth": "truth", "convert": "convert", "render": "layers", "layers": "layers",
+    "truth": "truth", "prove": "prove", "convert": "convert", "render": "layers", "layers": "layers",
 }  # fmt: skip
 """Command -> the page that explains it."""
 

@@ -70,7 +70,8 @@ def test_solids_contain_the_mesh(category: str) -> None:
                 axis=-1,
             ).max(axis=-1)
             worst = away.min(axis=1).max(initial=0.0)
-            assert worst <= (SINK_M if (category, name) in SOFT else OUT_M), f"{category} {style} {size}: {name} sticks {1e3 * worst:.0f} mm out of the solids"
+            limit = SINK_M if (category, name) in SOFT else OUT_M
+            assert worst <= limit, f"{category} {style} {size}: {name} sticks {1e3 * worst:.0f} mm out of the solids"
 
 
 def test_every_model_has_a_category_and_a_size() -> None:
