@@ -188,9 +188,8 @@ def _topic(role: Role) -> str:
 
 
 def _frame(role: Role) -> str:
-    return {"optical": "`<camera>_optical_frame`", "world": "`map`", "laser": "`laser`", "imu": "`imu_link`", "odom": "`odom`", "": "none"}[
-        role.frame
-    ]
+    own = {"optical": "<camera>_optical_frame", "world": "map", "imu": "imu_link", "lidar": "lidar_link", "": "none"}
+    return own[""] if not role.frame else f"`{own.get(role.frame, role.frame)}`"
 
 
 def _published(role: Role) -> str:
