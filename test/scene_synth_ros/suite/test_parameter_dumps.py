@@ -62,7 +62,8 @@ def test_the_dump_of_every_node_at_every_shipped_file_starts_the_node_again_as_i
     context: Context, tmp_path: Path, file: Path, name: str
 ) -> None:
     dump_file = tmp_path / "dump.yaml"
-    with node_of(context, name, "--params-file", str(file)) as node:
+    body = ["--params-file", str(config_path("rigs/turtlebot.yaml"))] if file.parent.name == "lidars" else []  # what a lidar stands on
+    with node_of(context, name, *body, "--params-file", str(file)) as node:
         dump_file.write_text(dump_of(node))
     with node_of(context, name, "--params-file", str(dump_file)) as node:
         again = dump_of(node)
