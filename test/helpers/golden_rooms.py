@@ -1,7 +1,7 @@
 """Digests of all that small rooms publish, and the file of those that only a change that is meant may change.
 
 python test/helpers/golden_rooms.py bathroom gym    print theirs, JSON: room -> topic -> the first 16 digits of its SHA-256
-python test/helpers/golden_rooms.py --renew         write test/golden_hashes.json anew, with all rooms of the table
+python test/helpers/golden_rooms.py --renew         write test/golden_hashes.json anew, for the maker of this processor
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from grammar.synthesize import SceneSynthesizer
+from kernel_cache.processor import maker
 from scene_description import scene_to_json
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.frame_messages import StreamConfig
@@ -128,11 +129,11 @@ def main() -> None:
     parser.add_argument("rooms", nargs="*", help="of the table; all without")
     parser.add_argument("--renew", action="store_true")
     asked = parser.parse_args()
-    text = json.dumps({room: digests_of(room) for room in asked.rooms or ROOMS}, indent=1)
+    digests = {room: digests_of(room) for room in asked.rooms or ROOMS}
     if asked.renew:
-        GOLDEN.write_text(f"{text}\n")
+        GOLDEN.write_text(f"{json.dumps({maker(): digests}, indent=1)}\n")
     else:
-        sys.stdout.write(f"{text}\n")
+        sys.stdout.write(f"{json.dumps(digests, indent=1)}\n")
 
 
 if __name__ == "__main__":
