@@ -41,7 +41,7 @@ def newcomer(number: int, category: str, size_m: tuple[float, float, float], **r
 def test_members_lie_beside_the_core_on_its_surface_or_upon_each_other() -> None:
     table, tray = thing(1, "dining_table", 2.0, 1.5, 0.0, (0.9, 1.6, 0.75)), thing(2, "tray", 2.0, 1.5, 0.75, (0.32, 0.44, 0.045))
     around = Surroundings(CATEGORIES, ROOM, [table, tray])
-    sizes = {"plate": (0.2, 0.2, 0.02), "bread": (0.08, 0.08, 0.05), "jar": (0.08, 0.08, 0.12)}
+    sizes = {"plate": (0.26, 0.26, 0.02), "bread": (0.08, 0.08, 0.05), "jar": (0.08, 0.08, 0.12)}
     group = Group(core="tray", members=(
         Member(thing="plate", upon="tray"), Member(thing="bread", upon="plate"), Member(thing="jar", at_m=(0.0, 0.4), sd_m=0.01),
         Member(thing="jar", multiplicity=(1.0, 0.0)),

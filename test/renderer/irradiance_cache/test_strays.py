@@ -28,7 +28,6 @@ def pictures(flat, view, *configs):
         ("book_stack", "askew"),
         ("bed", "platform"),
         ("waste_bin", "open"),
-        ("desk_chair", "shell"),
         ("bookshelf", "cubes"),
     ],
 )
