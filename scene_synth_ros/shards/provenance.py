@@ -102,7 +102,7 @@ def provenance_of(words: Mapping[str, Any], *, portable: bool, denoised: bool) -
         program=_program(),
         configuration={"parameters": parameters, **_shipped(), **own},
         versions=_versions(),
-        processor={"features": _processor() if denoised or not COMMON else f"AVX-512 of {maker()}" if AVX512 and not portable else "AVX2"},
+        processor={"features": _processor() if denoised or not COMMON else "AVX2" if portable else _traced_by()},
     )
 
 
@@ -171,6 +171,11 @@ def _versions() -> dict[str, str]:
     with_denoiser = {"pyoidn": next((found.version for found in metadata.distributions(name="pyoidn")), "none")}
     major, minor, _ = platform.python_version_tuple()
     return {"python": f"{major}.{minor}", **of_packages, **with_denoiser, **{name: str(version) for name, version in codecs.items()}}
+
+
+def _traced_by() -> str:
+    """Return what rays depend on where renderers are not portable."""
+    return f"{'AVX-512' if AVX512 else 'AVX2'} of {maker()}"
 
 
 @lru_cache(maxsize=1)

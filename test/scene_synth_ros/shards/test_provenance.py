@@ -36,7 +36,7 @@ def test_the_number_of_rooms_does_not_count_and_whatever_decides_their_bytes_doe
     [
         ((True, True), "portable:=true", "AVX2"),
         ((True, True), "portable:=false", "AVX-512 of Zilog"),
-        ((True, False), "portable:=false", "AVX2"),
+        ((True, False), "portable:=false", "AVX2 of Zilog"),
         ((True, True), "denoise:=auto", "a name and a digest"),
         ((False, False), "portable:=true", "a name and a digest"),
     ],
