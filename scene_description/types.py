@@ -281,6 +281,9 @@ class EnvironmentMap:
     luminance_scale: Annotated[float, Limits(ge=1e-6, le=1e9, unit="cd/m2")] = 179.0
 
 
+Setting = Literal["suburb", "town", "country"]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
     """What stands outside the windows, under the sky of the environment: houses, trees and a street, drawn by ``seed``.
@@ -289,7 +292,7 @@ class Surroundings:
     lies to its left.  All of it is drawn as seen from the middle of the room, as if it were far: it shows no parallax.
     """
 
-    setting: Literal["suburb", "town", "country"]
+    setting: Setting
     seed: Annotated[int, Limits(ge=0, le=2**53)]
     floor_above_ground_m: Annotated[float, Limits(ge=0.0, le=100.0, unit="m")] = 0.3
     quarter_turns: Annotated[int, Limits(ge=0, le=3)] = 0

@@ -24,6 +24,7 @@ from grammar.spec.rules import GrammarError
 from scene_description import Environment, FieldError, Light, Limits, Luminaire, Room, SceneObject, Surroundings, from_mapping
 from scene_description.ceilings import ceiling_planes
 from scene_description.color_temperature import color_of_temperature, luminance_rgb
+from scene_description.types import Setting
 from scene_description.yaml_text import read_yaml
 
 SpotMetres = Annotated[float, Limits(ge=0.1, le=10.0, unit="m")]
@@ -42,8 +43,6 @@ Ratio = Annotated[float, Limits(ge=0.0, le=10.0)]
 Probability = Annotated[float, Limits(ge=0.0, le=1.0)]
 FloorHeight = Annotated[float, Limits(ge=0.0, le=100.0, unit="m")]
 Elevation = Annotated[float, Limits(ge=-90.0, le=90.0, unit="deg")]
-
-Setting = Literal["suburb", "town", "country"]
 
 _NO_RANGES = ("probability", "dark", "cloud_cover")
 

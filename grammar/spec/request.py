@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
 from scene_description import Limits, SceneSynthError
+from scene_description.types import Setting
 
 GrammarSet = Literal["learned", "by_hand"]
 GRAMMAR_SETS: tuple[GrammarSet, ...] = get_args(GrammarSet)
@@ -130,7 +131,7 @@ class SceneRequest:
     turbidity: Annotated[float, Limits(ge=0.0, le=10.0, description="haze of the air, 2 very clear to 6 hazy; 0: drawn")] = 0.0
     cloud_cover: Annotated[float, Limits(ge=-1.0, le=1.0, description="0 clear to 1 overcast; -1: drawn")] = -1.0
     surroundings: Annotated[
-        Literal["any", "none", "suburb", "town", "country"], Limits(description="what stands outside the windows; any: drawn")
+        Literal["any", "none", Setting], Limits(description="what stands outside the windows; any: drawn")
     ] = "any"
     environment_map: Annotated[
         str,

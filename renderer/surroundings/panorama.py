@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from renderer.core.color import Rgb
 from renderer.core.equirectangular import arcsin, bilinear_map, map_position
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.sampling import Vector
 from renderer.surroundings import neighbourhood as nb
 from renderer.surroundings.neighbourhood import Neighbourhood
 from renderer.surroundings.surfaces import Surface, body_surface, ground_surface, hash_unit, value_noise
-
-Vector = tuple[np.float32, np.float32, np.float32]
 
 ROWS, COLUMNS, TILE = 1024, 2048, 16
 _FINE_ROWS = (0.30, 0.62)
