@@ -182,7 +182,8 @@ class FrameIntake:
         """Take a message whose stamp (ns) is known; one ``aside`` belongs to no frame, though its topic may."""
         released = self._sorter.add(topic, stamp, data, aside=aside)
         whole_from_ns = max(self._begun.values(), default=0)
-        if self._sorter.first_ns < whole_from_ns:  # latched parts of frames from before the recorder was connected
+        # Latched parts of frames from before the recorder was connected; renderers that share rooms do not come to them in order.
+        if self._sorter.first_ns < whole_from_ns and not self._rooms_are_shared:
             released += self._sorter.flush(whole_from_ns - 1)
         return released
 
@@ -215,6 +216,10 @@ class FrameIntake:
             self._newest_ns = stamp
             if topic not in self._latched:
                 self._begun.setdefault(topic, stamp)
+
+    @property
+    def _rooms_are_shared(self) -> bool:
+        return any(topic != stand_in for topic, stand_in in self._alike.items())
 
     def _awaited(self) -> set[str]:
         """Return the topics that frames wait for: not those where others publish, whose messages cannot be told from the frames'."""

@@ -45,3 +45,14 @@ def test_scans_follow_frames_and_are_taken_once_but_lead_where_there_are_no_fram
     assert intake.held
     released = intake.reach("/synth/scan", point(3))
     assert [(message.topic, message.log_ns) for message in released] == [("/synth/scan", 3 * NANOSECONDS), ("/synth/a", 4 * NANOSECONDS)]
+
+
+def test_a_room_that_another_renderer_does_more_slowly_is_waited_for() -> None:
+    intake = FrameIntake(lambda line: None)
+    for topic in ("/synth/scene/room", "/synth/a", "/synth/one/settings", "/synth/two/settings"):
+        intake.add_topic(topic, POINT, topic == "/synth/scene/room", Origin.SUITE)
+    intake.expect({"/synth/a", "/synth/one/settings", "/synth/two/settings"}, {"/synth/two/settings": "/synth/one/settings"})
+    arrivals = [("scene/room", 1), ("scene/room", 2), ("two/settings", 2), ("a", 2), ("one/settings", 1), ("a", 1)]
+    released = [message for name, at in arrivals for message in intake.add(f"/synth/{name}", point(at)) or ()]
+    assert [message.log_ns // NANOSECONDS for message in released] == [1, 1, 1, 2, 2, 2]
+    assert intake.late == 0
