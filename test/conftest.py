@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections import Counter
@@ -67,14 +68,23 @@ def _file_of(item: pytest.Item) -> str:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Give way to the nodes that another process waits for, which have its priority."""
-    if _IS_WORKER and group(str(item.path)) != PROCESSES:
-        _give_way()
+    """Give way to the nodes that another process waits for, which have its priority; have kernels compiled before it waits."""
+    if _IS_WORKER:
+        (_compile_kernels if group(str(item.path)) == PROCESSES else _give_way)()
 
 
 @cache
 def _give_way() -> None:
     os.nice(5)
+
+
+@cache
+def _compile_kernels() -> None:
+    """Compile what most nodes need: the time-outs of the tests that wait for them are for what hangs."""
+    commands = [["-c", f"import renderer; renderer.warm_up(integrator={name!r})"] for name in ("path", "irradiance_cache")]
+    commands.append(["-m", "scene_synth_ros", "sample", "--room", "hallway", "--out", tempfile.mkdtemp()])
+    for process in [subprocess.Popen([sys.executable, *words], stdout=subprocess.DEVNULL) for words in commands]:
+        process.wait()
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
