@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -146,20 +147,30 @@ def build_sky(environment: Environment, catalog_dir: Path | None = None) -> Sky:
     Raises:
         FlattenError: a map that cannot be used.
     """
-    plain = Sky(*(np.array(color, np.float32) for color in (environment.zenith, environment.horizon, environment.ground)))
     if environment.map is not None:
         if catalog_dir is None:
             raise FlattenError(f"environment: expected a catalogue folder for map '{environment.map.file}', got none; name one")
         try:
-            return plain._replace(**load_environment_map(environment.map, catalog_dir)._asdict())
+            return _plain_sky(environment)._replace(**load_environment_map(environment.map, catalog_dir)._asdict())
         except MeshFileError as error:
             raise FlattenError(f"environment: {error}") from error
+    return _modelled_sky(environment)
+
+
+@lru_cache(maxsize=1)
+def _modelled_sky(environment: Environment) -> Sky:
+    """Return the environment of a moment or of three colours; the last one is kept, as rooms that differ in one thing share it."""
+    plain = _plain_sky(environment)
     sky = plain if environment.daylight is None else plain._replace(**daylight_map(environment.daylight)._asdict())
     if environment.surroundings is None:
         return sky
     level = sky.table if sky.table.size else gradient_map(plain.zenith, plain.horizon, plain.ground)
     cover = environment.daylight.cloud_cover if environment.daylight else 0.0
     return sky._replace(table=surroundings_map(environment.surroundings, level, sky.sun, cover))
+
+
+def _plain_sky(environment: Environment) -> Sky:
+    return Sky(*(np.array(color, np.float32) for color in (environment.zenith, environment.horizon, environment.ground)))
 
 
 def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:

@@ -111,3 +111,13 @@ def luminance_above(table: np.ndarray) -> float:
     """Return the mean luminance of a map's upper quarter by solid angle."""
     rows = len(table) // 4
     return float(np.average((table[:rows] @ LUMINANCE).mean(axis=1), weights=pixel_solid_angles(*table.shape[:2])[:rows]))
+
+
+def test_rooms_of_one_environment_share_what_is_outside() -> None:
+    first, again, other = (
+        Environment(zenith=(0.1,) * 3, horizon=(0.2,) * 3, ground=(0.1,) * 3, surroundings=Surroundings(setting="country", seed=seed))
+        for seed in (2, 2, 3)
+    )
+    shared = build_sky(first)
+    assert build_sky(again) is shared
+    assert not np.array_equal(build_sky(other).table, shared.table)
