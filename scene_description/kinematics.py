@@ -92,8 +92,15 @@ def camera_kinematics(motion: Motion, times_s: ArrayLike) -> Kinematics:
 
 def driven_way(drive: Drive, spacing_s: float, times_s: ArrayLike) -> tuple[Floats, Floats]:
     """Return distance gone (m) and heading (rad) of a base, (n, 2), and their rates."""
-    value, first, _ = _curve(_controls(drive), spacing_s, np.asarray(times_s, np.float64))
-    return value, first
+    value, rate, _ = _curve(_controls(drive), spacing_s, np.asarray(times_s, np.float64), drive.first_knot)
+    return value, rate
+
+
+def knot_places(drive: Drive) -> Floats:
+    """Return where a base is at the knots of its drive, (segments + 1, 2), world; those of a part of a drive are those of the whole."""
+    controls, count = _controls(drive), len(drive.distances_m) - DEGREE
+    ways = _travelled(controls, drive.first_knot, drive.first_knot + np.arange(count), np.ones(count))
+    return np.asarray(np.cumsum(np.concatenate([[drive.start_m], ways]), axis=0))
 
 
 def mounted_kinematics(body: Kinematics, position_m: Sequence[float], quaternion: Sequence[float]) -> Kinematics:
@@ -180,10 +187,10 @@ def sines(angles: Floats) -> tuple[Floats, Floats]:
     return np.array([math.sin(x) for x in flat]).reshape(shape), np.array([math.cos(x) for x in flat]).reshape(shape)
 
 
-def _curve(controls: Floats, spacing_s: float, times: Floats) -> tuple[Floats, Floats, Floats]:
+def _curve(controls: Floats, spacing_s: float, times: Floats, first_knot: int = 0) -> tuple[Floats, Floats, Floats]:
     """Return value, first and second derivative of curves, controls (c, k), at times (n,): (n, k) each."""
-    last = len(controls) - DEGREE
-    along = np.clip(times / spacing_s, 0.0, last)
+    last = first_knot + len(controls) - DEGREE
+    along = np.clip(times / spacing_s, first_knot, last)
     segment = np.minimum(along.astype(np.int64), last - 1)
     u = along - segment
     rests = np.abs(times / spacing_s - along) > _ROUNDING
@@ -195,7 +202,7 @@ def _curve(controls: Floats, spacing_s: float, times: Floats) -> tuple[Floats, F
             weight = np.zeros(len(times))
             for coefficient in basis[j, ::-1].tolist():
                 weight = weight * u + coefficient
-            value = value + weight[:, None] * controls[segment + j]
+            value = value + weight[:, None] * controls[segment - first_knot + j]
         if order:
             value = np.where(rests[:, None], 0.0, value / math.pow(spacing_s, order))
         found.append(value)
@@ -218,13 +225,12 @@ def _rotation(curve: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats, Flo
 
 def _driven(drive: Drive, spacing_s: float, times: Floats) -> Kinematics:
     """Return the kinematics of a base: its place is the integral of speed along its heading."""
-    controls = _controls(drive)
-    (value, first, second), zero = _curve(controls, spacing_s, times), np.zeros(len(times))
-    count = len(controls) - DEGREE
-    knots = np.concatenate([np.zeros((1, 2)), np.cumsum(_travelled(controls, spacing_s, np.arange(count), np.ones(count)), axis=0)])
-    along = np.clip(times / spacing_s, 0.0, count)
-    segment = np.minimum(along.astype(np.int64), count - 1)
-    place = np.array(drive.start_m) + knots[segment] + _travelled(controls, spacing_s, segment, along - segment)
+    controls, begin = _controls(drive), drive.first_knot
+    (value, first, second), zero = _curve(controls, spacing_s, times, begin), np.zeros(len(times))
+    end = begin + len(controls) - DEGREE
+    along = np.clip(times / spacing_s, begin, end)
+    segment = np.minimum(along.astype(np.int64), end - 1)
+    place = knot_places(drive)[segment - begin] + _travelled(controls, begin, segment, along - segment)
     sine, cosine = sines(value[:, 1])
     half_sine, half_cosine = sines(0.5 * value[:, 1])
     speed, turning, gain = first[:, 0], first[:, 1], second[:, 0]
@@ -242,11 +248,11 @@ def _controls(drive: Drive) -> Floats:
     return np.column_stack([drive.distances_m, drive.headings_rad])
 
 
-def _travelled(controls: Floats, spacing_s: float, segment: NDArray[np.int64], share: Floats) -> Floats:
+def _travelled(controls: Floats, begin: int, segment: NDArray[np.int64], share: Floats) -> Floats:
     """Return the way (n, 2) from the beginning of segments to a share of them, by Gauss-Legendre quadrature with eight nodes."""
     way = np.zeros((len(segment), 2))
     for node, weight in gauss_nodes(8):
-        value, first, _ = _curve(controls, 1.0, segment + share * (0.5 + 0.5 * node))
+        value, first, _ = _curve(controls, 1.0, segment + share * (0.5 + 0.5 * node), begin)
         sine, cosine = sines(value[:, 1])
         way = way + (0.5 * weight * share * first[:, 0])[:, None] * np.column_stack([cosine, sine])
     return way

@@ -50,7 +50,7 @@ FOLDERS = {
         "surroundings": {"core"},
         "scene": {"core", "files", "geometry", "models", "surroundings", "textures"},
         "lidar": {"camera", "core", "scene"},
-        "body": {"core"},
+        "body": {"core", "geometry"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},

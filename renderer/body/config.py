@@ -108,8 +108,8 @@ GRAVITY_M_S2 = 9.80665
 """Standard acceleration of free fall; an accelerometer at rest reads it upwards (REP 145)."""
 
 
-def stamps_up_to(rate_hz: float, start_ns: int, end_ns: int) -> list[int]:
-    """Return the times of samples from the start on, at most ``end_ns``."""
+def stamps_up_to(rate_hz: float, start_ns: int, end_ns: int, first: int = 0) -> list[int]:
+    """Return the times of samples from the start on, at most ``end_ns``, without those before the sample ``first``."""
     count = math.floor((end_ns - start_ns) * rate_hz / 1e9 + 1e-6) + 1
-    stamps = [start_ns + round(k * 1e9 / rate_hz) for k in range(count)]
-    return stamps if stamps[-1] <= end_ns else stamps[:-1]
+    stamps = [start_ns + round(k * 1e9 / rate_hz) for k in range(first, count)]
+    return stamps if not stamps or stamps[-1] <= end_ns else stamps[:-1]

@@ -42,16 +42,31 @@ class ImuReadings(NamedTuple):
     force_m_s2: Floats
 
 
+class ImuReader:
+    """Reads the device of a room piece by piece, as its motion becomes known; the same as all at once.
+
+    ``scene_key`` seeds the errors.
+    """
+
+    def __init__(self, config: ImuConfig, start_ns: int, scene_key: int) -> None:
+        self._config, self._start_ns, self._read = config, start_ns, 0
+        self._errors = ImuErrors(config, scene_key)
+
+    def read(self, motion: Motion, end_ns: int) -> ImuReadings:
+        """Return the samples up to ``end_ns`` that were not read yet; ``motion`` is known from an interval before the first of them on."""
+        stamps = np.array(stamps_up_to(self._config.rate_hz, self._start_ns, end_ns, self._read), np.int64)
+        self._read += len(stamps)
+        times = np.asarray((stamps - self._start_ns) * 1e-9, np.float64)
+        at = device_kinematics(motion, self._config, times)
+        rate, force = at.rate_rad_s, specific_force(at)
+        if self._config.samples == "mean":
+            rate, force = _means(motion, self._config, times)
+        return ImuReadings(stamps, at.quaternion, rate, force, self._errors.gyroscope(rate), self._errors.accelerometer(force))
+
+
 def read_imu(motion: Motion, config: ImuConfig, start_ns: int, end_ns: int, scene_key: int) -> ImuReadings:
     """Return the samples of a room whose motion lasts from ``start_ns`` to ``end_ns``; ``scene_key`` seeds the errors."""
-    stamps = np.array(stamps_up_to(config.rate_hz, start_ns, end_ns), np.int64)
-    times = np.asarray((stamps - start_ns) * 1e-9, np.float64)
-    at = device_kinematics(motion, config, times)
-    rate, force = at.rate_rad_s, specific_force(at)
-    if config.samples == "mean":
-        rate, force = _means(motion, config, times)
-    errors = ImuErrors(config, scene_key, len(stamps))
-    return ImuReadings(stamps, at.quaternion, rate, force, errors.gyroscope(rate), errors.accelerometer(force))
+    return ImuReader(config, start_ns, scene_key).read(motion, end_ns)
 
 
 def device_kinematics(motion: Motion, config: ImuConfig, times_s: Floats) -> Kinematics:
@@ -81,41 +96,62 @@ def _means(motion: Motion, config: ImuConfig, times_s: Floats) -> tuple[Floats, 
 
 
 class ImuErrors:
-    """The errors of a device in one room."""
+    """The errors of a device in one room, sample after sample: those of a longer room begin alike."""
 
-    def __init__(self, config: ImuConfig, scene_key: int, samples: int) -> None:
-        self._config, self._key, self._samples = config, scene_key, samples
+    def __init__(self, config: ImuConfig, scene_key: int) -> None:
+        c = self._config = config
+        self._gyroscope = _AxisErrors(
+            scene_key, 0, c, (c.gyro_noise_rad_s, c.gyro_walk_rad_s2, c.gyro_bias_rad_s), (c.gyro_range_rad_s, c.gyro_step_rad_s)
+        )
+        self._accelerometer = _AxisErrors(
+            scene_key, 1, c, (c.accel_noise_m_s2, c.accel_walk_m_s3, c.accel_bias_m_s2), (c.accel_range_m_s2, c.accel_step_m_s2)
+        )
 
     def gyroscope(self, true: Floats) -> Floats:
-        """Return the readings of true rates (n, 3)."""
-        c = self._config
-        return self._read(true, 0, c.gyro_noise_rad_s, c.gyro_walk_rad_s2, c.gyro_bias_rad_s, c.gyro_range_rad_s, c.gyro_step_rad_s)
+        """Return the readings of the next true rates (n, 3)."""
+        return self._gyroscope.read(true)
 
     def accelerometer(self, true: Floats) -> Floats:
-        """Return the readings of true specific forces (n, 3)."""
-        c = self._config
-        return self._read(true, 1, c.accel_noise_m_s2, c.accel_walk_m_s3, c.accel_bias_m_s2, c.accel_range_m_s2, c.accel_step_m_s2)
+        """Return the readings of the next true specific forces (n, 3)."""
+        return self._accelerometer.read(true)
 
-    def biases(self) -> tuple[Floats, Floats]:
-        """Return the biases of gyroscope and accelerometer at every sample, (n, 3) each."""
-        c = self._config
-        return self._bias(0, c.gyro_walk_rad_s2, c.gyro_bias_rad_s), self._bias(1, c.accel_walk_m_s3, c.accel_bias_m_s2)
+    def biases(self, samples: int) -> tuple[Floats, Floats]:
+        """Return the biases of gyroscope and accelerometer at the next samples, (n, 3) each, which count as read."""
+        return self._gyroscope.bias(samples), self._accelerometer.bias(samples)
 
-    def _bias(self, sensor: int, walk: float, bias: float) -> Floats:
-        steps = self._normals(sensor, 3, (self._samples, 3))
-        walked = walk / math.sqrt(self._config.rate_hz) * (np.cumsum(steps, axis=0) - steps[:1])
-        return np.asarray(bias * self._normals(sensor, 2, (1, 3)) + walked)
 
-    def _normals(self, sensor: int, purpose: int, shape: tuple[int, ...]) -> Floats:
-        """Return standard normal numbers; of a longer room the first are the same."""
-        return np.random.default_rng(np.random.SeedSequence([self._key, IMU_KEY, sensor, purpose])).standard_normal(shape)
+class _AxisErrors:
+    """The errors of three axes: ``sizes`` are those of noise, walk and bias at the start, ``scale`` the range and step of readings."""
 
-    def _read(self, true: Floats, sensor: int, noise: float, walk: float, bias: float, most: float, step: float) -> Floats:
-        rate_hz = self._config.rate_hz
-        mixing = self._config.misalignment_rad * self._normals(sensor, 0, (3, 3))
-        mixing[np.diag_indices(3)] = 1.0 + self._config.scale_error * self._normals(sensor, 1, (3,))
-        read = sum(true[:, j : j + 1] * mixing[None, :, j] for j in range(3))
-        read = read + self._bias(sensor, walk, bias)
-        read = read + noise * math.sqrt(rate_hz) * self._normals(sensor, 4, (self._samples, 3))
-        read = np.clip(read, -most, most)
-        return np.asarray(step * np.rint(read / step) if step else read)
+    def __init__(
+        self, scene_key: int, sensor: int, config: ImuConfig, sizes: tuple[float, float, float], scale: tuple[float, float]
+    ) -> None:
+        def stream(purpose: int) -> np.random.Generator:
+            return np.random.default_rng(np.random.SeedSequence([scene_key, IMU_KEY, sensor, purpose]))
+
+        noise, walk, bias = sizes
+        self._range, self._step = scale
+        self._noise, self._walk = noise * math.sqrt(config.rate_hz), walk / math.sqrt(config.rate_hz)
+        self._mixing = config.misalignment_rad * stream(0).standard_normal((3, 3))
+        self._mixing[np.diag_indices(3)] = 1.0 + config.scale_error * stream(1).standard_normal((3,))
+        self._first_bias = bias * stream(2).standard_normal((1, 3))
+        self._steps, self._noises = stream(3), stream(4)
+        self._walked: Floats | None = None
+        self._first_step = np.zeros((1, 3))
+
+    def bias(self, samples: int) -> Floats:
+        """Return the bias (n, 3) at the next samples."""
+        steps = self._steps.standard_normal((samples, 3))
+        if self._walked is None:
+            self._walked, self._first_step = np.zeros((1, 3)), steps[:1]
+        walked = np.cumsum(np.concatenate([self._walked, steps]), axis=0)[1:]
+        self._walked = walked[-1:] if samples else self._walked
+        return np.asarray(self._first_bias + self._walk * (walked - self._first_step))
+
+    def read(self, true: Floats) -> Floats:
+        """Return the readings of the next true values (n, 3)."""
+        read = sum(true[:, j : j + 1] * self._mixing[None, :, j] for j in range(3))
+        read = read + self.bias(len(true))
+        read = read + self._noise * self._noises.standard_normal((len(true), 3))
+        read = np.clip(read, -self._range, self._range)
+        return np.asarray(self._step * np.rint(read / self._step) if self._step else read)

@@ -49,62 +49,113 @@ class WheelReadings(NamedTuple):
     twist_variance: Floats
 
 
+class WheelReader:
+    """Reads the wheels of a room piece by piece, as its motion becomes known; the same as all at once.
+
+    ``scene_key`` seeds the errors.
+    """
+
+    def __init__(self, config: WheelsConfig, start_ns: int, scene_key: int) -> None:
+        self._config, self._start_ns, self._read = config, start_ns, 0
+        self._encoders = Encoders(config, scene_key)
+        self._begin = np.zeros((1, 2))
+        self._ways, self._pose, self._covariance = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros((0, 3, 3))
+        self._work, self._last_s = np.zeros((3, _STATES, _STATES)), -1.0 / config.rate_hz
+
+    def read(self, motion: Motion, end_ns: int) -> WheelReadings:
+        """Return the readings up to ``end_ns`` that were not read yet; ``motion`` is known from the last of the others on.
+
+        Raises:
+            SceneSynthError: what moves has no wheels.
+        """
+        if motion.drive is None:
+            raise SceneSynthError(
+                f"wheels.enabled: expected a motion on wheels, got '{motion.kind}'; set motion.kind:=base of the grammar node"
+            )
+        config = self._config
+        stamps = np.array(stamps_up_to(config.rate_hz, self._start_ns, end_ns, self._read), np.int64)
+        times = (stamps - self._start_ns) * 1e-9
+        gone, _ = driven_way(motion.drive, motion.spacing_s, times)
+        if not self._read:
+            self._begin = gone[:1]
+        angles = self._encoders.angles(gone - self._begin)
+        before = len(self._ways)
+        ways = np.concatenate([self._ways, config.radius_m * angles])
+        pose = np.concatenate([self._pose, np.zeros((len(stamps), 3))])
+        covariance = np.concatenate([self._covariance, np.zeros((len(stamps), 3, 3))])
+        if not before and len(stamps):
+            pose[0] = *motion.drive.start_m, gone[0, 1]
+        spread = config.slip_m, config.radius_error, config.track_error
+        integrate_odometry(ways, max(before, 1), config.track_m, *spread, pose, covariance, self._work)  # type: ignore[no-untyped-call]
+        self._read += len(stamps)
+        self._ways, self._pose, self._covariance = ways[-2:], pose[-2:], covariance[-2:]
+        told = covariance[before:].copy()
+        rounding = _rounding_variance(config)
+        told[:, 0, 0] += 0.5 * rounding + _LEAST
+        told[:, 1, 1] += 0.5 * rounding + _LEAST
+        told[:, 2, 2] += 2.0 * rounding / config.track_m**2 + _LEAST
+        steps = np.diff(ways, axis=0, prepend=ways[:1])[before:]
+        seconds = np.diff(times, prepend=self._last_s)[:, None]
+        self._last_s = float(times[-1]) if len(times) else self._last_s
+        return WheelReadings(
+            stamps,
+            angles,
+            steps / config.radius_m / seconds,
+            pose[before:],
+            told,
+            np.column_stack([steps.sum(axis=1) / 2.0, (steps[:, 1] - steps[:, 0]) / config.track_m]) / seconds,
+            _twist_variance(config, steps, seconds),
+        )
+
+
 def read_wheels(motion: Motion, config: WheelsConfig, start_ns: int, end_ns: int, scene_key: int) -> WheelReadings:
     """Return the readings of a room; ``scene_key`` seeds the errors.
 
     Raises:
         SceneSynthError: what moves has no wheels.
     """
-    if motion.drive is None:
-        raise SceneSynthError(
-            f"wheels.enabled: expected a motion on wheels, got '{motion.kind}'; set motion.kind:=base of the grammar node"
-        )
-    stamps = np.array(stamps_up_to(config.rate_hz, start_ns, end_ns), np.int64)
-    times = (stamps - start_ns) * 1e-9
-    gone, _ = driven_way(motion.drive, motion.spacing_s, times)
-    angles = encoder_angles(gone - gone[:1], config, scene_key)
-    pose, covariance = np.zeros((len(stamps), 3)), np.zeros((len(stamps), 3, 3))
-    pose[0] = *motion.drive.start_m, gone[0, 1]
-    ways = config.radius_m * angles
-    spread = config.slip_m, config.radius_error, config.track_error
-    integrate_odometry(ways, config.track_m, *spread, pose, covariance, np.zeros((3, _STATES, _STATES)))  # type: ignore[no-untyped-call]
-    rounding = _rounding_variance(config)
-    covariance[:, 0, 0] += 0.5 * rounding + _LEAST
-    covariance[:, 1, 1] += 0.5 * rounding + _LEAST
-    covariance[:, 2, 2] += 2.0 * rounding / config.track_m**2 + _LEAST
-    steps, seconds = np.diff(ways, axis=0, prepend=ways[:1]), np.diff(times, prepend=times[:1] - 1.0 / config.rate_hz)[:, None]
-    return WheelReadings(
-        stamps,
-        angles,
-        steps / config.radius_m / seconds,
-        pose,
-        covariance,
-        np.column_stack([steps.sum(axis=1) / 2.0, (steps[:, 1] - steps[:, 0]) / config.track_m]) / seconds,
-        _twist_variance(config, steps, seconds),
-    )
+    return WheelReader(config, start_ns, scene_key).read(motion, end_ns)
 
 
-def encoder_angles(gone: Floats, config: WheelsConfig, scene_key: int) -> Floats:
-    """Return what the encoders say (n, 2) where a base has gone a distance and turned (n, 2) since they were zero."""
-    rng = np.random.default_rng(np.random.SeedSequence([scene_key, WHEELS_KEY, 0]))
-    errors = np.array([config.radius_error, config.radius_error, config.track_error]) * rng.standard_normal(3)
-    half_track = 0.5 * config.track_m * (1.0 + errors[2])
-    ways = np.column_stack([gone[:, 0] - half_track * gone[:, 1], gone[:, 0] + half_track * gone[:, 1]])
-    normals = np.random.default_rng(np.random.SeedSequence([scene_key, WHEELS_KEY, 1])).standard_normal(ways.shape)
-    slips = config.slip_m * np.sqrt(np.abs(np.diff(ways, axis=0, prepend=ways[:1]))) * normals
-    angles = (ways + np.cumsum(slips, axis=0)) / (config.radius_m * (1.0 + errors[:2]))
-    step = 2.0 * math.pi / config.ticks if config.ticks else 0.0
-    return np.asarray(step * np.rint(angles / step) if step else angles)
+class Encoders:
+    """The encoders of both wheels in one room, reading after reading: those of a longer room begin alike."""
+
+    def __init__(self, config: WheelsConfig, scene_key: int) -> None:
+        errors = np.array([config.radius_error, config.radius_error, config.track_error])
+        errors *= np.random.default_rng(np.random.SeedSequence([scene_key, WHEELS_KEY, 0])).standard_normal(3)
+        self._config, self._half_track = config, 0.5 * config.track_m * (1.0 + errors[2])
+        self._radii = config.radius_m * (1.0 + errors[:2])
+        self._slips = np.random.default_rng(np.random.SeedSequence([scene_key, WHEELS_KEY, 1]))
+        self._ways, self._slipped = np.zeros((0, 2)), np.zeros((1, 2))
+
+    def angles(self, gone: Floats) -> Floats:
+        """Return what they say next (n, 2), where a base has gone a distance and turned (n, 2) since they were zero."""
+        ways = np.column_stack([gone[:, 0] - self._half_track * gone[:, 1], gone[:, 0] + self._half_track * gone[:, 1]])
+        before = self._ways if len(self._ways) else ways[:1]
+        sizes = np.sqrt(np.abs(np.diff(ways, axis=0, prepend=before)))
+        slips = self._config.slip_m * sizes * self._slips.standard_normal(ways.shape)
+        slipped = np.cumsum(np.concatenate([self._slipped, slips]), axis=0)
+        if len(ways):
+            self._ways, self._slipped = ways[-1:], slipped[-1:]
+        angles = (ways + slipped[1:]) / self._radii
+        step = 2.0 * math.pi / self._config.ticks if self._config.ticks else 0.0
+        return np.asarray(step * np.rint(angles / step) if step else angles)
 
 
 @entry
-def integrate_odometry(ways, track, slip, radius_error, track_error, pose, covariance, work):  # type: ignore[no-untyped-def]
-    """Fill ``pose`` (n, 3) from its first row on, and ``covariance`` (n, 3, 3), for ways of the wheels (n, 2); work: (3, 6, 6)."""
+def integrate_odometry(ways, begin, track, slip, radius_error, track_error, pose, covariance, work):  # type: ignore[no-untyped-def]
+    """Fill ``pose`` (n, 3) and ``covariance`` (n, 3, 3) from the row ``begin`` on, by the one or two before, for ways of the wheels (n, 2).
+
+    ``work``: (3, 6, 6), zeros at first, then as it was left.
+    """
     spread, jacobian, product = work[0], work[1], work[2]
     spread[3, 3] = spread[4, 4] = radius_error * radius_error
     spread[5, 5] = track_error * track_error
     gone_before, turn_before = 0.0, 0.0
-    for k in range(1, len(ways)):
+    if begin > 1:
+        left, right = ways[begin - 1, 0] - ways[begin - 2, 0], ways[begin - 1, 1] - ways[begin - 2, 1]
+        gone_before, turn_before = 0.5 * (left + right), (right - left) / track
+    for k in range(begin, len(ways)):
         left, right = ways[k, 0] - ways[k - 1, 0], ways[k, 1] - ways[k - 1, 1]
         gone, turn = 0.5 * (left + right), (right - left) / track
         middle = pose[k - 1, 2] + 0.5 * turn

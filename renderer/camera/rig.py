@@ -59,6 +59,10 @@ class CarriedPath(Sequence[CameraPose]):
         """Return how many frames there are."""
         return len(self.poses)
 
+    def at(self, stamp_ns: int) -> CameraPose:
+        """Return where the camera is at a stamp."""
+        return self.between(stamp_ns, np.zeros(1))[0]
+
     def between(self, stamp_ns: int, times_s: NDArray[np.float64]) -> tuple[CameraPose, ...]:
         """Return where the camera is at ``stamp_ns`` + ``times_s`` (n,)."""
         rig = camera_kinematics(self.motion, (stamp_ns - self.start_ns) * 1e-9 + times_s)
@@ -72,15 +76,29 @@ class CarriedPath(Sequence[CameraPose]):
 
 def mounted_path(camera: CameraConfig, path: Sequence[CameraPose], motion: Motion | None = None) -> Sequence[CameraPose]:
     """Return the camera's poses along the path of its rig; with its motion, if there is one and it is exposed for a time."""
+    return _carried(camera, path, motion, path[0].stamp_ns)
+
+
+def driven_path(camera: CameraConfig, rig: CarriedPath, stamps_ns: Sequence[int]) -> Sequence[CameraPose]:
+    """Return the camera's poses at the stamps of some frames, as :func:`mounted_path` does, where a motion is known in part only."""
+    return _carried(camera, [rig.at(stamp_ns) for stamp_ns in stamps_ns], rig.motion, rig.start_ns)
+
+
+def _carried(camera: CameraConfig, path: Sequence[CameraPose], motion: Motion | None, start_ns: int) -> Sequence[CameraPose]:
     poses = tuple(mounted(camera, pose) for pose in path)
     if motion is None or not (camera.row_time_s or camera.shutter_s):
         return poses
-    return CarriedPath(poses, motion, path[0].stamp_ns, camera.mount_m, mount_quaternion(camera))
+    return CarriedPath(poses, motion, start_ns, camera.mount_m, mount_quaternion(camera))
 
 
 def rig_path(path: Sequence[CameraPose], motion: Motion | None) -> Sequence[CameraPose]:
     """Return the poses of a rig with its motion, if there is one."""
-    return path if motion is None else CarriedPath(tuple(path), motion, path[0].stamp_ns, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    return path if motion is None else carried_rig(path, motion)
+
+
+def carried_rig(path: Sequence[CameraPose], motion: Motion) -> CarriedPath:
+    """Return the poses of a rig with the motion of the body that carries it."""
+    return CarriedPath(tuple(path), motion, path[0].stamp_ns, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def is_in_the_middle(camera: CameraConfig) -> bool:

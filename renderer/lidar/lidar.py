@@ -47,11 +47,14 @@ class Lidar:
 
     Threading: one sweep at a time.
 
-    ``scene``: stays open for as long as the lidar is used; ``motion``: of the body; ``scene_key``: seeds the noise.
+    ``scene``: stays open for as long as the lidar is used; ``scene_key``: seeds the noise.
+
+    Attributes:
+        motion: of the body; may be replaced as more of it becomes known.
     """
 
     def __init__(self, scene: SceneHandle, flat: FlatScene, config: LidarConfig, motion: Motion, scene_key: int) -> None:
-        self._scene, self._config, self._motion, self._scene_key = scene, config, motion, scene_key
+        self._scene, self._config, self.motion, self._scene_key = scene, config, motion, scene_key
         self._surfaces = laser_surfaces(flat)
         self._packet, self._lanes = make_packet(), np.zeros(2 * LANES, np.float32)
         self._turn = quaternion_from_rpy(config.mount_rotation_rad)
@@ -76,7 +79,7 @@ class Lidar:
     def _trace(self, start_s: float, times_s: Floats) -> Echoes:
         """Return what comes back along the rays, (rays, rays of a beam) each."""
         steps_s = steps_over(times_s)
-        at = mounted_kinematics(kinematics(self._motion, start_s + steps_s), self._config.mount_m, self._turn)
+        at = mounted_kinematics(kinematics(self.motion, start_s + steps_s), self._config.mount_m, self._turn)
         shape = self._spread.shape[:2]
         origins, directions = np.empty((2, shape[0] * shape[1], 3), np.float32)
         _aim(at.position_m, at.quaternion, times_s, self._spread, origins, directions)

@@ -22,7 +22,6 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from renderer import Renderer, RenderError
 from renderer.annotations import Annotator
-from renderer.camera.rig import mounted_path
 from renderer.core.errors import FlattenError
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
@@ -36,6 +35,7 @@ from scene_synth_ros.bags.verify_bodies import BodiesAgain
 from scene_synth_ros.bags.verify_scans import ScansAgain
 from scene_synth_ros.messages.cdr import read_text
 from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.driven_base import DrivenRooms, frame_path
 from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.messages.image_codec import compress_image
@@ -102,8 +102,9 @@ class _FramesAgain:
         self._poses: dict[tuple[str, int], CameraPose] = {}
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
-        self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
-        self.bodies = BodiesAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
+        self._drives = DrivenRooms()
+        self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer, self._drives)
+        self.bodies = BodiesAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer, self._drives)
         quality = whole_number(reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, ""))
         self.jpeg_quality = quality if quality is not None and 1 <= quality <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()
@@ -126,6 +127,7 @@ class _FramesAgain:
             settings = settings_from_json(text)
             self.scans.take(settings)
             self.bodies.take(settings)
+            self._drives.take(settings)
             known = self._settings.setdefault(settings.stamp_ns, [])
             if settings not in known:
                 known.append(settings)
@@ -154,7 +156,9 @@ class _FramesAgain:
                 raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
-            path = mounted_path(settings.camera, scene.camera_path, scene.motion)
+            path = maker.path
+            if settings.scene in self._drives:
+                path = maker.path = frame_path(scene, settings.camera, settings.streams, self._drives.motion(scene), stamp)
             renderer, annotator, _ = self._renderer(settings, scene)
             frame = renderer.render(pose, settings.frame, maker.rendered, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):

@@ -12,6 +12,7 @@ from renderer.lidar.sweep_config import LidarConfig
 from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription
 from scene_description.motion import Motion
+from scene_synth_ros.messages.driven_base import DrivenRooms
 from scene_synth_ros.messages.frame_settings import FrameSettings
 from scene_synth_ros.messages.room_body import RoomBody
 
@@ -21,13 +22,16 @@ _ROOMS_HELD = 3
 class BodiesAgain:
     """Makes the messages of bodies again.
 
-    Rooms whose camera was driven, or asked for frames off its path, are left out: where the body has gone is not in the bag.
+    Rooms whose camera was driven alone, or asked for frames off its path, are left out: where the body has gone is not in the bag.
     """
 
     def __init__(
-        self, scene_of: Callable[[str], SceneDescription], renderer_of: Callable[[FrameSettings, SceneDescription], Renderer]
+        self,
+        scene_of: Callable[[str], SceneDescription],
+        renderer_of: Callable[[FrameSettings, SceneDescription], Renderer],
+        drives: DrivenRooms,
     ) -> None:
-        self._scene_of, self._renderer_of = scene_of, renderer_of
+        self._scene_of, self._renderer_of, self._drives = scene_of, renderer_of, drives
         self._lidar: tuple[Renderer, LidarConfig, Lidar] | None = None
         self._rooms: dict[str, FrameSettings] = {}
         self._starts: list[tuple[int, str]] | None = None
@@ -56,13 +60,15 @@ class BodiesAgain:
 
     def _find_starts(self) -> list[tuple[int, str]]:
         paths = ((scene_id, settings, self._scene_of(scene_id).camera_path) for scene_id, settings in self._rooms.items())
-        return [(path[0].stamp_ns, scene_id) for scene_id, settings, path in paths if settings.frame < len(path)]
+        return [
+            (path[0].stamp_ns, scene_id) for scene_id, settings, path in paths if settings.frame < len(path) or scene_id in self._drives
+        ]
 
     def _body(self, scene_id: str) -> RoomBody:
         if scene_id not in self._bodies:
-            settings = self._rooms[scene_id]
+            settings, scene = self._rooms[scene_id], self._scene_of(scene_id)
             self._bodies[scene_id] = RoomBody(
-                self._scene_of(scene_id), settings.camera, settings.streams, settings.senses, self._lidars(settings)
+                scene, settings.camera, settings.streams, settings.senses, self._lidars(settings), self._drives.way(scene)
             )
             if len(self._bodies) > _ROOMS_HELD:
                 self._bodies.popitem(last=False)
@@ -76,6 +82,7 @@ class BodiesAgain:
             renderer = self._renderer_of(settings, scene)
             if self._lidar is None or self._lidar[0] is not renderer or self._lidar[1] != config:
                 self._lidar = renderer, config, Lidar(renderer.tree, renderer.flat, config, motion, scene_key(scene))
+            self._lidar[2].motion = motion
             return self._lidar[2]
 
         return lidar

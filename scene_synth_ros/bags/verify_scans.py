@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from renderer import Renderer
@@ -11,7 +12,8 @@ from renderer.camera.rig import rig_path
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scanner import Scanner, scan_stamp_ns, scans_of_path
 from renderer.scene.scene_key import scene_key
-from scene_description import SceneDescription
+from scene_description import CameraPose, SceneDescription
+from scene_synth_ros.messages.driven_base import DrivenRooms
 from scene_synth_ros.messages.frame_settings import FrameSettings
 from scene_synth_ros.messages.scan_messages import LASER_POSE, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.messages.streams import laser_frame
@@ -27,13 +29,16 @@ class ScanPlace(NamedTuple):
 class ScansAgain:
     """Makes the messages of scans again.
 
-    Rooms whose camera was driven, or asked for frames off its path, are left out: where the rig has gone is not in the bag.
+    Rooms whose camera was driven alone, or asked for frames off its path, are left out: where the rig has gone is not in the bag.
     """
 
     def __init__(
-        self, scene_of: Callable[[str], SceneDescription], renderer_of: Callable[[FrameSettings, SceneDescription], Renderer]
+        self,
+        scene_of: Callable[[str], SceneDescription],
+        renderer_of: Callable[[FrameSettings, SceneDescription], Renderer],
+        drives: DrivenRooms,
     ) -> None:
-        self._scene_of, self._renderer_of = scene_of, renderer_of
+        self._scene_of, self._renderer_of, self._drives = scene_of, renderer_of, drives
         self._rooms: dict[tuple[str, ScanConfig], FrameSettings] = {}
         self._places: dict[int, ScanPlace] | None = None
         self._starts: list[int] = []
@@ -65,10 +70,20 @@ class ScansAgain:
             self._places = {}
             for (scene_id, config), settings in self._rooms.items():
                 path = self._scene_of(scene_id).camera_path
-                for number in scans_of_path(config, path) if settings.frame < len(path) else ():
+                for number in self._numbers(settings, config, path):
                     self._places[scan_stamp_ns(config, path[0].stamp_ns, number)] = ScanPlace(settings, number)
             self._starts = sorted(self._places)
         return self._places
+
+    def _numbers(self, settings: FrameSettings, config: ScanConfig, path: Sequence[CameraPose]) -> Sequence[int]:
+        """Return the numbers of the scans of a room: along its path, and of a driven base those that begin after it."""
+        whole = scans_of_path(config, path)
+        if settings.scene not in self._drives:
+            return whole if settings.frame < len(path) else ()
+        last_ns = self._drives.stamps_ns(settings.scene)[-1]
+        count = math.floor((last_ns - path[0].stamp_ns) * config.rate_hz * 1e-9 + 1e-6) + 1
+        begins = ((number, scan_stamp_ns(config, path[0].stamp_ns, number)) for number in range(count))
+        return [number for number, begin_ns in begins if number in whole or path[-1].stamp_ns < begin_ns <= last_ns]
 
     def _make(self, place: ScanPlace, stamp_ns: int) -> dict[tuple[str, int], object]:
         """Return (topic below the namespace, stamp) -> message of one scan."""
@@ -77,7 +92,8 @@ class ScansAgain:
         renderer = self._renderer_of(settings, scene)
         if self._scanner is None or self._scanner[0] is not renderer or self._scanner[1] != settings.scan:
             self._scanner = renderer, settings.scan, Scanner(renderer.tree, renderer.flat, settings.scan, scene_key(scene))
-        scan = self._scanner[2].scan(place.number, stamp_ns, rig_path(scene.camera_path, scene.motion))
+        motion = self._drives.motion(scene) if scene.id in self._drives else scene.motion
+        scan = self._scanner[2].scan(place.number, stamp_ns, rig_path(scene.camera_path, motion))
         laser = laser_frame(streams.frame_prefix)
         made: dict[tuple[str, int], object] = {(name, stamp_ns): message for name, message in scan_to_msgs(scan, settings.scan, laser)}
         for pose in scan.poses:

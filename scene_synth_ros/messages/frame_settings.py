@@ -22,9 +22,24 @@ from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.rig_frames import RigFrame
 from scene_synth_ros.messages.senses import NO_SCAN, Senses
 
-MAX_TEXT_LENGTH = 20_000
+MAX_TEXT_LENGTH = 400_000
 _LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks", "points", "points_sensed", "points_color")
 Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
+
+
+Controls = Annotated[tuple[Annotated[float, Limits(ge=-1e6, le=1e6)], ...], Limits(max_length=5_000)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivePart:
+    """How a base goes on that is driven: control points of its motion (``renderer.body.driving``) that no frame before has told.
+
+    ``first``: number of the first of them, from the room's beginning on.
+    """
+
+    first: Annotated[int, Limits(ge=0, le=2**40)]
+    distances_m: Controls
+    headings_rad: Controls
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +49,7 @@ class FrameSettings:
     ``sent``: topics that have stamps of their own, below the namespace -> stamp of the last message that went out before this frame.
     ``frames``: those that are fixed to a body, and known to the renderer.
     ``asked``: the frame is the answer to a request of its pose, so simulated time does not pass with it.
+    ``drive``: what became known of the motion of a base that velocities drive; None of any other.
     """
 
     stamp_ns: Annotated[int, Limits(ge=0, le=2**62, unit="ns")]
@@ -55,6 +71,7 @@ class FrameSettings:
     frames: Annotated[tuple[RigFrame, ...], Limits(max_length=64)] = ()
     sent: Annotated[Mapping[str, int], Limits(max_length=64)] = field(default_factory=dict)
     asked: bool = False
+    drive: DrivePart | None = None
 
     @property
     def exposure(self) -> Exposure:

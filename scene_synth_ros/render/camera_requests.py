@@ -36,6 +36,7 @@ class CameraRequests:
         self._poses: deque[CameraPose] = deque()
         self._floor: FreeFloor | None = None
         self._velocity, self._velocity_at = Velocity(), -math.inf
+        self._velocity_age_s = math.inf
         self._state: DriveState | None = None
 
     def ask(self, message: PoseStamped) -> None:
@@ -93,13 +94,20 @@ class CameraRequests:
         if self.drive_config.enabled:
             with self._lock:
                 self._velocity = Velocity(message.linear.x, message.linear.y, message.linear.z, message.angular.y, message.angular.z)
-                self._velocity_at = time.monotonic()
+                self._velocity_at, self._velocity_age_s = time.monotonic(), 0.0
 
     def begin_room(self) -> None:
         """Let the camera follow the path of a new room until a Twist comes."""
         with self._lock:
             self._state = None
-            self._velocity_at = -math.inf
+            self._velocity_at, self._velocity_age_s = -math.inf, math.inf
+
+    def velocity(self, seconds: float) -> Velocity:
+        """Return the velocity that holds, by simulated time, of which so much has passed since it was asked for last."""
+        with self._lock:
+            held = self._velocity_age_s < self.drive_config.timeout_s
+            self._velocity_age_s += seconds
+            return self._velocity if held else Velocity()
 
     @property
     def driven(self) -> bool:

@@ -166,9 +166,10 @@ class RenderedRoom:
         return Scanner(self.renderer.tree, self.flat, config, scene_key(self.scene))
 
     def lidar(self, config: LidarConfig, motion: Motion) -> Lidar:
-        """Return a lidar that a body carries through the room; the same for the same settings as before."""
+        """Return a lidar that a body carries through the room; the same for the same settings as before, on its newest motion."""
         if self._lidar is None or self._lidar[0] != config:
             self._lidar = config, Lidar(self.renderer.tree, self.flat, config, motion, scene_key(self.scene))
+        self._lidar[1].motion = motion
         return self._lidar[1]
 
     def standpoint(self, pose: CameraPose) -> str:

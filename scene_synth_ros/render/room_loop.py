@@ -18,6 +18,7 @@ from scene_synth_ros.messages.room_body import RoomBody
 from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.camera_requests import CameraRequests
+from scene_synth_ros.render.driven_base import DrivenBase, can_be_driven
 from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
 from scene_synth_ros.render.inbox import Inbox
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
@@ -108,6 +109,9 @@ class RoomLoop:
         self._senses = senses = senses_of(life.settings)
         self._scans = RoomScans(senses.scan, rig_path(self._scene.camera_path, self._scene.motion), lambda: room.scanner(senses.scan))
         self._body = RoomBody(self._scene, self._camera, life.settings["streams"], senses, room.lidar)
+        drive, drives = life.requests.drive_config, can_be_driven(self._scene, senses) and life.config.share_count == 1
+        streams = life.settings["streams"]
+        self._base = DrivenBase(self._scene, lambda: room.flat.mesh, self._camera, streams, senses) if drive.enabled and drives else None
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = self._answered_ns = -1
         self._published = 0
@@ -138,9 +142,7 @@ class RoomLoop:
                 self._life.skipped += 1
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
-            shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
-            self._go(shown)
-            frame = self._render(shown, spacing_s)
+            frame = self._render(self._go(pose, spacing_s), spacing_s)
             if self._pace().realtime:
                 self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
             self._hold(*frame)
@@ -167,15 +169,13 @@ class RoomLoop:
         while not self._interrupted():
             self._wait_while_paused()
             self._serve_requests()
-            if not (self._pace().realtime and self._requests.driven):
+            if not (self._pace().realtime and (self._requests.driven or self._base is not None)):
                 self._wait(_IDLE_S)
                 due = time.perf_counter()
                 continue
             due = max(due + spacing_ns / NANOSECONDS, time.perf_counter())
             pose = replace(path[-1], stamp_ns=self._last_ns + spacing_ns)
-            shown = self._requests.driven_pose(pose, spacing_ns / NANOSECONDS)
-            self._go(shown)
-            frame = self._render(shown, spacing_ns / NANOSECONDS)
+            frame = self._render(self._go(pose, spacing_ns / NANOSECONDS), spacing_ns / NANOSECONDS)
             self._sleep_until(due)
             if not self._interrupted():
                 self._publish(*frame)
@@ -242,6 +242,7 @@ class RoomLoop:
             frames=self._body.frames,
             **self._senses._asdict(),
             asked=asked,
+            drive=None if asked or self._base is None else self._base.part,
             **{group: values[group] for group in ("camera", "sensor", "depth_sensor", "streams")},
         )
         self._output.publish(frame, pose, settings_to_json(settings), moves=not asked, frames=self._body.frames)
@@ -288,11 +289,19 @@ class RoomLoop:
         seconds = time.perf_counter() - self._began_s
         self._life.node.get_logger().info(f"room {self._scene.index}: {self._published} frames rendered in {seconds:.1f} s")
 
-    def _go(self, pose: CameraPose) -> None:
-        """Take where the rig is at the next frame of the path, or of the drive; in the order of time."""
+    def _go(self, pose: CameraPose, spacing_s: float) -> CameraPose:
+        """Return where the rig is at the next frame, that of the path or of a drive; in the order of time."""
+        if self._base is not None:
+            pose = self._base.advance(pose.stamp_ns, self._requests.velocity, self._requests.drive_config)
+            self._path = self._output.messages.path = self._base.camera_path(pose.stamp_ns)
+            self._scans.follow(self._base.rig, pose)
+            self._body.follow(self._base.motion, pose.stamp_ns)
+            return pose
+        shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
         if self._senses.scan.enabled:
-            self._scans.go(pose)
-        self._body.go(pose)
+            self._scans.go(shown)
+        self._body.go(shown)
+        return shown
 
     def _interrupted(self) -> bool:
         """Return whether the room must be left: for the end, or for the next room, unless that waits until the path is done."""

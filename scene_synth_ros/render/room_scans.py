@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from renderer.camera.rig import CarriedPath
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scan import Scan
 from renderer.lidar.scanner import Scanner, scan_stamp_ns, scanner_poses, scans_of_path
@@ -33,7 +34,8 @@ class RoomScans:
     """Casts scans in the order of their stamps.
 
     A rig that follows the room's path is known ahead: its scans are those of ``Scanner.along``, whole sweeps within the path.  One that is
-    driven by hand is known up to the last frame: a scan that begins before that goes on as the rig moved last.
+    driven by hand is known up to the last frame: a scan that begins before that goes on as the rig moved last.  Where a base is driven
+    that carries the rig is known for the whole of each scan (:meth:`follow`); only those are left out that a room's path ends in.
 
     Threading: the rendering thread.
 
@@ -46,7 +48,7 @@ class RoomScans:
         self._whole = scans_of_path(config, path)
         self._known = {pose.stamp_ns: pose for pose in path}
         self._gone: list[CameraPose] = []
-        self._driven = False
+        self._driven = self._follows = False
         self._next = 0
 
     @cached_property
@@ -58,6 +60,10 @@ class RoomScans:
         self._driven = self._driven or self._known.get(pose.stamp_ns) != pose
         self._gone = [*self._gone[1 - _POSES_KEPT :], pose]
 
+    def follow(self, path: CarriedPath, pose: CameraPose) -> None:
+        """Take where the rig of a base is that is driven, and what is known of its motion."""
+        self._path, self._gone, self._follows = path, [pose], True
+
     def due(self, stamp_ns: int, wanted: Callable[[], bool]) -> Iterator[DueScan]:
         """Yield every scan up to a stamp that has not come yet.
 
@@ -67,7 +73,7 @@ class RoomScans:
         path = self._gone if self._driven else self._path
         while (begin_ns := scan_stamp_ns(self._config, self._path[0].stamp_ns, self._next)) <= end_ns:
             number, self._next = self._next, self._next + 1
-            if not self._driven and number not in self._whole:
+            if number not in self._whole and not (self._driven or (self._follows and begin_ns > self._path[-1].stamp_ns)):
                 continue
             if wanted():
                 scan = self._scanner.scan(number, begin_ns, path)

@@ -21,13 +21,23 @@ MAX_PITCH_RAD = 1.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveConfig:
-    """How the camera is driven by Twists on ``cmd_vel``."""
+    """How Twists on ``cmd_vel`` drive a base with two wheels (``motion.kind:=base`` and ``body.enabled``), or else the camera alone.
+
+    The base keeps to its limits of acceleration and jerk, too, and to neither of the heights.
+    """
 
     enabled: Annotated[
-        bool, Limits(description="Let a Twist on cmd_vel take over the camera; only where frames come at their rate (realtime)")
+        bool,
+        Limits(description="Let Twists on cmd_vel drive the base, or take over the camera, where frames come at their rate (realtime)"),
     ] = False
     max_speed_m_s: Annotated[float, Limits(ge=0.01, le=20.0, unit="m/s", description="Fastest motion, each axis")] = 1.5
     max_turn_rad_s: Annotated[float, Limits(ge=0.01, le=20.0, unit="rad/s", description="Fastest turn, yaw and pitch")] = 2.0
+    acceleration_m_s2: Annotated[float, Limits(ge=0.01, le=20.0, unit="m/s2", description="Greatest acceleration of a base")] = 0.8
+    jerk_m_s3: Annotated[float, Limits(ge=0.1, le=200.0, unit="m/s3", description="Greatest jerk of a base")] = 8.0
+    turn_acceleration_rad_s2: Annotated[
+        float, Limits(ge=0.01, le=100.0, unit="rad/s2", description="Greatest change of the turn of a base")
+    ] = 3.0
+    turn_jerk_rad_s3: Annotated[float, Limits(ge=0.1, le=1000.0, unit="rad/s3", description="Greatest jerk of the turn of a base")] = 30.0
     radius_m: Annotated[float, Limits(ge=0.01, le=2.0, unit="m", description="Distance kept from walls and furniture")] = 0.15
     min_height_m: Annotated[float, Limits(ge=0.05, le=10.0, unit="m", description="Lowest height of the camera")] = 0.2
     max_height_m: Annotated[

@@ -18,6 +18,7 @@ from scene_description.kinematics import Floats, Kinematics
 from scene_description.motion_of_poses import motion_of
 from scene_description.products import matmul
 from scene_synth_ros.convert.camera import camera_from_world
+from scene_synth_ros.convert.writer import ConvertError
 from scene_synth_ros.dataset import Frame
 
 _READINGS = (
@@ -46,16 +47,21 @@ class RoomImu(NamedTuple):
 
 
 def room_imu(frame: Frame) -> RoomImu | None:
-    """Return the device of a frame's room; None where there is none."""
+    """Return the device of a frame's room; None where there is none.
+
+    Raises:
+        ConvertError: the base was driven, so that the room does not tell how it moved.
+    """
     settings = frame.settings or {}
     if "imu" not in settings or not frame.has_scene:
         return None
+    if "drive" in settings:
+        raise ConvertError(f"{frame.scene.id}: expected a robot on its planned path, got one that was driven; take its readings from imu/data")
     config, scene = from_mapping(ImuConfig, settings["imu"], "imu"), frame.scene
     motion, start_ns, end_ns = motion_of(scene), scene.camera_path[0].stamp_ns, scene.camera_path[-1].stamp_ns
     read = read_imu(motion, config, start_ns, end_ns, scene_key(scene))
-    errors = ImuErrors(config, scene_key(scene), len(read.stamps_ns))
     device = device_kinematics(motion, config, np.asarray((read.stamps_ns - start_ns) * 1e-9, np.float64))
-    return RoomImu(config, read, device, *errors.biases())
+    return RoomImu(config, read, device, *ImuErrors(config, scene_key(scene)).biases(len(read.stamps_ns)))
 
 
 def write_imu(folder: Path, imu: RoomImu, sensor: str) -> None:

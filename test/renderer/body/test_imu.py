@@ -112,13 +112,13 @@ def test_the_allan_deviation_is_that_of_the_parameters() -> None:
     true = np.zeros((50 * seconds, 3))
     noise, walk = 2e-3, 1e-5  # the walk takes over far beyond 100 s, where three hours hold too few intervals
     config = replace(CLEAN, rate_hz=50.0, gyro_noise_rad_s=noise, gyro_walk_rad_s2=walk)
-    rates = ImuErrors(config, seed, len(true)).gyroscope(true)
+    rates = ImuErrors(config, seed).gyroscope(true)
     for tau, within in ((0.1, 0.05), (1.0, 0.05), (10.0, 0.05), (100.0, 0.2)):
         expected = math.sqrt(noise**2 / tau + walk**2 * tau / 3)
         found = math.sqrt((allan_deviation(rates, 50.0, tau) ** 2).mean())
         assert abs(found / expected - 1) < within, (seed, tau)
     only_walk = replace(CLEAN, rate_hz=50.0, accel_walk_m_s3=0.01)
-    forces = ImuErrors(only_walk, seed, len(true)).accelerometer(true)
+    forces = ImuErrors(only_walk, seed).accelerometer(true)
     for tau in (0.1, 1.0, 10.0):
         found = math.sqrt((allan_deviation(forces, 50.0, tau) ** 2).mean())
         expected = 0.01 * math.sqrt((tau + 1 / (2 * 50.0**2 * tau)) / 3)  # a walk in steps

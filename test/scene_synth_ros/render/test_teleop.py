@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scene_description import CameraPose
 from scene_description.poses import look_at, rotation_from_quaternion
+from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.teleop import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
 
 CONFIG = DriveConfig(enabled=True, radius_m=0.2, max_speed_m_s=2.0)
@@ -76,3 +78,15 @@ def test_a_room_without_floor_cannot_be_driven() -> None:
     full = FreeFloor.from_cells(np.full((10, 10), 100, np.int8), 0.05, (0.0, 0.0))
     pose = CameraPose(stamp_ns=0, position_m=(0.1, 0.1, 1.0), orientation=look_at((0.1, 0.1, 1.0), (1.0, 0.1, 1.0)))
     assert start_drive(pose, full, CONFIG) is None
+
+
+def test_a_velocity_holds_for_its_time_by_the_simulated_clock() -> None:
+    requests = CameraRequests("map", DriveConfig(enabled=True, timeout_s=0.5))
+    assert requests.velocity(0.1) == Velocity()
+    requests.take_twist(Twist(linear=Vector3(x=0.4), angular=Vector3(z=-1.0)))
+    assert [requests.velocity(0.2).forward_m_s for _ in range(5)] == [0.4, 0.4, 0.4, 0.0, 0.0]
+    requests.take_twist(Twist(linear=Vector3(x=0.2)))
+    assert requests.velocity(9.0) == Velocity(forward_m_s=0.2)
+    requests.take_twist(Twist(linear=Vector3(x=0.2)))
+    requests.begin_room()
+    assert requests.velocity(0.0) == Velocity()

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 import yaml
 from sample_scene import sample_scene
 
@@ -16,6 +17,7 @@ from scene_description.motion_of_poses import motion_of
 from scene_description.poses import world_from_optical
 from scene_synth_ros.convert.formats.euroc import stamp_name
 from scene_synth_ros.convert.formats.euroc_imu import room_imu, states_of, write_imu
+from scene_synth_ros.convert.writer import ConvertError
 
 CONFIG = ImuConfig(enabled=True, mount_m=(0.1, 0.0, -0.05), mount_rotation_rad=(0.3, 0.1, -2.0), clock_offset_s=0.002)
 SCENE = sample_scene()
@@ -69,3 +71,9 @@ def test_a_room_without_a_device_has_none_and_names_sort_by_time() -> None:
     names = [stamp_name(stamp) for stamp in (5, 10**9, 1_795_000_000_000_000_000)]
     assert names == sorted(names) and {len(name) for name in names} == {19}
     assert names[0] == "0000000000000000005"
+
+
+def test_a_base_that_was_driven_is_refused_as_its_room_does_not_tell_its_motion() -> None:
+    frame = SimpleNamespace(settings={"imu": {"enabled": True}, "drive": {"first": 0}}, has_scene=True, scene=SCENE)
+    with pytest.raises(ConvertError, match=r"expected a robot on its planned path, got one that was driven; take its readings from imu/data"):
+        room_imu(frame)
