@@ -130,9 +130,7 @@ class SceneRequest:
     north_yaw_deg: Annotated[float, Limits(ge=-360.0, le=999.0, unit="deg", description="yaw at which north lies; 999: drawn")] = 999.0
     turbidity: Annotated[float, Limits(ge=0.0, le=10.0, description="haze of the air, 2 very clear to 6 hazy; 0: drawn")] = 0.0
     cloud_cover: Annotated[float, Limits(ge=-1.0, le=1.0, description="0 clear to 1 overcast; -1: drawn")] = -1.0
-    surroundings: Annotated[
-        Literal["any", "none", Setting], Limits(description="what stands outside the windows; any: drawn")
-    ] = "any"
+    surroundings: Annotated[Literal["any", "none", Setting], Limits(description="what stands outside the windows; any: drawn")] = "any"
     environment_map: Annotated[
         str,
         Limits(max_length=240, description="picture outside, .hdr or .exr below the renderer's catalogue folder; empty: sky and sun"),

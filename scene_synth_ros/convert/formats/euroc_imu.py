@@ -56,7 +56,9 @@ def room_imu(frame: Frame) -> RoomImu | None:
     if "imu" not in settings or not frame.has_scene:
         return None
     if "drive" in settings:
-        raise ConvertError(f"{frame.scene.id}: expected a robot on its planned path, got one that was driven; take its readings from imu/data")
+        raise ConvertError(
+            f"{frame.scene.id}: expected a robot on its planned path, got one that was driven; take its readings from imu/data"
+        )
     config, scene = from_mapping(ImuConfig, settings["imu"], "imu"), frame.scene
     motion, start_ns, end_ns = motion_of(scene), scene.camera_path[0].stamp_ns, scene.camera_path[-1].stamp_ns
     read = read_imu(motion, config, start_ns, end_ns, scene_key(scene))

@@ -1,6 +1,5 @@
 """A base that is driven: within its limits, never into anything, and the same curve whether it is read in parts or as a whole."""
 
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -75,5 +75,7 @@ def test_a_room_without_a_device_has_none_and_names_sort_by_time() -> None:
 
 def test_a_base_that_was_driven_is_refused_as_its_room_does_not_tell_its_motion() -> None:
     frame = SimpleNamespace(settings={"imu": {"enabled": True}, "drive": {"first": 0}}, has_scene=True, scene=SCENE)
-    with pytest.raises(ConvertError, match=r"expected a robot on its planned path, got one that was driven; take its readings from imu/data"):
+    with pytest.raises(
+        ConvertError, match=r"expected a robot on its planned path, got one that was driven; take its readings from imu/data"
+    ):
         room_imu(frame)
