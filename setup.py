@@ -104,5 +104,6 @@ setup(
             "evaluator_node = scene_synth_ros.evaluate.evaluator_node:main",
             "replay_node = scene_synth_ros.replay.replay_node:main",
         ],
+        "pytest11": ["scene_synth = scene_synth_ros.testing.plugin"],
     },
 )

@@ -83,6 +83,7 @@ FOLDERS = {
         "convert": {"dataset", "messages"},
         "prove": {"bags", "dataset", "messages"},
         "splits": {"bags", "dataset"},
+        "testing": {"bags", "cli", "messages", "suite", "sweep"},
         "cli": {
             "bags",
             "cluster",

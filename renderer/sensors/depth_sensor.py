@@ -18,6 +18,7 @@ from renderer.sensors.beams import Beams, Eye, make_beam_scratch, make_beams, tr
 from renderer.sensors.block_matcher import census, make_match_scratch, match_rows
 from renderer.sensors.devices import DepthSensorConfig, Principle, device_of
 from renderer.sensors.multipath import GRID, cosine_directions, smooth_multipath, sum_multipath
+from renderer.sensors.specks import remove_specks
 from renderer.sensors.structured_light import read_structured_light
 from renderer.sensors.surfaces_seen import LEFT_IMAGE, RIGHT_IMAGE
 from renderer.sensors.time_of_flight import SUB_PIXELS, SUM_FIELDS, Returns, add_returns, mark_edges, read_time_of_flight
@@ -58,7 +59,7 @@ class DepthSensor:
         beams = self._trace(camera, self._beside(camera, self._device.baseline_m))
         result = np.empty((camera.height, camera.width), np.float32)
         self._by_rows(read_structured_light, camera, self._device, beams, key, result)
-        return result
+        return self._without_specks(result)
 
     def _read_time_of_flight(self, camera: PosedCamera, key: np.uint32) -> NDArray[np.float32]:
         device, light = self._device, self._beside(camera, self._device.baseline_m)
@@ -92,7 +93,7 @@ class DepthSensor:
     def _read_stereo(self, camera: PosedCamera, key: np.uint32) -> NDArray[np.float32]:
         device = self._device
         plain = camera._replace(bearings=np.zeros((0, 0, 3), np.float32))
-        disparity = self.match(*self.images(plain, key))
+        disparity = self._without_specks(self.match(*self.images(plain, key)))
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = (np.float32(float(camera.focal_px) * device.baseline_m) / disparity).astype(np.float32)
             depth[depth < device.min_range_m] = -np.inf
@@ -130,6 +131,15 @@ class DepthSensor:
             match_rows(words[0], words[1], left, self._device, scratch[worker], result, begin, min(begin + _BAND, height))
 
         self._workers.run(match, range(0, height, _BAND))
+        return result
+
+    def _without_specks(self, read: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return what the device leaves of what it reads, NaN where nothing is."""
+        window = int(self._device.speck_px)
+        if window < 2:
+            return read
+        result = np.empty_like(read)
+        self._by_rows(remove_specks, read, window, result)
         return result
 
     def _trace(

@@ -7,7 +7,8 @@ pixel with focal length times baseline of 35130 / 8 pixel cm, A. Handa et al., "
 and SLAM", ICRA 2014, after J. Barron and J. Malik, CVPR 2013; which gives the 7 cm between depth planes at 5 m of K. Khoshelham and S.
 Oude Elberink, "Accuracy and resolution of Kinect depth data for indoor mapping applications", Sensors 12, 2012, from whom range 0.5 to 5
 m and baseline 7.5 cm are too.  Window of 9 x 9 pixels P (Handa's simulator); the share of it that must agree, darkest surface and
-steepest angle A.
+steepest angle A.  That errors are alike within two thirds of the window, and the window whose majority decides: A, such that noise about
+local planes, holes and their sizes are those of real frames (docs/sensors.md).
 
 kinect_v2 (time of flight, 512 x 424).  Noise P: axial sigma = 1.5 - 0.5 z + 0.3 z^2 + 0.1 z^1.5 (theta / (pi/2 - theta))^2 millimetres,
 P. Fankhauser et al., "Kinect v2 for mobile robot navigation: evaluation and modeling", ICAR 2015; the same polynomial, completed to a
@@ -24,7 +25,7 @@ realsense_d435 (active stereo, 848 x 480).  Baseline 50 mm, field of projection 
 D (A. Grunnet-Jepsen et al., "Projectors for D400 series depth cameras"); 126 disparities D (so the nearest depth is focal length x
 baseline / 126); steps of 1/32 pixel D (A. Grunnet-Jepsen et al., "Subpixel linearity improvement"); matched by census transforms P (L.
 Keselman et al., "Intel RealSense stereoscopic depth cameras", CVPR workshops 2017; the D400's own matcher is finer, semi-global, and not
-public).  Range to 10 m D.  Projector in the middle of the two cameras, light and noise of the images, thresholds: A; the noise is such
+public).  Range to 10 m D.  Projector in the middle of the two cameras, light and noise of the images, thresholds, majority: A; the noise is such
 that the error of disparity comes near the 0.08 pixels of Intel's "Tuning depth cameras for best performance".
 
 stereo: no device but two grey cameras 12 cm apart without projector; all A.
@@ -74,6 +75,9 @@ class Device(NamedTuple):
     inverse_depth_step_per_m: Annotated[float, _figure("Step of inverse depth, as disparities are counted; 0: none", "1/m", 1.0)] = 0.0
     window_px: Annotated[float, _figure("Edge of the window that the pattern is correlated over", "px", 31.0)] = 0.0
     window_agreement: Annotated[float, _figure("Share of that window that must agree in disparity", "", 1.0)] = 0.0
+    speck_px: Annotated[
+        float, _figure("Edge of the window whose majority decides whether a pixel is read; 0: each for itself", "px", 31.0)
+    ] = 0.0
     modulation_mhz: Annotated[float, _figure("Modulation of the light, for mixed returns", "MHz", 1e4)] = 0.0
     multipath: Annotated[float, _figure("Share of the light that comes by way of one other surface; 1: as it is", "", 10.0)] = 0.0
     min_coherence: Annotated[float, _figure("Least agreement in phase of a pixel's returns", "", 1.0)] = 0.0
@@ -105,6 +109,7 @@ KINECT_V1 = Device(
     inverse_depth_step_per_m=1.0 / 351.3,
     window_px=9.0,
     window_agreement=0.5,
+    speck_px=5.0,
 )
 KINECT_V2 = Device(
     min_range_m=0.5,
@@ -149,6 +154,7 @@ REALSENSE_D435 = Device(
     dots=5000.0,
     signal_min=0.5,
     window_px=13.0,
+    speck_px=5.0,
     ambient=0.1,
     full_well_e=3000.0,
     read_noise_e=10.0,

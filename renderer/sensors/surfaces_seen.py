@@ -35,6 +35,26 @@ def normal(key: np.uint32, pixel: int, purpose: int) -> float:
     return number
 
 
+@kernel
+def smooth_normal(key: np.uint32, x: int, y: int, width: int, spacing: int, purpose: int) -> float:
+    """Return a standard normal number that pixels of an image ``width`` wide nearly share within ``spacing`` pixels; up to 1, each has its own.
+
+    It is interpolated between those of a lattice.  Weights are those of a cubic step, divided by their length, so that the variance is one in every pixel.
+    """
+    if spacing <= 1:
+        return float(normal(key, y * width + x, purpose))
+    left, above = x // spacing, y // spacing
+    s, t = (x - left * spacing + 0.5) / spacing, (y - above * spacing + 0.5) / spacing
+    s, t = s * s * (3.0 - 2.0 * s), t * t * (3.0 - 2.0 * t)
+    total = 0.0
+    for row in range(2):
+        for column in range(2):
+            weight = (s if column else 1.0 - s) * (t if row else 1.0 - t)
+            total += weight * normal(key, (above + row) * width + left + column, purpose)
+    length = ((1.0 - s) * (1.0 - s) + s * s) * ((1.0 - t) * (1.0 - t) + t * t)
+    return float(total / np.sqrt(length))
+
+
 _STEP_M, _STEP_SHARE = 0.01, 0.01
 _SOFTNESS = 0.15
 """Relative standard deviation of the signal that the threshold is compared with."""
@@ -77,14 +97,16 @@ def goes_on(camera: PosedCamera, beams: Beams, x: int, y: int, other_x: int, oth
 
 
 @kernel
-def seen_pixel(camera: PosedCamera, device: Device, beams: Beams, x: int, y: int, key: np.uint32) -> tuple[int, int]:
-    """Return the pixel whose beam is read in place of a pixel's own: by lateral noise, another one where surfaces end."""
-    pixel = y * camera.width + x
+def seen_pixel(camera: PosedCamera, device: Device, beams: Beams, x: int, y: int, spacing: int, key: np.uint32) -> tuple[int, int]:
+    """Return the pixel whose beam is read in place of a pixel's own: by lateral noise, another one where surfaces end.
+
+    ``spacing``: of pixels whose noise is alike, as of :func:`smooth_normal`.
+    """
     cosine = beams.cosine[y, x]
     angle = np.arccos(min(cosine, 1.0)) if cosine > 0.0 else 0.0
     sigma = device.lateral_noise_px + device.lateral_grazing_px * angle / max(0.5 * np.pi - angle, 0.05)
-    other_x = x + int(np.floor(sigma * normal(key, pixel, LATERAL_X) + 0.5))
-    other_y = y + int(np.floor(sigma * normal(key, pixel, LATERAL_Y) + 0.5))
+    other_x = x + int(np.floor(sigma * smooth_normal(key, x, y, camera.width, spacing, LATERAL_X) + 0.5))
+    other_y = y + int(np.floor(sigma * smooth_normal(key, x, y, camera.width, spacing, LATERAL_Y) + 0.5))
     other_x, other_y = min(max(other_x, 0), camera.width - 1), min(max(other_y, 0), camera.height - 1)
     return (x, y) if goes_on(camera, beams, x, y, other_x, other_y) else (other_x, other_y)
 
@@ -97,9 +119,9 @@ def signal(beams: Beams, x: int, y: int) -> float:
 
 
 @kernel
-def is_read(device: Device, strength: float, cosine: float, pixel: int, key: np.uint32) -> bool:
-    """Return whether a signal is strong enough, not too strong, and not too oblique."""
-    enough = strength * (1.0 + _SOFTNESS * normal(key, pixel, SIGNAL)) >= device.signal_min
+def is_read(device: Device, strength: float, cosine: float, wavers: float) -> bool:
+    """Return whether a signal is strong enough, which wavers by a standard normal number, not too strong, and not too oblique."""
+    enough = strength * (1.0 + _SOFTNESS * wavers) >= device.signal_min
     return bool(enough and strength <= device.signal_max and cosine >= np.cos(device.max_angle_rad))
 
 

@@ -17,7 +17,7 @@ from renderer.core.kernel import entry, kernel
 from renderer.sensors.beams import Beams
 from renderer.sensors.devices import Device
 from renderer.sensors.multipath import multipath_at, radians_per_metre
-from renderer.sensors.surfaces_seen import AXIAL, axial_deviation, goes_on, is_read, normal, seen_pixel, signal, within_range
+from renderer.sensors.surfaces_seen import AXIAL, SIGNAL, axial_deviation, goes_on, is_read, normal, seen_pixel, signal, within_range
 
 SUM_REAL, SUM_IMAGINARY, SUM_STRENGTH, STRONGEST, STRONGEST_M, SUM_FIELDS = range(6)
 """Fields of a pixel's sum: phasor, strength of all, strength and distance of the strongest."""
@@ -78,7 +78,7 @@ def read_time_of_flight(
 @kernel
 def _read_pixel(camera: PosedCamera, device: Device, returns: Returns, x: int, y: int, key: np.uint32) -> float:
     beams, sums = returns.beams, returns.sums
-    at_x, at_y = seen_pixel(camera, device, beams, x, y, key)
+    at_x, at_y = seen_pixel(camera, device, beams, x, y, 1, key)
     pixel, per_metre = y * camera.width + x, radians_per_metre(device)
     distance, cosine, strength = beams.distance[at_y, at_x], beams.cosine[at_y, at_x], 0.0
     shift = 0.0
@@ -96,7 +96,7 @@ def _read_pixel(camera: PosedCamera, device: Device, returns: Returns, x: int, y
     if not np.isfinite(distance):
         return float(distance)
     cosine = cosine if cosine > 0.0 else np.float32(1.0)
-    if not is_read(device, strength, float(cosine), pixel, key):
+    if not is_read(device, strength, float(cosine), normal(key, pixel, SIGNAL)):
         return np.nan
     # Light that comes by way of other surfaces, then noise.
     if device.multipath > 0.0:

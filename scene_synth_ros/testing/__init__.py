@@ -1,0 +1,1 @@
+"""Rooms as unit tests of somebody's SLAM: a pytest plugin."""
