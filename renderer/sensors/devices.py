@@ -25,8 +25,8 @@ realsense_d435 (active stereo, 848 x 480).  Baseline 50 mm, field of projection 
 D (A. Grunnet-Jepsen et al., "Projectors for D400 series depth cameras"); 126 disparities D (so the nearest depth is focal length x
 baseline / 126); steps of 1/32 pixel D (A. Grunnet-Jepsen et al., "Subpixel linearity improvement"); matched by census transforms P (L.
 Keselman et al., "Intel RealSense stereoscopic depth cameras", CVPR workshops 2017; the D400's own matcher is finer, semi-global, and not
-public).  Range to 10 m D.  Projector in the middle of the two cameras, light and noise of the images, thresholds, majority: A; the noise is such
-that the error of disparity comes near the 0.08 pixels of Intel's "Tuning depth cameras for best performance".
+public).  Range to 10 m D.  Projector in the middle of the two cameras, light and noise of the images, thresholds, majority: A; the noise
+is such that the error of disparity comes near the 0.08 pixels of Intel's "Tuning depth cameras for best performance".
 
 stereo: no device but two grey cameras 12 cm apart without projector; all A.
 """

@@ -37,9 +37,10 @@ def normal(key: np.uint32, pixel: int, purpose: int) -> float:
 
 @kernel
 def smooth_normal(key: np.uint32, x: int, y: int, width: int, spacing: int, purpose: int) -> float:
-    """Return a standard normal number that pixels of an image ``width`` wide nearly share within ``spacing`` pixels; up to 1, each has its own.
+    """Return a standard normal number that pixels of an image ``width`` wide nearly share within ``spacing`` pixels; up to 1 none do.
 
-    It is interpolated between those of a lattice.  Weights are those of a cubic step, divided by their length, so that the variance is one in every pixel.
+    It is interpolated between those of a lattice.  Weights are those of a cubic step, divided by their length, so that the variance is one
+    in every pixel.
     """
     if spacing <= 1:
         return float(normal(key, y * width + x, purpose))

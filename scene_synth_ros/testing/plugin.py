@@ -34,7 +34,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def judge(request: pytest.FixtureRequest) -> Judge:
-    """Return what runs an estimator on the rooms of a test and fails where it is not good: ``judge(function)``, ``judge.command(words)``."""
+    """Return what judges an estimator in the rooms of a test, which fails where it is not good: called with a function, or ``command``."""
     from scene_synth_ros.testing.judge import Judge
 
     mark = request.node.get_closest_marker(_MARK)

@@ -18,7 +18,7 @@ from scene_description.yaml_text import read_yaml
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages import streams as roles
-from scene_synth_ros.messages.poses import read_odometry_pose, read_pose
+from scene_synth_ros.messages.poses import Position, Quaternion, read_odometry_pose, read_pose
 from scene_synth_ros.messages.streams import find_streams
 from scene_synth_ros.suite.parameters import parameter_values
 from scene_synth_ros.sweep.run_sweep import run_sweep
@@ -105,6 +105,20 @@ def sweep_folder(plan: SweepPlan, folder: Path) -> Path:
     return folder / Path(plan.variants[0].file).stem
 
 
+def _of_pose(data: bytes | memoryview) -> tuple[int, Position, Quaternion]:
+    pose = read_pose(data)
+    return pose.stamp_ns, pose.position_m, pose.quaternion
+
+
+def _of_odometry(data: bytes | memoryview) -> tuple[int, Position, Quaternion]:
+    pose = read_odometry_pose(data)
+    return pose.stamp_ns, pose.translation_m, pose.quaternion
+
+
+_PLACES = {roles.POSE: _of_pose, roles.ODOM_IDEAL: _of_odometry}
+"""Role of a topic -> what reads stamp, place and orientation of its messages."""
+
+
 def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
     """Return where the camera, or the body, was.
 
@@ -112,19 +126,15 @@ def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
         TestError: the bag does not tell, or of several cameras.
     """
     with BagReader(bag) as reader:
-        role, read = (roles.ODOM_IDEAL, read_odometry_pose) if test.truth == "body" else (roles.POSE, read_pose)
+        role = roles.ODOM_IDEAL if test.truth == "body" else roles.POSE
         found = {topic: stream for topic, stream in find_streams(reader.types, role).items() if stream.camera != roles.LASER}
         topics = [topic for topic, stream in found.items() if test.camera in ("", stream.camera) or test.truth == "body"]
         if len(topics) != 1:
             expected = "a body: a rig with body.enabled" if test.truth == "body" else "one camera; name it with camera="
             raise TestError(f"{bag}: truth of {test.truth}: expected {expected}, got {', '.join(found) or 'none'}")
-        poses = [read(message.data) for message in reader.messages(topics)]  # type: ignore[operator]
-    places = [pose.translation_m if test.truth == "body" else pose.position_m for pose in poses]
-    return Trajectory(
-        stamps_ns=np.array([pose.stamp_ns for pose in poses], np.int64),
-        positions_m=np.array(places),
-        orientations=np.array([pose.quaternion for pose in poses]),
-    )
+        rows = [_PLACES[role](message.data) for message in reader.messages(topics)]
+    stamps, places, turns = zip(*rows, strict=True)
+    return Trajectory(stamps_ns=np.array(stamps, np.int64), positions_m=np.array(places), orientations=np.array(turns))
 
 
 def estimated_trajectory(estimate: object, true: Trajectory) -> Trajectory:
