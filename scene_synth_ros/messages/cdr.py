@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from scene_description import SceneSynthError
@@ -15,6 +16,11 @@ from scene_synth_ros.messages.stamps import NANOSECONDS, CdrBytes
 
 _ENDIANNESS = {0: ">", 1: "<", 6: ">", 7: "<"}
 _HEADER_SIZE = 4
+
+
+@lru_cache(maxsize=256)
+def _layout(text: str) -> struct.Struct:
+    return struct.Struct(text)
 
 
 class CdrReadError(SceneSynthError):
@@ -48,9 +54,9 @@ class CdrReader:
 
     def numbers(self, kind: str, count: int = 1) -> tuple[float, ...]:
         """Return numbers of one kind, a character of :mod:`struct`."""
-        size = struct.calcsize(kind)
+        layout, size = _layout(f"{self.endianness}{count}{kind}"), _layout(kind).size
         self._at += -(self._at - _HEADER_SIZE) % size
-        return struct.unpack(f"{self.endianness}{count}{kind}", self.view(size * count))
+        return layout.unpack(self.view(size * count))
 
     def number(self, kind: str) -> int:
         """Return one whole number of a kind, a character of :mod:`struct`."""
@@ -69,15 +75,19 @@ class CdrReader:
 
     def text(self) -> str:
         """Return a string."""
+        return self._decoded(self.octets())
+
+    def _decoded(self, octets: memoryview) -> str:
         try:
-            return bytes(self.octets()).rstrip(b"\x00").decode()
+            return bytes(octets).rstrip(b"\x00").decode()
         except UnicodeDecodeError:
             raise CdrReadError(f"expected text before byte {self._at} of the message, got other bytes") from None
 
     def header(self) -> Header:
         """Return a ``std_msgs/Header``."""
-        sec, nanosec = self.number("i"), self.number("I")
-        return Header(sec * NANOSECONDS + nanosec, self.text())
+        self._at += -self._at % 4
+        sec, nanosec, size = _layout(f"{self.endianness}iII").unpack(self.view(12))
+        return Header(sec * NANOSECONDS + nanosec, self._decoded(self.view(size)))
 
 
 _LITTLE_ENDIAN_CDR = b"\x00\x01\x00\x00"

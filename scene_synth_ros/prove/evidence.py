@@ -142,6 +142,7 @@ class Evidence:
         self.types, self.catalog_dir = messages.types, catalog_dir
         self._messages = messages
         self._tables: dict[str, Any] = {}
+        self._mounts: dict[str, Mount | None] = {}
         self._kept: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *_KEPT)}
         self.heads: dict[str, list[Head]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
         for topic, log_ns, data in messages.all():
@@ -203,6 +204,11 @@ class Evidence:
 
     def mount(self, frame: str) -> Mount | None:
         """Return where a frame is fixed to the body; None if it is not."""
+        if frame not in self._mounts:
+            self._mounts[frame] = self._find_mount(frame)
+        return self._mounts[frame]
+
+    def _find_mount(self, frame: str) -> Mount | None:
         found, seen = Mount(np.zeros(3), Rotation.identity()), set()
         while frame != self.base:
             if frame in seen or frame not in self.fixed:

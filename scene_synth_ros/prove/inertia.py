@@ -73,9 +73,7 @@ def _integrate(at: Floats, times: Floats, turn: Rotation, place: Floats, rows: I
     moved: _Found = ([], [])
     for first in range(0, len(times) - size, size):
         part = slice(first, first + size + 1)
-        gone = Rotation.identity()
-        for k in range(first, first + size):
-            gone = gone * steps[k]
+        gone = _product(steps[first : first + size])
         turned[0].append(float(np.degrees((gone.inv() * (turn[first].inv() * turn[first + size])).magnitude())))
         line = np.column_stack([np.ones(size + 1), times[part]])
         off = place[part] - twice[part]
@@ -84,6 +82,15 @@ def _integrate(at: Floats, times: Floats, turn: Rotation, place: Floats, rows: I
         for found in (turned, moved):
             found[1].append(int(rows.stamps[first]))
     return turned, moved
+
+
+def _product(turns: Rotation) -> Rotation:
+    """Return the product of rotations, in their order: neighbours are joined until one is left."""
+    while len(turns) > 1:
+        even = len(turns) // 2 * 2
+        joined = turns[0:even:2] * turns[1:even:2]
+        turns = joined if even == len(turns) else Rotation.concatenate([joined, turns[even:]])
+    return turns[0]
 
 
 def imu_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:

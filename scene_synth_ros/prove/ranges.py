@@ -32,16 +32,16 @@ def scan(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     poses = room.poses(pose_topic) if pose_topic else None
     if not topic or poses is None or len(poses.stamps) < 2 or room.mesh is None:
         return
-    rays, ranges, stamps = [], [], []
+    beams = []
     for row in (scan_row(CdrReader(data)) for _, data in room.each(topic)):
-        chosen, at_ns = _some(len(row.ranges), row.stamp_ns), row.stamp_ns
-        origins, turn, known = _between(poses, at_ns + np.rint(chosen * row.time_increment / NS).astype(np.int64))
-        angles = row.angle_min + chosen * row.angle_increment
-        rays.append(np.column_stack([origins, turn.apply(np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles]))])[known])
-        ranges.append(row.ranges[chosen][known])
-        stamps.append(np.full(int(known.sum()), at_ns))
-    if rays:
-        yield from _on_mesh("scan", topic, room, np.concatenate(rays), np.concatenate(ranges), np.concatenate(stamps))
+        chosen = _some(len(row.ranges), row.stamp_ns)
+        at_ns = row.stamp_ns + np.rint(chosen * row.time_increment / NS).astype(np.int64)
+        beams.append((at_ns, row.angle_min + chosen * row.angle_increment, row.ranges[chosen], np.full(len(chosen), row.stamp_ns)))
+    if beams:
+        at_ns, angles, ranges, stamps = (np.concatenate(values) for values in zip(*beams, strict=True))
+        origins, turn, known = _between(poses, at_ns)
+        rays = np.column_stack([origins, turn.apply(np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles]))])
+        yield from _on_mesh("scan", topic, room, rays[known], ranges[known], stamps[known])
 
 
 def scan_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
