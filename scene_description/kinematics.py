@@ -92,14 +92,14 @@ def camera_kinematics(motion: Motion, times_s: ArrayLike) -> Kinematics:
 
 def driven_way(drive: Drive, spacing_s: float, times_s: ArrayLike) -> tuple[Floats, Floats]:
     """Return distance gone (m) and heading (rad) of a base, (n, 2), and their rates."""
-    value, rate, _ = _curve(_controls(drive), spacing_s, np.asarray(times_s, np.float64), drive.first_knot)
+    value, rate, _ = _curve(_controls(drive), spacing_s, np.asarray(times_s, np.float64), drive.first_knot or 0)
     return value, rate
 
 
 def knot_places(drive: Drive) -> Floats:
     """Return where a base is at the knots of its drive, (segments + 1, 2), world; those of a part of a drive are those of the whole."""
-    controls, count = _controls(drive), len(drive.distances_m) - DEGREE
-    ways = _travelled(controls, drive.first_knot, drive.first_knot + np.arange(count), np.ones(count))
+    controls, begin, count = _controls(drive), drive.first_knot or 0, len(drive.distances_m) - DEGREE
+    ways = _travelled(controls, begin, begin + np.arange(count), np.ones(count))
     return np.asarray(np.cumsum(np.concatenate([[drive.start_m], ways]), axis=0))
 
 
@@ -225,7 +225,7 @@ def _rotation(curve: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats, Flo
 
 def _driven(drive: Drive, spacing_s: float, times: Floats) -> Kinematics:
     """Return the kinematics of a base: its place is the integral of speed along its heading."""
-    controls, begin = _controls(drive), drive.first_knot
+    controls, begin = _controls(drive), drive.first_knot or 0
     (value, first, second), zero = _curve(controls, spacing_s, times, begin), np.zeros(len(times))
     end = begin + len(controls) - DEGREE
     along = np.clip(times / spacing_s, begin, end)

@@ -45,13 +45,13 @@ class Drive:
     """The way of a base with two driven wheels: it goes where it looks.
 
     Control points of the distance gone, forward, and of the heading; the place is the integral of what they say, from ``start_m``, where
-    the base is at the knot ``first_knot`` of the motion: the curves of a drive that is known in part begin there.
+    the base is at the knot ``first_knot`` of the motion: the curves of a drive that is known in part begin there.  None: at the first.
     """
 
     start_m: tuple[_Metres, _Metres]
     distances_m: Annotated[tuple[_Metres, ...], Limits(min_length=DEGREE + 1, max_length=MAX_CONTROLS)]
     headings_rad: Annotated[tuple[_Radians, ...], Limits(min_length=DEGREE + 1, max_length=MAX_CONTROLS)]
-    first_knot: Annotated[int, Limits(ge=0, le=2**40)] = 0
+    first_knot: Annotated[int, Limits(ge=0, le=2**40)] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
