@@ -15,6 +15,7 @@ from scene_description.share import config_path
 from scene_synth_ros.cli.parameters.run_profile import load_profile, with_inheritance
 from scene_synth_ros.messages.conversions import camera_info_to_msg
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.render.teleop import DriveConfig
 
 
 def cameras() -> dict[str, CameraConfig]:
@@ -44,7 +45,7 @@ def test_both_have_names_of_their_own_and_one_clock() -> None:
 GROUPS = {
     "renderer_node": {
         **{"camera": CameraConfig, "sensor": SensorConfig, "depth_sensor": DepthSensorConfig, "streams": StreamConfig, "scan": ScanConfig},
-        **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig, "lidar": LidarConfig},
+        **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig, "lidar": LidarConfig, "drive": DriveConfig},
     },
     "grammar_node": {"motion": MotionConfig},
 }

@@ -10,10 +10,16 @@ import pytest
 from rclpy.serialization import deserialize_message
 
 from evaluation.metrics.poses import Trajectory
+from grammar.counterfactual import FACTORS
 from scene_description import CameraPose, FieldError
+from scene_description.share import config_path
+from scene_description.strict import read_value
 from scene_description.tum_trajectory import trajectory_to_tum
+from scene_description.yaml_text import read_yaml
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.messages.message_definitions import message_class
+from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
+from scene_synth_ros.suite.parameters import annotations_of
 from scene_synth_ros.testing.judge import GateFailure, Judge
 from scene_synth_ros.testing.recordings import Recording, TestError, estimated_trajectory
 from scene_synth_ros.testing.room import RoomTest, room
@@ -125,3 +131,15 @@ def test_estimates_are_taken_at_the_stamps_of_the_truth() -> None:
 def test_words_that_do_not_fit_are_refused(words: dict[str, object], error: str) -> None:
     with pytest.raises(FieldError, match=error):
         room(**words)
+
+
+def test_what_may_be_blamed_are_factors_of_sweeps_and_parameters_of_the_renderer() -> None:
+    parameters = annotations_of(RENDERER_GROUPS)
+    rows = read_yaml(config_path("blame.yaml"), TestError)
+    assert len(rows) > 10
+    for name, row in rows.items():
+        assert name in parameters or name in FACTORS, name
+        assert row.keys() <= {"values", "when", "unless"} and len(row["values"]) == 1
+        assert {row.get(key) for key in ("when", "unless")} - {None} <= parameters.keys()
+        if name in parameters:
+            read_value(parameters[name], row["values"][0], name)
