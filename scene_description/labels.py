@@ -63,6 +63,7 @@ MATERIAL_VALUES = (
     "roughness",
     "metallic",
     "transmission",
+    "diffuse_transmission",
     "ior",
     "clearcoat",
     "clearcoat_roughness",

@@ -69,9 +69,10 @@ class Material:
     """A metallic-roughness ("principled") material.
 
     Linear base colour, perceptual roughness (its square is the microfacet distribution's alpha), metalness, share of the light that enters
-    that is let through (glass), index of refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at
-    grazing angles), and a pattern: drawn by a generator, or the images of a model file, not both.  ``glow_cd_m2``: luminance that white of
-    its colour or pattern sends out on its front, as screens and figures of clocks do; the surface itself is nearly black then.
+    that is let through (glass), share of the light that a thin sheet scatters which leaves on its other side (cloth, leaves), index of
+    refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at grazing angles), and a pattern: drawn
+    by a generator, or the images of a model file, not both.  ``glow_cd_m2``: luminance that white of its colour or pattern sends out on its
+    front, as screens and figures of clocks do; the surface itself is nearly black then.
     """
 
     id: Name
@@ -80,6 +81,7 @@ class Material:
     roughness: Unit = 0.8
     metallic: Unit = 0.0
     transmission: Unit = 0.0
+    diffuse_transmission: Annotated[float, Limits(ge=0.0, le=0.95)] = 0.0
     ior: Annotated[float, Limits(ge=1.0, le=3.0)] = 1.5
     clearcoat: Unit = 0.0
     clearcoat_roughness: Unit = 0.05

@@ -27,7 +27,7 @@ from scene_description.yaml_text import load_yaml
 ANY, ROOM = "*", "room"
 _SHOWN = 200
 _TARGET = re.compile(r"(\*|[A-Za-z0-9_]+)(?:/(\*|[A-Za-z0-9_.\-]+))?")
-SURFACE = ("roughness", "metallic", "transmission", "clearcoat", "sheen")
+SURFACE = ("roughness", "metallic", "transmission", "diffuse_transmission", "clearcoat", "sheen")
 """Fields of a look that are ranges of the same field of a material."""
 _RANGES = (*SURFACE, "lightness", "chroma", "hue_deg")
 
@@ -52,6 +52,7 @@ class Look:
     roughness: Range | None = None
     metallic: Range | None = None
     transmission: Range | None = None
+    diffuse_transmission: Range | None = None
     clearcoat: Range | None = None
     sheen: Range | None = None
     texture: Texture | None = None

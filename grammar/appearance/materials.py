@@ -75,6 +75,7 @@ class MaterialRange:
     roughness: Range
     metallic: Range = (0.0, 0.0)
     transmission: Range = (0.0, 0.0)
+    diffuse_transmission: Range = (0.0, 0.0)
     clearcoat: Range = (0.0, 0.0)
     clearcoat_roughness: Range = (0.05, 0.1)
     sheen: Range = (0.0, 0.0)
@@ -129,6 +130,7 @@ def draw_material(rng: np.random.Generator, kind: MaterialRange, identifier: str
         clearcoat=round(coat, 4),
         clearcoat_roughness=round(coat_roughness, 4),
         sheen=round(sheen, 4),
+        diffuse_transmission=round(float(rng.uniform(*kind.diffuse_transmission)), 4) if kind.diffuse_transmission[1] > 0.0 else 0.0,
         texture=None if kind.texture is None else _texture(rng, kind.texture, (lightness, chroma, hue), palette),
         glow_cd_m2=round(float(rng.uniform(*kind.glow_cd_m2)), 2) if kind.glow_cd_m2[1] > 0.0 else 0.0,
     )

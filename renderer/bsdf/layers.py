@@ -6,6 +6,9 @@ below it: coat and sheen scale what is under them by 1 - albedo for wo; the diff
 for metals, take exactly what microfacets leave, symmetrically in both directions (Kulla and Conty 2017).  Glass is scaled by its
 own albedo (Turquin 2019).  So with a base colour of 1 every surface returns all light, from all sides.
 
+The diffuse base of a thin sheet sends a share of what it scatters to its other side (cloth, leaves).  A hit is taken from one side at a
+time (:mod:`renderer.path.sheets`): from behind it has that share of the base and nothing else.
+
 Loops over lanes have no branches but selections, and touch no memory but lanes, so that LLVM vectorises them; tables are read in loops of
 their own before.
 """
@@ -86,6 +89,9 @@ def build_lobes(lanes: NDArray[np.float32], albedos: Albedos) -> int:
         return 0
     kinds = _look_up_albedos(lanes, albedos)
     _mix_layers(lanes)
+    for k in range(LANES):
+        if lanes[ln.BEHIND + k] > _ZERO:
+            _drop_boundary(lanes, k)
     if kinds & ANY_GLASS:
         for k in range(LANES):
             if lanes[ln.HIT + k] > _ZERO and lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k] > _ZERO:
@@ -111,9 +117,18 @@ def _mark_glossy(lanes: NDArray[np.float32]) -> bool:
 def _build_diffuse(lanes: NDArray[np.float32]) -> None:
     """Fill what a packet needs whose lanes are all diffuse."""
     for k in range(lane_count(lanes)):
-        r, g, b = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
+        side = _share_of_side(lanes, k)
+        r, g, b = side * lanes[ln.BASE_R + k], side * lanes[ln.BASE_G + k], side * lanes[ln.BASE_B + k]
         lanes[ln.DIFFUSE_R + k], lanes[ln.DIFFUSE_G + k], lanes[ln.DIFFUSE_B + k] = r, g, b
         lanes[ln.PR_DIFFUSE + k] = _ONE if r + g + b > _ZERO else _ZERO
+
+
+@inlined
+def _share_of_side(lanes: NDArray[np.float32], k: int) -> np.float32:
+    """Return the share of what lane k's diffuse base scatters that leaves on the side from which it is taken."""
+    through, behind = lanes[ln.DIFFUSE_TRANSMISSION + k], lanes[ln.BEHIND + k]
+    share: np.float32 = behind * through + (_ONE - behind) * (_ONE - through)
+    return share
 
 
 @kernel
@@ -167,7 +182,7 @@ def _mix_layers(lanes: NDArray[np.float32]) -> None:
         # The diffuse base takes what the boundary lets through, multiple scattering what the microfacets lose.
         enters = _ONE - (base_f0 * (e_wo - e_wo_schlick) + base_f90 * e_wo_schlick)
         enters_mean = _ONE - (base_f0 * (mean - e_mean_schlick) + base_f90 * e_mean_schlick)
-        diffuse = under * opaque * enters / enters_mean
+        diffuse = under * opaque * enters / enters_mean * _share_of_side(lanes, k)
         lost = _ONE - mean
         thick = _ONE - lanes[ln.THIN + k]
         opaque, metal, diffuse = opaque * thick, metal * thick, diffuse * thick
@@ -193,6 +208,14 @@ def _mix_layers(lanes: NDArray[np.float32]) -> None:
         lanes[ln.PR_SPECULAR + k] = _luminance(specular_r, specular_g, specular_b) * (e_wo - e_wo_schlick) + specular_f90 * e_wo_schlick
         lanes[ln.PR_GLASS + k] = lanes[ln.PR_PASS + k] = _ZERO
         lanes[ln.PR_COAT + k] = coat_albedo
+
+
+@kernel
+def _drop_boundary(lanes: NDArray[np.float32], k: int) -> None:
+    """Leave a lane that is taken from behind nothing but its diffuse base: what boundary and layers reflect stays on the viewer's side."""
+    lanes[ln.SPECULAR_R + k] = lanes[ln.SPECULAR_G + k] = lanes[ln.SPECULAR_B + k] = lanes[ln.SPECULAR_F90 + k] = _ZERO
+    lanes[ln.MULTISCATTER_R + k] = lanes[ln.MULTISCATTER_G + k] = lanes[ln.MULTISCATTER_B + k] = lanes[ln.SHEEN_WEIGHT + k] = _ZERO
+    lanes[ln.PR_SPECULAR + k] = lanes[ln.PR_COAT + k] = _ZERO
 
 
 @kernel

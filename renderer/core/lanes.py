@@ -41,6 +41,7 @@ BASE_R, BASE_G, BASE_B = _vector()
 ROUGHNESS = _field()
 METALLIC = _field()
 TRANSMISSION = _field()
+DIFFUSE_TRANSMISSION = _field()  # share of what the diffuse base scatters that leaves on the other side
 IOR = _field()
 COAT = _field()
 COAT_ROUGHNESS = _field()
@@ -49,6 +50,7 @@ THIN = _field()  # 1 for window panes: light goes straight through them
 GLASS = _field()  # row of the albedo tables of glass, or -1
 SPECIAL = _field()  # 1 where more than the row of the part must be looked up: textures, emission
 
+BEHIND = _field()  # 1 where the hit is taken from the other side of a thin sheet; 0 from evaluate_surfaces on, chosen by choose_sides
 OPEN = _field()  # 1 where nothing stands behind the pane that the ray hit from inside, so that it shows the sky
 
 # Emission.  Written by evaluate_surfaces; read by update_aovs and add_emission.

@@ -73,6 +73,9 @@ class MaterialExport:
             }
         images, pbr = self._baked[key], item["pbrMetallicRoughness"]
         pbr["baseColorFactor"], pbr["baseColorTexture"] = [1.0, 1.0, 1.0, 1.0], {"index": images["color"]}
+        through = item.get("extensions", {}).get("KHR_materials_diffuse_transmission")
+        if through is not None:
+            through |= {"diffuseTransmissionColorFactor": [1.0, 1.0, 1.0], "diffuseTransmissionColorTexture": {"index": images["color"]}}
         if material.glow_cd_m2 > 0.0:
             item["emissiveFactor"], item["emissiveTexture"] = [1.0, 1.0, 1.0], {"index": images["color"]}
         if "surface" in images:
@@ -93,6 +96,12 @@ class MaterialExport:
         extensions: dict[str, Any] = {}
         if material.transmission > 0.0:
             extensions["KHR_materials_transmission"] = {"transmissionFactor": material.transmission}
+        if material.diffuse_transmission > 0.0:
+            extensions["KHR_materials_diffuse_transmission"] = {
+                "diffuseTransmissionFactor": material.diffuse_transmission,
+                "diffuseTransmissionColorFactor": list(material.base_color),
+            }
+            item["doubleSided"] = True
         if material.ior != DEFAULT_IOR:
             extensions["KHR_materials_ior"] = {"ior": material.ior}
         if material.clearcoat > 0.0:

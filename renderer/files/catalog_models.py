@@ -58,6 +58,7 @@ def to_material(file: str, material: FileMaterial, index: int) -> Material:
         roughness=material.roughness,
         metallic=material.metallic,
         transmission=max(material.transmission, 1.0 - material.alpha),
+        diffuse_transmission=material.diffuse_transmission,
         ior=material.ior,
         clearcoat=material.clearcoat,
         clearcoat_roughness=material.clearcoat_roughness,

@@ -27,8 +27,10 @@ KNOWN_EXTENSIONS = frozenset(
     f"KHR_{name}"
     for name in (
         "materials_transmission", "materials_ior", "materials_clearcoat", "materials_sheen", "materials_emissive_strength",
-        "materials_specular", "materials_volume", "materials_unlit", "materials_pbrSpecularGlossiness", "materials_variants",
-        "materials_iridescence", "materials_anisotropy", "materials_dispersion", "texture_transform", "mesh_quantization",
+        "materials_diffuse_transmission", "materials_specular", "materials_volume", "materials_unlit",
+        "materials_pbrSpecularGlossiness", "materials_variants", "materials_iridescence",
+        "materials_anisotropy",
+        "materials_dispersion", "texture_transform", "mesh_quantization",
         "lights_punctual", "xmp_json_ld", "animation_pointer", "node_visibility",
     )
 ) | {"EXT_texture_webp"}  # fmt: skip

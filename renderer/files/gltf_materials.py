@@ -41,6 +41,7 @@ class FileMaterial:
     roughness: float = 1.0
     metallic: float = 1.0
     transmission: float = 0.0
+    diffuse_transmission: float = 0.0
     ior: float = 1.5
     clearcoat: float = 0.0
     clearcoat_roughness: float = 0.0
@@ -109,6 +110,9 @@ def _read_material(tree: Mapping[str, Any], index: int, item: object) -> FileMat
         roughness=_factor(roughness, f"{path}.roughnessFactor"),
         metallic=_factor(metallic, f"{path}.metallicFactor"),
         transmission=_factor(more["transmission"].get("transmissionFactor", 0.0), f"{path}.transmissionFactor"),
+        diffuse_transmission=_factor(
+            more["diffuse_transmission"].get("diffuseTransmissionFactor", 0.0), f"{path}.diffuseTransmissionFactor", _MOST_THROUGH
+        ),
         ior=max(1.0, _factor(more["ior"].get("ior", 1.5), f"{path}.ior", 3.0)),
         clearcoat=_factor(more["clearcoat"].get("clearcoatFactor", 0.0), f"{path}.clearcoatFactor"),
         clearcoat_roughness=_factor(more["clearcoat"].get("clearcoatRoughnessFactor", 0.0), f"{path}.clearcoatRoughnessFactor"),
@@ -120,7 +124,8 @@ def _read_material(tree: Mapping[str, Any], index: int, item: object) -> FileMat
     )
 
 
-_EXTENSIONS = ("transmission", "ior", "clearcoat", "sheen", "emissive_strength", "pbrSpecularGlossiness")
+_MOST_THROUGH = 0.95
+_EXTENSIONS = ("transmission", "diffuse_transmission", "ior", "clearcoat", "sheen", "emissive_strength", "pbrSpecularGlossiness")
 
 
 def _factor(value: object, path: str, most: float = 1.0) -> float:

@@ -345,6 +345,17 @@ def rod(start: Sequence[float], end: Sequence[float], radius: float, end_radius:
     return sweep([start, end], [radius, radius if end_radius is None else end_radius], segments)
 
 
+def membrane(grid: Array) -> Mesh:
+    """Return the surface over a vertex grid (n, m, 3), without thickness: cloth that lets light through has one surface.
+
+    Its front and its texture coordinates are those of ``top`` of a :func:`sheet`.
+    """
+    vertices, faces = grid.reshape(-1, 3), grid_faces(*grid.shape[:2])
+    across, along = (grid_way(grid, axis) for axis in (1, 0))
+    uvs = np.stack(np.broadcast_arrays(across[None, :], along[:, None]), axis=2).reshape(-1, 2)
+    return make_mesh(vertices, smooth_normals(vertices, faces), faces, uvs)
+
+
 def sheet(top: Array, bottom: Array) -> Mesh:
     """Return the closed body between two vertex grids (n, m, 3) whose rims are joined; rows x columns points outward on ``top``.
 

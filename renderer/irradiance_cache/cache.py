@@ -23,7 +23,7 @@ from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gath
 from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
-from renderer.irradiance_cache.radiosity import see_lights, solve_links
+from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
 
 _BRIGHT_SAMPLES = 1024
 _MOST_SWEEPS = 100
@@ -42,7 +42,7 @@ class IrradianceCache:
     Attributes:
         geometry: nodes and links; complete once solved.
         luminance, even, leaving: (n, 3) float32, what leaves coarse nodes, cd/m2, smoothed illuminance over pi there, lux, and what of that
-            is reflected, cd/m2; once solved.
+            is reflected, with what sheets let through, cd/m2; once solved.
         source: that light as it is gathered; once solved.
         light, rows: what is known of fine nodes.
     """
@@ -81,10 +81,11 @@ class IrradianceCache:
         by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
         see_lights(scene.surfaces, geometry.sightings, by_mirrors)
         given = light.direct + light.indirect + light.sun[:, :3]
-        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, _MOST_SWEEPS, luminance)
+        sheets = Sheets(geometry.behind, geometry.passed, np.zeros_like(luminance))
+        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, sheets, _MOST_SWEEPS, luminance)
         self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
-        self.leaving = self.even * geometry.albedo
-        self.luminance = luminance[geometry.other]
+        self.leaving = self.even * geometry.albedo + sheets.light[geometry.other]
+        self.luminance = (luminance + sheets.light)[geometry.other]
         bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
         self._coarse_light = None

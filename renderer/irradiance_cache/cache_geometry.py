@@ -68,7 +68,8 @@ class CacheGeometry:
             and something around it is not close by.
         shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
             area nobody sees, and where rays go on.
-        albedo, glow: (n, 3) float32, what coarse nodes reflect, and the luminance of screens and the like, cd/m2.
+        albedo, passed, glow: (n, 3) float32, what coarse nodes reflect, what they let through of light on the other side of their
+            sheet, and the luminance of screens and the like, cd/m2; behind: (n,) int32, the coarse node on that side, -1 for none.
         complete: whether :meth:`link` has ended.
     """
 
@@ -82,12 +83,16 @@ class CacheGeometry:
         self._key, self._config = key, config
         charts = find_charts(flat.mesh, flat.face_part)
         hidden = charts.closed & ~seen_from_behind(flat.mesh, charts, _doubtful(scene, charts))
-        one_sided = hidden | ((flat.parts.object_id == 0) | _is_hollow(scene, charts))[flat.face_part]
+        sheets = flat.materials.diffuse_transmission[flat.parts.material] > 0.0
+        one_sided = hidden | ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
         count, rays = len(self.coarse.face), config.coarse_rays
-        self.albedo, self.glow = np.zeros((count, 3), np.float32), np.zeros((count, 3), np.float32)
+        self.albedo, self.passed, self.glow = np.zeros((3, count, 3), np.float32)
+        self.behind = self.coarse.back.copy()
+        front = np.flatnonzero(self.behind >= 0)
+        self.behind[self.behind[front]] = front
         self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
         self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), self.far)
         self._sightings: dict[int, Sightings] = {}
@@ -111,7 +116,7 @@ class CacheGeometry:
         rays = Rays(self._key, even_points(config.coarse_rays), np.float32(config.coarse_spacing_m), MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.glow, *piece)
+            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.passed, self.glow, *piece)
             room = make_sightings(PIECE * len(rays.pattern))
             rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
             self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
@@ -147,9 +152,8 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        return sum(
-            array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.known, self.shining_area)
-        )
+        light = (self.albedo, self.passed, self.glow, self.behind)
+        return sum(array.nbytes for array in (*tables, *light, self.far, self.worth, self.other, self.known, self.shining_area))
 
 
 def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:

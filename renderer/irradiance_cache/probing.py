@@ -11,7 +11,7 @@ from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
 from renderer.core.kernel import entry
 from renderer.core.sampling import coordinate_system
 from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.reflectance import total_albedo
+from renderer.irradiance_cache.reflectance import passed_albedo, total_albedo
 from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
@@ -110,14 +110,15 @@ def reflect_nodes(
     width_m: np.float32,
     scratch: Scratch,
     albedo: NDArray[np.float32],
+    passed: NDArray[np.float32],
     glow: NDArray[np.float32],
     first: int,
     end: int,
 ) -> None:
-    """Add to ``albedo`` and ``glow``, (n, 3) each, of nodes [first, end).
+    """Add to ``albedo``, ``passed`` and ``glow``, (n, 3) each, of nodes [first, end).
 
-    They are the hemisphere's mean of what the surface reflects, and luminance of its own that no light sampling finds, cd/m2.  ``width_m``:
-    over how much of the surface textures are averaged.
+    They are the hemisphere's mean of what the surface reflects, what it lets through of light on its other side, and luminance of its own
+    that no light sampling finds, cd/m2.  ``width_m``: over how much of the surface textures are averaged.
     """
     rays, lanes, surfaces = scratch.rays, scratch.lanes, scene.surfaces
     real, integer = rays.real, rays.integer
@@ -151,6 +152,12 @@ def reflect_nodes(
                 albedo[node, 0] += share * min(r, _ONE)
                 albedo[node, 1] += share * min(g, _ONE)
                 albedo[node, 2] += share * min(b, _ONE)
+                r, g, b = passed_albedo(lanes, kinds, k)
+                passed[node, 0], passed[node, 1], passed[node, 2] = (
+                    passed[node, 0] + share * r,
+                    passed[node, 1] + share * g,
+                    passed[node, 2] + share * b,
+                )
                 if surfaces.materials[part * st.ROW_SIZE + st.GLOW] > _ZERO:
                     for channel in range(3):
                         glow[node, channel] += share * lanes[ln.LE_R + LANES * channel + k]

@@ -50,6 +50,18 @@ class Sightings(NamedTuple):
     sights: NDArray[np.float32]
 
 
+class Sheets(NamedTuple):
+    """What nodes on cloth and leaves let through.
+
+    behind: (n,) int32, the node on the other side, -1 where there is none; passed: (n, 3) float32, what of the light there leaves on this
+    side; light: (n, 3) float32, the luminance of that, cd/m2.
+    """
+
+    behind: NDArray[np.int32]
+    passed: NDArray[np.float32]
+    light: NDArray[np.float32]
+
+
 def make_sightings(count: int) -> Sightings:
     """Return room for so many."""
     return Sightings(np.zeros((count, 2), np.int32), np.zeros((count, SIGHT), np.float32))
@@ -107,15 +119,17 @@ def solve_links(
     by_mirrors: NDArray[np.float32],
     albedo: NDArray[np.float32],
     glow: NDArray[np.float32],
+    sheets: Sheets,
     most_sweeps: int,
     luminance: NDArray[np.float32],
 ) -> None:
     """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
 
     ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.  It has settled when no more than a
-    millionth of all changes, so that what leaves is what arrives, reflected, and what glows.
+    millionth of all changes, so that what leaves is what arrives, reflected, and what glows.  What sheets let through is not part of
+    it, but of ``sheets.light``; it passes along the links like all light.
     """
-    count = links.shape[1]
+    count, behind, passed, through = links.shape[1], sheets.behind, sheets.passed, sheets.light
     for _ in range(most_sweeps):
         total = change = 0.0
         for node in range(len(links)):
@@ -125,7 +139,9 @@ def solve_links(
                 link = links[node, i]
                 free += link >= DARK
                 if link >= 0:
-                    r, g, b = r + luminance[link, 0], g + luminance[link, 1], b + luminance[link, 2]
+                    r += luminance[link, 0] + through[link, 0]
+                    g += luminance[link, 1] + through[link, 1]
+                    b += luminance[link, 2] + through[link, 2]
             scale = _PI / np.float32(max(free, 1))
             before = luminance[node, 0] + luminance[node, 1] + luminance[node, 2]
             luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + given[node, 0]) + glow[node, 0]
@@ -133,5 +149,10 @@ def solve_links(
             luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + given[node, 2]) + glow[node, 2]
             after = luminance[node, 0] + luminance[node, 1] + luminance[node, 2]
             total, change = total + after, change + abs(after - before)
+            other = behind[node]
+            if other >= 0:
+                through[other, 0] = passed[other, 0] * _INVERSE_PI * (scale * r + given[node, 0])
+                through[other, 1] = passed[other, 1] * _INVERSE_PI * (scale * g + given[node, 1])
+                through[other, 2] = passed[other, 2] * _INVERSE_PI * (scale * b + given[node, 2])
         if change <= _SETTLED * total:
             break

@@ -67,8 +67,8 @@ class Tables(NamedTuple):
     """What frames look up.
 
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even: (n, 3),
-    illuminance over pi there, lux; leaving: (n, 3), what of that light is reflected, cd/m2.  rays: how strays look around them.
-    least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
+    illuminance over pi there, lux; leaving: (n, 3), what of that light is reflected, with what sheets let through, cd/m2.
+    rays: how strays look around them.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
     """
 
     fine: Atlas

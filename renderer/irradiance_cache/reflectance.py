@@ -28,6 +28,19 @@ def diffuse_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
 
 
 @inlined
+def passed_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
+    """Return what a sheet sends towards wo of even light on its other side."""
+    through = lanes[ln.DIFFUSE_TRANSMISSION + k]
+    if through == _ZERO:
+        return _ZERO, _ZERO, _ZERO
+    scale = through / (_ONE - through)
+    if kinds & ANY_GLOSSY:
+        mean, schlick = lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k]
+        scale *= _ONE - (lanes[ln.BASE_F0 + k] * (mean - schlick) + lanes[ln.BASE_F90 + k] * schlick)
+    return scale * lanes[ln.DIFFUSE_R + k], scale * lanes[ln.DIFFUSE_G + k], scale * lanes[ln.DIFFUSE_B + k]
+
+
+@inlined
 def specular_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
     """Return what the microfacets of metal and opaque dielectrics reflect towards wo, the coat apart."""
     if kinds & ANY_GLOSSY == 0 or lanes[ln.GLOSSY + k] == _ZERO:

@@ -8,6 +8,7 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
     classify   what mirrors: by the first order of the light around, or by a ray of its own             lane by lane
     lamps      some of the lamps and panes that rough gloss shows, as balls                             lane by lane, then shadow rays
     sun        sampled where the nodes around have any
+    behind     what sheets let through: matt light and sun again, from their other side
     gloss      mirrored rays and those through glass (:mod:`renderer.irradiance_cache.mirrored`)
     store      into the picture
 """
@@ -26,7 +27,7 @@ from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.embree import LANES, Packet
-from renderer.core.kernel import entry, inlined
+from renderer.core.kernel import entry, inlined, kernel
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_nodes, mark_nodes
@@ -45,6 +46,7 @@ from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_sampling import sample_sun
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
+from renderer.path.sheets import any_sheet, take_from_behind
 from renderer.path.surfaces import evaluate_surfaces
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
@@ -150,6 +152,8 @@ def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key
         add_lamps(scene, tables.lamps, memory)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
         _add_sun(scene, kinds, frame_key, memory)
+    if any_sheet(lanes):
+        _add_from_behind(scene, tables, frame_key, memory)
     if traced > 0:
         add_gloss(scene, tables, spread, memory)
 
@@ -365,6 +369,24 @@ def _send_ray(incident: Incident, glass: bool, k: int, memory: ShadeScratch) -> 
 
 
 @inlined
+def _add_from_behind(scene: LitScene, tables: Tables, frame_key: np.uint32, memory: ShadeScratch) -> None:
+    """Add what sheets let through of the light that the nodes on their other side know; the lanes are taken from there."""
+    lanes, sunny = memory.trace.lanes, 0
+    for k in range(LANES):
+        lanes[ln.IMPORTANCE + k] = _ZERO
+        if lanes[ln.HIT + k] * lanes[ln.DIFFUSE_TRANSMISSION + k] > _ZERO:
+            take_from_behind(lanes, k)
+    kinds = build_bsdfs(scene.surfaces, True, memory.trace)
+    for k in range(LANES):
+        if lanes[ln.BEHIND + k] > _ZERO:
+            incident = _read_light(tables, k, memory)
+            if incident.known:
+                sunny += _add_diffuse(incident, _ONE, kinds, lanes, memory.primary, k)
+    if len(scene.lights.infinite.part) > 0 and sunny > 0:
+        _add_sun(scene, kinds, frame_key, memory)
+
+
+@kernel
 def _add_sun(scene: LitScene, kinds: int, key: np.uint32, memory: ShadeScratch) -> None:
     """Add the sun's light, sampled some times, where the nodes around have any."""
     scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary

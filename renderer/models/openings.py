@@ -14,9 +14,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, make_mesh, merged, mirrored, moved, rod, sweep
+from renderer.geometry.shapes import block, blocks, make_mesh, membrane, merged, mirrored, moved, rod, sweep
 from renderer.models.model import Parts
 
 Pair = tuple[float, float]
@@ -169,20 +170,24 @@ def _lever(rng: np.random.Generator, side: float) -> Mesh:
 
 
 def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
-    """Return a window: fixed frame and sashes with mullions (``frame``), inner ``sill``, ``pane`` (one quad) and ``handle``."""
+    """Return a window: fixed frame and sashes with mullions (``frame``), inner ``sill``, ``pane`` (one quad), ``handle``.
+
+    Styles with a net, a blind or slats have that as ``dressing``, on a ``rail``.
+    """
     half, top, deep = 0.5 * hole.width_m, hole.height_m, hole.thickness_m
-    middle = -0.62 * deep
     frame_half, sill_top = min(0.032, 0.3 * deep), 0.022
+    middle = -deep + 1.08 * frame_half
     border = min(0.05, 0.15 * min(hole.width_m, top))
     low, high = sill_top + border * 0.6, top - border
     x = (middle - frame_half, middle + frame_half)
     casing = _window_rim(x, (half + EMBED_M, half - border), (-EMBED_M, low), (top + EMBED_M, high))
-    sashes = {"single": 1, "double": 3 if hole.width_m > 1.9 else 2, "grid": 2}[style]
+    kind, _, dressing = style.partition("_")
+    sashes = {"single": 1, "double": 3 if hole.width_m > 1.9 else 2, "grid": 2}[kind]
     edges = np.linspace(-(half - border), half - border, sashes + 1)
     rim = min(0.055, 0.2 * float(edges[1] - edges[0]))
     pieces = [casing]
     for a, b in itertools.pairwise(edges):
-        pieces += _sash(middle, (float(a), float(b)), (low, high), rim, style == "grid")
+        pieces += _sash(middle, (float(a), float(b)), (low, high), rim, kind == "grid")
     nose = rng.uniform(0.03, 0.05)
     sill = merged(
         block((middle + frame_half - 0.004, -half - EMBED_M, -EMBED_M), (0.01, half + EMBED_M, sill_top), 0.002),
@@ -192,7 +197,84 @@ def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
     y, z0, z1 = half + 0.5 * EMBED_M, -0.5 * EMBED_M, top + 0.5 * EMBED_M
     corners = [(middle, -y, z0), (middle, y, z0), (middle, y, z1), (middle, -y, z1)]
     pane = make_mesh(corners, [(1.0, 0.0, 0.0)] * 4, [(0, 1, 2), (0, 2, 3)])
-    return {"frame": merged(*pieces), "sill": sill, "pane": pane, "handle": handle}
+    window = {"frame": merged(*pieces), "sill": sill, "pane": pane, "handle": handle}
+    if dressing:
+        rail, cloth = _DRESSINGS[dressing](rng, half - 0.006, sill_top + 0.004, top - 0.002)
+        window |= {"rail": rail, "dressing": cloth}
+    return window
+
+
+_HANG_X = -0.013
+"""Where blinds and nets hang: in the reveal, before the handles of the sashes."""
+
+
+def _net(rng: np.random.Generator, half: float, low: float, high: float) -> tuple[Mesh, Mesh]:
+    """Return the rod of a net curtain and its cloth in soft folds: down to the sill, over the lower half, or drawn to both sides."""
+    state = rng.choice(["whole", "half", "sides"], p=[0.6, 0.15, 0.25])
+    rod_z = (low + rng.uniform(0.5, 0.6) * (high - low) if state == "half" else high) - 0.012
+    rail = rod((_HANG_X, -half - 0.004, rod_z), (_HANG_X, half + 0.004, rod_z), 0.005, segments=8)
+    drawn = rng.uniform(0.3, 0.55) * half
+    spans = [(-half, -half + drawn), (half - drawn, half)] if state == "sides" else [(-half, half)]
+    density = 1.0 if state == "sides" else rng.uniform(0.45, 0.7)
+    hangings = []
+    for a, b in spans:
+        folds = max(4, round(density * (b - a) / 0.034))
+        u, v = np.meshgrid(np.linspace(0.0, 1.0, 8 * folds + 1), np.linspace(0.0, 1.0, 5), indexing="ij")
+        phase = rng.uniform(0.0, 2.0 * np.pi, 2)
+        angle = 2.0 * np.pi * folds * u + 0.5 * el.sin(2.0 * np.pi * 3.0 * u + phase[0]) * (1.0 - v)
+        deep = 0.0085 * (0.75 + 0.25 * el.sin(2.0 * np.pi * 1.7 * u + phase[1])) * (1.0 - 0.35 * v)
+        hangings.append(membrane(np.dstack([_HANG_X + deep * el.sin(angle), a + (b - a) * u, low + (rod_z + 0.004 - low) * v])))
+    return rail, merged(*hangings)
+
+
+def _blind(rng: np.random.Generator, half: float, low: float, high: float) -> tuple[Mesh, Mesh]:
+    """Return the tube, brackets and bar of a roller blind and its cloth, let down by some part of the window's height."""
+    radius, end = 0.016, high - rng.choice([1.0, rng.uniform(0.12, 0.8)], p=[0.25, 0.75]) * (high - low - 0.01)
+    tube = rod((_HANG_X - 0.003, -half + 0.01, high - radius), (_HANG_X - 0.003, half - 0.01, high - radius), radius, segments=16)
+    caps = blocks(
+        [(_HANG_X - 0.016, s * half - 0.006, high - 2.0 * radius) for s in (-1.0, 1.0)],
+        [(_HANG_X + 0.013, s * half + 0.006, high) for s in (-1.0, 1.0)],
+        0.003,
+    )
+    x = _HANG_X + radius - 0.004
+    bar = block((x - 0.006, -half + 0.014, end - 0.002), (x + 0.004, half - 0.014, end + 0.02), 0.003)
+    chain = rod((x, half - 0.006, high - radius), (x, half - 0.006, max(high - 0.9, low + 0.05)), 0.0022, segments=6)
+    y, z = np.meshgrid(np.linspace(-half + 0.014, half - 0.014, 2), np.linspace(end + 0.01, high - radius, 2), indexing="ij")
+    return merged(tube, caps, bar, chain), membrane(np.dstack([np.full_like(y, x), y, z]))
+
+
+def _slats(rng: np.random.Generator, half: float, low: float, high: float) -> tuple[Mesh, Mesh]:
+    """Return the head rail, foot and cords of a slatted blind and its slats, tilted, those that are drawn up in a pile."""
+    wide, pitch, head = 0.025, 0.0215, 0.026
+    tilt = rng.uniform(-0.9, 1.1)
+    room = high - head - low - 0.016
+    count = max(4, int(room / pitch))
+    down = count if rng.random() < 0.55 else int(rng.uniform(0.15, 0.85) * count)
+    hanging = high - head - pitch * (np.arange(down) + 0.8)
+    pile = hanging[-1] - 0.6 * pitch - 0.0016 * np.arange(count - down) if down else high - head - 0.0016 * np.arange(count)
+    places = np.concatenate([hanging, pile])
+    turns = np.concatenate([np.full(down, tilt) + rng.normal(0.0, 0.02, down), np.zeros(count - down)])
+    s, y = np.linspace(-0.5, 0.5, 5) * wide, np.linspace(-half + 0.008, half - 0.008, 2)
+    bow = 0.0022 * (1.0 - (2.0 * s / wide) ** 2)
+    x = _HANG_X - 0.002 + np.outer(el.cos(turns), s) + np.outer(el.sin(turns), bow)
+    z = places[:, None] - np.outer(el.sin(turns), s) + np.outer(el.cos(turns), bow)
+    slats = [membrane(np.dstack([np.tile(a[:, None], 2), np.tile(y, (5, 1)), np.tile(b[:, None], 2)])) for a, b in zip(x, z, strict=True)]
+    foot = float(places[-1]) - 0.014
+    rail = [
+        block((-0.0275, -half, high - head), (-0.002, half, high), 0.002),
+        block((-0.026, -half + 0.008, foot), (-0.004, half - 0.008, foot + 0.012), 0.003),
+    ]
+    rail += [
+        rod((cx, cy, foot + 0.01), (cx, cy, high - head), 0.0009, segments=5)
+        for cy in np.array([-0.72, 0.72]) * half
+        for cx in (-0.027, -0.003)
+    ]
+    rail.append(rod((-0.004, -half + 0.05, high - head), (-0.004, -half + 0.05, max(high - 0.8, low + 0.05)), 0.003, segments=6))
+    return merged(*rail), merged(*slats)
+
+
+_DRESSINGS = {"net": _net, "blind": _blind, "slats": _slats}
+"""What hangs in a window -> rails and fittings, cloth or slats; made from half the width, lower and upper edge, metres."""
 
 
 def _sash(x: float, span: tuple[float, float], z: tuple[float, float], rim: float, grid: bool) -> list[Mesh]:
@@ -230,6 +312,8 @@ def _window_rim(x: Pair, y: Pair, low: Pair, high: Pair) -> Mesh:
 OPENING_MODELS = {
     "door": OpeningModel(build_door, ("panelled", "flush", "planked")),
     "garage_door": OpeningModel(build_garage_door, ("sections", "cassettes", "slats")),
-    "window": OpeningModel(build_window, ("double", "single", "grid")),
+    "window": OpeningModel(
+        build_window, tuple(f"{kind}{after}" for after in ("", "_net", "_blind", "_slats") for kind in ("double", "single", "grid"))
+    ),
 }
 """Generator name -> model of an opening."""

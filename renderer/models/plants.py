@@ -10,13 +10,13 @@ import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import lathe, make_mesh, merged, moved, rounded_box, sheet, smooth_normals, sweep
+from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, moved, rounded_box, sheet, smooth_normals, sweep
 from renderer.models.model import Model, Parts, Pieces, Size
 from scene_description.products import matmul
 
 
 def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop: Array, fold: float = 0.25, steps: int = 6) -> Mesh:
-    """Return closed thin leaves that start at ``roots`` (n, 3) along ``directions`` (n, 3) and bend down under their weight.
+    """Return leaves without thickness that start at ``roots`` (n, 3) along ``directions`` (n, 3) and bend down under their weight.
 
     ``droop`` (n,) is how far the tip sinks in units of the length; ``fold`` raises the edges above the midrib.
     """
@@ -38,17 +38,9 @@ def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop
         + side[:, None, None] * (spread[..., None] * across)[..., None]
         + up[:, None, None] * (fold * spread[..., None] * np.abs(across))[..., None]
     )
-    template = sheet(np.zeros((steps, 3, 3)) + _probe(steps), np.zeros((steps, 3, 3)) + _probe(steps) - (0.0, 0.0, 0.1))
-    thickness = 0.0012
-    both = np.concatenate([grid.reshape(count, -1, 3), grid.reshape(count, -1, 3) - thickness * up[:, None]], axis=1)
-    points = both.reshape(-1, 3)
-    faces = (template.faces[None].astype(np.int64) + (2 * 3 * steps * np.arange(count))[:, None, None]).reshape(-1, 3)
+    points = grid.reshape(-1, 3)
+    faces = (grid_faces(steps, 3)[None] + (3 * steps * np.arange(count))[:, None, None]).reshape(-1, 3)
     return make_mesh(points, smooth_normals(points, faces), faces)
-
-
-def _probe(steps: int) -> Array:
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, steps), np.linspace(-1.0, 1.0, 3), indexing="ij")
-    return np.dstack([u, v, np.zeros_like(u)])
 
 
 def _pot(rng: np.random.Generator, radius: float, height: float, square: bool) -> tuple[Mesh, Mesh]:

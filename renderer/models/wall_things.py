@@ -15,8 +15,8 @@ from renderer.geometry.shapes import (
     block,
     blocks,
     flat_quads,
-    grid_faces,
     lathe,
+    membrane,
     merged,
     moved,
     rod,
@@ -24,7 +24,6 @@ from renderer.geometry.shapes import (
     rounded_box,
     sheet,
     slab,
-    smooth_normals,
     stretched,
     sweep,
 )
@@ -319,8 +318,7 @@ def _hanging(rng: np.random.Generator, span: tuple[float, float], edge: float, r
     angle = 2.0 * math.pi * pleats * u + drift
     open_m = np.interp(v, [0.0, 0.6, 1.0], [1.0, 0.9, 0.6])
     uneven = 0.82 + 0.18 * el.sin(2.0 * math.pi * 1.7 * u + phase[1])
-    thick = 0.003
-    amplitude = (reach - thick) * open_m * uneven
+    amplitude = reach * open_m * uneven
     x = amplitude * el.sin(angle)
     y = span[0] + width * u + 0.085 * width / pleats * el.sin(2.0 * angle) * open_m
     z = top * v
@@ -328,10 +326,7 @@ def _hanging(rng: np.random.Generator, span: tuple[float, float], edge: float, r
         pinch = el.exp(-(((v - 0.42) / 0.16) ** 2)) + el.exp(-(((v - 0.42) / 0.3) ** 2)) * (v > 0.42)
         pull = 0.58 * np.minimum(pinch, 1.0)
         y = y + pull * (edge - y)
-    front = np.dstack([np.clip(x, -reach + thick, reach), y, z])
-    normals = smooth_normals(front.reshape(-1, 3), grid_faces(columns, rows))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return sheet(front, front - thick * normals.reshape(front.shape))
+    return membrane(np.dstack([np.clip(x, -reach, reach), y, z]))
 
 
 def _tie(y: float, half: float, reach: float, z: float) -> Mesh:

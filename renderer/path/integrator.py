@@ -35,6 +35,8 @@ Where the sun comes in, hits look for its patches too (:mod:`renderer.path.sun_p
 With a *guide* matt hits also look where it expects light by way of other surfaces, by one pdf with both, and paths end by what they are
 still expected to find (:mod:`renderer.path.guide`).
 
+Cloth and leaves scatter light to both sides; a hit on them is taken from one (:mod:`renderer.path.sheets`).
+
 *Clamp* limits what a single stroke of indirect light brings to its own pixel; what is beyond is shared (:mod:`renderer.path.film_sums`).
 
 *Direct* light has been scattered once at most on its way from the emitter to the camera: what lights send themselves, and what a surface, a
@@ -58,6 +60,7 @@ from renderer.path.guide import look_up_guide
 from renderer.path.queues import WAVE_EDGE
 from renderer.path.records import Film, LitScene, Scratch, Transport, Work
 from renderer.path.scattering import build_bsdfs, regularize, spawn_rays
+from renderer.path.sheets import choose_sides
 from renderer.path.sun_patches import weigh_patches
 from renderer.path.surfaces import evaluate_surfaces
 
@@ -93,6 +96,7 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     add_emission(at_hits, depth < 2 and film.direct.shape[0] > 0, scratch)
                     if depth + 1 == transport.max_depth:
                         continue
+                    choose_sides(depth, sample, scratch)
                     weigh_lights(lights, scratch)
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
                     if len(lights.patches) > 0:

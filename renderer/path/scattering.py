@@ -80,12 +80,12 @@ def spawn_rays(scene: LitScene, kinds: int, roulette: bool, deep: bool, queued: 
 
 @kernel
 def _build_frames(real: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
-    """Fill the shading frames, and WO with the directions back."""
+    """Fill the shading frames, and WO with the directions back, those of hits that are taken from behind mirrored by their sheet."""
     for k in range(LANES):
         nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
         ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
         dx, dy, dz = -real[ray.DIR_X + k], -real[ray.DIR_Y + k], -real[ray.DIR_Z + k]
-        height = dx * nx + dy * ny + dz * nz
+        height = (dx * nx + dy * ny + dz * nz) * (_ONE - _TWO * lanes[ln.BEHIND + k])
         lanes[ln.WO_X + k] = dx * ux + dy * uy + dz * uz
         lanes[ln.WO_Y + k] = dx * vx + dy * vy + dz * vz
         lanes[ln.WO_Z + k] = height if height > _TINY else _TINY

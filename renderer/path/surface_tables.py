@@ -19,6 +19,7 @@ EMISSION = _ROW.field(3)  # cd/m2
 ROUGHNESS = _ROW.field()
 METALLIC = _ROW.field()
 TRANSMISSION = _ROW.field()
+DIFFUSE_TRANSMISSION = _ROW.field()
 IOR = _ROW.field()
 COAT = _ROW.field()
 COAT_ROUGHNESS = _ROW.field()
@@ -60,6 +61,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         (ROUGHNESS, materials.roughness),
         (METALLIC, materials.metallic),
         (TRANSMISSION, materials.transmission),
+        (DIFFUSE_TRANSMISSION, materials.diffuse_transmission),
         (IOR, materials.ior),
         (COAT, materials.clearcoat),
         (COAT_ROUGHNESS, materials.clearcoat_roughness),

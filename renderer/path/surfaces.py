@@ -81,7 +81,7 @@ def _fetch_materials(
         growth = lanes[ln.SPREAD + k] if lanes[ln.SPREAD + k] < widest else widest
         lanes[ln.WIDTH + k] += growth * real[ray.TFAR + k]
         lanes[ln.LE_R + k] = lanes[ln.LE_G + k] = lanes[ln.LE_B + k] = lanes[ln.LE_PDF + k] = _ZERO
-        lanes[ln.THIN + k] = lanes[ln.OPEN + k] = _ZERO
+        lanes[ln.THIN + k] = lanes[ln.OPEN + k] = lanes[ln.BEHIND + k] = _ZERO
     # The row of the part.
     for k in range(lane_count(lanes)):
         if parts[k] >= 0:
@@ -92,6 +92,7 @@ def _fetch_materials(
             lanes[ln.ROUGHNESS + k] = table[row + st.ROUGHNESS]
             lanes[ln.METALLIC + k] = table[row + st.METALLIC]
             lanes[ln.TRANSMISSION + k] = table[row + st.TRANSMISSION]
+            lanes[ln.DIFFUSE_TRANSMISSION + k] = table[row + st.DIFFUSE_TRANSMISSION]
             lanes[ln.IOR + k] = table[row + st.IOR]
             lanes[ln.COAT + k] = table[row + st.COAT]
             lanes[ln.COAT_ROUGHNESS + k] = table[row + st.COAT_ROUGHNESS]

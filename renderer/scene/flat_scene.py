@@ -41,6 +41,7 @@ class MaterialTable(NamedTuple):
     roughness: NDArray[np.float32]
     metallic: NDArray[np.float32]
     transmission: NDArray[np.float32]
+    diffuse_transmission: NDArray[np.float32]
     ior: NDArray[np.float32]
     clearcoat: NDArray[np.float32]
     clearcoat_roughness: NDArray[np.float32]

@@ -15,7 +15,7 @@ from scene_description.poses import look_at
 from scene_description.types import CameraPose
 
 BLACK = (0.0, 0.0, 0.0)
-LOOK = ("transmission", "ior", "roughness", "metallic", "clearcoat", "clearcoat_roughness", "sheen", "glow_cd_m2")
+LOOK = ("transmission", "diffuse_transmission", "ior", "roughness", "metallic", "clearcoat", "clearcoat_roughness", "sheen", "glow_cd_m2")
 DARK = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
 
 
@@ -31,6 +31,7 @@ class Piece(NamedTuple):
     emission: tuple[float, float, float] = BLACK
     portal: bool = False
     transmission: float = 0.0
+    diffuse_transmission: float = 0.0
     ior: float = 1.0
     roughness: float = 0.8
     metallic: float = 0.0

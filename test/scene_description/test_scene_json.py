@@ -242,6 +242,7 @@ def test_every_key_is_required_or_has_a_default(place: tuple[str | int, ...]) ->
             "roughness",
             "metallic",
             "transmission",
+            "diffuse_transmission",
             "ior",
             "clearcoat",
             "clearcoat_roughness",

@@ -91,6 +91,22 @@ def test_white_surfaces_return_all_light(name):
         np.testing.assert_allclose(albedo(WHITE[name], cosine), 1.0, atol=5e-3)
 
 
+@pytest.mark.parametrize("name", ["lambert", "gloss", "cloth"])
+def test_white_sheets_return_all_light_to_their_two_sides(name):
+    look = WHITE[name] | {"DIFFUSE_TRANSMISSION": 0.6}
+    for cosine in COSINES:
+        np.testing.assert_allclose(albedo(look, cosine) + albedo(look | {"BEHIND": 1.0}, cosine), 1.0, atol=5e-3)
+
+
+def test_a_sheet_lets_light_through_as_well_from_either_side():
+    """The value for (wo, wi) with wi beyond equals that for the two exchanged: reciprocity through the sheet."""
+    look = {"DIFFUSE_TRANSMISSION": 0.6, "BEHIND": 1.0, "BASE_R": 0.8}
+    a, b = viewer(0.2), viewer(0.9)
+    forth = look_at(lanes(**look), albedos(), a, b[None])[0, :3] / b[2]
+    back = look_at(lanes(**look), albedos(), b, a[None])[0, :3] / a[2]
+    np.testing.assert_allclose(forth, back, rtol=2e-3)
+
+
 @pytest.mark.parametrize("name", WHITE)
 @pytest.mark.parametrize("color", [0.0, 0.3, 0.8])
 def test_no_surface_gains_light(name, color):

@@ -31,7 +31,10 @@ Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 @pytest.fixture(scope="module")
 def scene() -> SceneDescription:
     plain = sample_scene()
-    coated = [replace(item, clearcoat=0.4, sheen=0.2, ior=1.45) if item.id == "oak" else item for item in plain.materials]
+    coated = [
+        replace(item, clearcoat=0.4, sheen=0.2, ior=1.45, diffuse_transmission=0.3) if item.id == "oak" else item
+        for item in plain.materials
+    ]
     return replace(plain, materials=tuple(coated))
 
 
@@ -87,7 +90,7 @@ def test_our_reader_takes_it_back(tmp_path: Path, flat: FlatScene, glb: bytes) -
     assert len(read.parts) == len(flat.part_names) and sum(len(p.mesh.faces) for p in read.parts.values()) == len(flat.mesh.faces)
     assert np.allclose(read.size, np.ptp(flat.mesh.vertices, axis=0), atol=1e-5)
     oak = next(item for item in read.materials if item.name == "oak")
-    assert (oak.clearcoat, oak.ior, oak.sheen) == (0.4, 1.45, 0.2)
+    assert (oak.clearcoat, oak.ior, oak.sheen, oak.diffuse_transmission) == (0.4, 1.45, 0.2, 0.3)
     glass = next(item for item in read.materials if item.name == "glass")
     assert glass.transmission == 0.9 and glass.roughness == 0.05
 

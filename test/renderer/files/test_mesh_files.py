@@ -108,6 +108,7 @@ def test_materials_and_extensions_are_read(tmp_path: Path) -> None:
             "emissiveFactor": [1, 0.5, 0],
             "extensions": {
                 "KHR_materials_transmission": {"transmissionFactor": 0.9},
+                "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.4},
                 "KHR_materials_ior": {"ior": 1.33},
                 "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.1},
                 "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.3, 0.2]},
@@ -118,7 +119,7 @@ def test_materials_and_extensions_are_read(tmp_path: Path) -> None:
     (material,) = read_mesh_file(write(tmp_path, tree_with(glass)), tmp_path, PLAIN).materials
     assert (material.name, material.base_color, material.metallic, material.roughness) == ("paint", (0.2, 0.4, 0.6), 0.0, 1.0)
     assert (material.transmission, material.ior, material.clearcoat, material.clearcoat_roughness) == (0.9, 1.33, 0.5, 0.1)
-    assert material.sheen == 0.3 and material.emission == (4.0, 2.0, 0.0)
+    assert material.diffuse_transmission == 0.4 and material.sheen == 0.3 and material.emission == (4.0, 2.0, 0.0)
 
 
 def test_texture_coordinates_follow_the_transform(tmp_path: Path) -> None:

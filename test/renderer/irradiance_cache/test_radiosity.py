@@ -6,15 +6,18 @@ from box_room import box, hollow_sphere, scene
 from cached_rooms import filled
 
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK
-from renderer.irradiance_cache.radiosity import solve_links
+from renderer.irradiance_cache.radiosity import Sheets, solve_links
 
 GREY = np.full((8, 3), [0.2, 0.5, 0.8], np.float32)
 ONES, NOTHING = np.ones((8, 3), np.float32), np.zeros((8, 3), np.float32)
 
 
-def solve(links, given=NOTHING, seen=NOTHING, albedo=GREY, glow=NOTHING, sweeps=100):
+NO_SHEETS = Sheets(np.full(8, -1, np.int32), NOTHING, NOTHING)
+
+
+def solve(links, given=NOTHING, seen=NOTHING, albedo=GREY, glow=NOTHING, sheets=NO_SHEETS, sweeps=100):
     luminance = np.zeros((len(links), 3), np.float32)
-    solve_links(np.asarray(links, np.int32), given, seen, albedo, glow, sweeps, luminance)
+    solve_links(np.asarray(links, np.int32), given, seen, albedo, glow, sheets, sweeps, luminance)
     return luminance
 
 
@@ -41,6 +44,22 @@ def test_two_walls_light_each_other():
     luminance = solve(links, glow=glow)
     np.testing.assert_allclose(luminance[:4], 1 / (1 - GREY[:4] ** 2), rtol=1e-5)
     np.testing.assert_allclose(luminance[4:], GREY[4:] / (1 - GREY[4:] ** 2), rtol=1e-5)
+
+
+def test_a_sheet_passes_light_on():
+    """Nodes 0 to 3 see themselves and are lit by pi, 4 to 7 are their backs and see themselves.
+
+    Arriving over pi: a = 1 + r a + t b in front, b = r b + t a behind.
+    """
+    links = np.repeat(np.arange(8)[:, None], 16, axis=1)
+    given = np.where(np.arange(8)[:, None] < 4, np.pi * ONES, NOTHING).astype(np.float32)
+    passed = np.full((8, 3), [0.1, 0.2, 0.15], np.float32)
+    sheets = Sheets(np.array([4, 5, 6, 7, 0, 1, 2, 3], np.int32), passed, np.zeros((8, 3), np.float32))
+    leaving = solve(links, given=given, sheets=sheets, sweeps=1000) + sheets.light
+    kept, through = 1 - GREY[0], passed[0]
+    scale = 1 / (kept**2 - through**2)
+    np.testing.assert_allclose(leaving[:4], np.tile(kept * scale - 1, (4, 1)), rtol=1e-4)
+    np.testing.assert_allclose(leaving[4:], np.tile(through * scale, (4, 1)), rtol=1e-4)
 
 
 def test_walls_that_glow_evenly_have_one_luminance():

@@ -42,6 +42,27 @@ def test_a_white_thing_in_a_furnace_is_invisible(name):
     assert image.mean() == pytest.approx(1.0, abs=5e-3)
 
 
+@pytest.mark.parametrize("look", [{"ior": 1.0}, {"ior": 1.5, "roughness": 0.4, "sheen": 0.5}])
+def test_a_white_sheet_in_a_furnace_is_invisible(look):
+    walls = box((-2, -2, -2), (2, 2, 2), inside=True, emission=ALL, color=(0, 0, 0))
+    sheet = quad((-1.5, 0, -1.5), (3, 0, 0), (0, 0.6, 3), color=ALL, diffuse_transmission=0.6, **look)
+    for eye in ((0.4, 1.8, 0.3), (0.4, -1.8, 0.3)):
+        image = radiance(scene(walls, sheet), pose(eye, (0, 0, 0)), depth=40, samples=128, fov=0.5)
+        assert image.mean() == pytest.approx(1.0, abs=5e-3)
+
+
+@pytest.mark.parametrize("front", [True, False])
+def test_a_sheet_lit_from_behind_shows_what_it_lets_through(front):
+    """A matt sheet of colour 0.8 that lets half of it through, over a disc-like lamp: luminance t E / pi, with E by Lambert's formula."""
+    lamp = quad((-0.5, 1.0, -0.5), (1.0, 0, 0), (0, 0, 1.0), emission=(100.0,) * 3, color=(0, 0, 0))
+    along, across = ((0.02, 0, 0), (0, 0, 0.02)) if front else ((0, 0, 0.02), (0.02, 0, 0))
+    sheet = quad((-0.01, 0, -0.01), along, across, color=(0.8, 0.4, 0.2), ior=1.0, diffuse_transmission=0.5)
+    image = radiance(scene(lamp, sheet), pose((0, -1, 0), (0, 1, 0)), fov=0.004, samples=256, depth=2)
+    a = 0.5 / np.hypot(1.0, 0.5)
+    form = 4.0 / np.pi * a * np.arctan(a)
+    np.testing.assert_allclose(image.mean(axis=(0, 1)), 100.0 * form * np.array([0.4, 0.2, 0.1]), rtol=0.01)
+
+
 def test_a_shining_furnace_sums_to_one():
     room = box((0, 0, 0), (2, 3, 1.5), inside=True, emission=(0.5, 0.5, 0.5), color=(0.5, 0.5, 0.5))
     image = radiance(scene(room), pose((0.4, 0.5, 0.6), (1.5, 2.5, 1.0)), depth=20, samples=128)
