@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammar.appearance.appearance import MaterialPool, sample_appearance_from
-from grammar.appearance.appearance_rules import Appearance, load_appearance
+from grammar.appearance.appearance_rules import Appearance, load_appearance, sample_wear
 from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
 from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting, sample_surroundings
 from grammar.appearance.looks import apply_looks
@@ -47,7 +47,7 @@ from scene_description.catalog import Catalog
 from scene_description.rounding import rounded
 from scene_description.share import config_path
 
-PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things", "surroundings")
+PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things", "surroundings", "wear")
 """Streams of random numbers of a room, in the order of their spawn keys."""
 
 
@@ -217,6 +217,7 @@ class SceneSynthesizer:
             materials=tuple(pool.materials),
             lights=lights,
             luminaires=spots,
+            wear=sample_wear(rng["wear"], appearance.wear, models.grammar.looks_like, request.wear),
             environment=environment,
             camera_path=path,
             parse_graph=sampled.parse_graph,

@@ -33,6 +33,7 @@ from scene_description.types import (
     Texture,
     ValidityCheck,
     ValidityReport,
+    WearLayer,
 )
 
 __all__ = [
@@ -66,6 +67,7 @@ __all__ = [
     "Texture",
     "ValidityCheck",
     "ValidityReport",
+    "WearLayer",
     "error_line",
     "from_mapping",
     "read_at_most",

@@ -69,6 +69,7 @@ MATERIAL_VALUES = (
     "clearcoat_roughness",
     "sheen",
     "glow_cd_m2",
+    "wear",
 )
 """Fields of a material that its label tells."""
 

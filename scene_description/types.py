@@ -72,7 +72,7 @@ class Material:
     that is let through (glass), share of the light that a thin sheet scatters which leaves on its other side (cloth, leaves), index of
     refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at grazing angles), and a pattern: drawn
     by a generator, or the images of a model file, not both.  ``glow_cd_m2``: luminance that white of its colour or pattern sends out on its
-    front, as screens and figures of clocks do; the surface itself is nearly black then.
+    front, as screens and figures of clocks do; the surface itself is nearly black then.  ``wear``: how much of the scene's wear it shows.
     """
 
     id: Name
@@ -87,8 +87,29 @@ class Material:
     clearcoat_roughness: Unit = 0.05
     sheen: Unit = 0.0
     glow_cd_m2: Luminance = 0.0
+    wear: Unit = 0.0
     texture: Texture | None = None
     images: FileImages | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WearLayer:
+    """Traces of use of one kind: a ``pattern`` of ``size_m`` per repeat, at heights from ``low_m`` to ``high_m``, and fading beyond.
+
+    It lies on ``faces`` that look sideways, up, or anywhere, and on what is at most as rough as ``roughest``.  Where the pattern covers
+    all, ``strength`` of the surface has the layer's colour, and its roughness grows by ``roughness``; a material's ``wear`` scales both.
+    """
+
+    pattern: Literal["cloud", "streaks", "smudges", "stains"]
+    size_m: Annotated[float, Limits(ge=0.05, le=20.0, unit="m")]
+    low_m: Annotated[float, Limits(ge=-10.0, le=100.0, unit="m")]
+    high_m: Annotated[float, Limits(ge=-10.0, le=100.0, unit="m")]
+    fade_m: Annotated[float, Limits(ge=0.001, le=10.0, unit="m")]
+    faces: Literal["any", "side", "up"]
+    roughest: Unit = 1.0
+    color: Color
+    strength: Unit
+    roughness: Unit = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -412,6 +433,7 @@ class SceneDescription:
     parse_graph: ParseGraph
     validity: ValidityReport
     luminaires: Annotated[tuple[Luminaire, ...], Limits(max_length=256)] = ()
+    wear: Annotated[tuple[WearLayer, ...], Limits(max_length=16)] = ()
     counterfactuals: Annotated[tuple[Counterfactual, ...], Limits(max_length=64)] | None = None
     """Changes made to the room after it was sampled, in their order; None for a room as it was sampled.
 

@@ -78,7 +78,9 @@ class MaterialPool:
     def draw_material(self, name: str) -> str:
         """Draw a new material of a name; return its id."""
         self._count[name] = self._count.get(name, 0) + 1
-        material = draw_material(self._rng, self._appearance.materials[name], f"{name}_{self._count[name]}", self._palette)
+        kind = self._appearance.materials[name]
+        shown = self._appearance.wear.shown.get(kind.family, 0.0)
+        material = draw_material(self._rng, kind, f"{name}_{self._count[name]}", self._palette, shown)
         self.materials.append(material)
         return material.id
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
-from grammar.appearance.materials import Hue, MaterialRange, Share
+import numpy as np
+
+from grammar.appearance.materials import Hue, MaterialRange, Range, Share
 from grammar.spec.rules import GrammarError
-from scene_description import FieldError, Limits, from_mapping
+from scene_description import FieldError, Limits, WearLayer, from_mapping
 from scene_description.yaml_text import read_yaml
 
 Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
@@ -93,7 +95,21 @@ class _AppearanceFile:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WearRule:
+    """How rooms are worn.
+
+    layers: traces of use of a room that is worn through; rooms: bounds of how far from new (0) to that (1) rooms are, by type, ``any``
+    where the type is not named; shown: how much of it materials show, by family.
+    """
+
+    layers: Mapping[str, WearLayer]
+    rooms: Mapping[str, Range]
+    shown: Mapping[str, Share]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _MaterialFile:
+    wear: WearRule
     materials: Annotated[Mapping[str, MaterialRange], Limits(min_length=1)]
 
 
@@ -106,6 +122,7 @@ class Appearance:
     categories: Mapping[str, CategoryLook]
     materials: Mapping[str, MaterialRange]
     families: Mapping[str, tuple[str, ...]]
+    wear: WearRule
 
 
 def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
@@ -115,12 +132,17 @@ def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
         GrammarError: a file does not parse, a field does not fit, or a family or part is named that does not exist; one line.
     """
     try:
-        materials = from_mapping(_MaterialFile, read_yaml(materials_path, GrammarError)).materials
+        file = from_mapping(_MaterialFile, read_yaml(materials_path, GrammarError))
+        materials = file.materials
         families: dict[str, tuple[str, ...]] = {}
         for name, material in materials.items():
             if (material.hue == "own") == (material.hue_deg is None):
                 raise FieldError(f"materials.{name}", "either hue_deg or a hue of the palette", "both" if material.hue_deg else "neither")
             families[material.family] = (*families.get(material.family, ()), name)
+        for family in file.wear.shown:
+            _check_families(f"wear.shown.{family}", {family: 1.0}, families)
+        if "any" not in file.wear.rooms:
+            raise FieldError("wear.rooms", "bounds for 'any'", "none")
     except FieldError as error:
         raise GrammarError(f"{materials_path}: {error}") from None
     try:
@@ -128,7 +150,20 @@ def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
         _check(look, families)
     except FieldError as error:
         raise GrammarError(f"{appearance_path}: {error}") from None
-    return Appearance(palette=look.palette, surfaces=look.surfaces, categories=look.categories, materials=materials, families=families)
+    return Appearance(
+        palette=look.palette, surfaces=look.surfaces, categories=look.categories, materials=materials, families=families, wear=file.wear
+    )
+
+
+def sample_wear(rng: np.random.Generator, rule: WearRule, room_type: str, asked: float) -> tuple[WearLayer, ...]:
+    """Return the wear of a room: ``asked``, from 0 (new) to 1, or drawn for its type where that is below 0."""
+    drawn = float(rng.uniform(*rule.rooms.get(room_type, rule.rooms["any"])))
+    worn = asked if asked >= 0.0 else drawn
+    return tuple(
+        replace(layer, strength=round(worn * layer.strength, 4), roughness=round(worn * layer.roughness, 4))
+        for layer in rule.layers.values()
+        if worn > 0.0
+    )
 
 
 def check_appearance(appearance: Appearance) -> None:

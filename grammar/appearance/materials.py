@@ -104,8 +104,8 @@ def linear_rgb(lightness: float, chroma: float, hue_deg: float) -> Color:
     return (red, green, blue)
 
 
-def draw_material(rng: np.random.Generator, kind: MaterialRange, identifier: str, palette: Palette) -> Material:
-    """Draw one material from its ranges."""
+def draw_material(rng: np.random.Generator, kind: MaterialRange, identifier: str, palette: Palette, wear: float = 0.0) -> Material:
+    """Draw one material from its ranges; ``wear``: how much of the room's wear it shows."""
     lightness, chroma, roughness, metallic, transmission, coat, coat_roughness, sheen = (
         float(rng.uniform(*bounds))
         for bounds in (
@@ -131,6 +131,7 @@ def draw_material(rng: np.random.Generator, kind: MaterialRange, identifier: str
         clearcoat_roughness=round(coat_roughness, 4),
         sheen=round(sheen, 4),
         diffuse_transmission=round(float(rng.uniform(*kind.diffuse_transmission)), 4) if kind.diffuse_transmission[1] > 0.0 else 0.0,
+        wear=wear,
         texture=None if kind.texture is None else _texture(rng, kind.texture, (lightness, chroma, hue), palette),
         glow_cd_m2=round(float(rng.uniform(*kind.glow_cd_m2)), 2) if kind.glow_cd_m2[1] > 0.0 else 0.0,
     )

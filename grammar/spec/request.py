@@ -102,6 +102,9 @@ class SceneRequest:
             "target is category/part, id/part, category, id, room/surface or */part: docs/looks.md",
         ),
     ] = ()
+    wear: Annotated[
+        float, Limits(ge=-1.0, le=1.0, description="traces of use, from 0, all new, to 1, worn; -1: drawn for the type of room")
+    ] = -1.0
     exclude_materials: Annotated[tuple[str, ...], Limits(max_length=256, description="named materials or families not to be used")] = ()
     palette_hue_deg: Annotated[
         float, Limits(ge=-1.0, le=360.0, unit="deg", description="main hue of the room's palette in OKLCH; -1: drawn")

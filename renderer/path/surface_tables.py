@@ -11,6 +11,7 @@ from renderer.bsdf.albedo import STEPS, Albedos, glass_table, reflected_table
 from renderer.core.layout import Layout
 from renderer.scene.flat_scene import FlatScene, Sky
 from renderer.textures.look_up import Textures, build_textures
+from renderer.textures.wear import Wear
 
 # A row of ``Surfaces.materials``: what is known of a part before textures.
 _ROW = Layout()
@@ -28,6 +29,7 @@ PORTAL = _ROW.field()  # 1 for window panes
 GLASS = _ROW.field()  # row of the albedo tables of glass, or -1
 PROFILE = _ROW.field()  # 1 + row of the profiles, 0 for none
 GLOW = _ROW.field()  # ``glow_cd_m2`` of the material: luminance of its own where the colour is white
+WEAR = _ROW.field()  # how much of the scene's wear is shown
 SPECIAL = _ROW.field()  # 1 where more than this row must be looked up: textures, emission
 ROW_SIZE = _ROW.size
 
@@ -46,6 +48,7 @@ class Surfaces(NamedTuple):
     textures: Textures
     sky: Sky
     profiles: NDArray[np.float32]
+    wear: Wear
 
 
 def build_surfaces(flat: FlatScene) -> Surfaces:
@@ -81,7 +84,9 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         table[flat.absorbs, ROUGHNESS] = table[flat.absorbs, IOR] = 1.0
         textured = np.where(flat.absorbs, -1, textured).astype(np.int32)
     lit = parts.portal | (parts.emission > 0.0).any(axis=1) | (table[:, GLOW] > 0.0)
-    table[:, SPECIAL] = lit | (textured >= 0)
+    if len(flat.wear.layers):
+        table[:, WEAR] = np.where(lit, 0.0, materials.wear[row])
+    table[:, SPECIAL] = lit | (textured >= 0) | (table[:, WEAR] > 0.0)
     return Surfaces(
         flat.mesh.normals[flat.mesh.faces].reshape(-1),
         np.ascontiguousarray(flat.face_part),
@@ -93,4 +98,5 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         build_textures(textured, flat.textures, flat.mesh.vertices, flat.mesh.uvs, flat.mesh.faces),
         Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
         np.ascontiguousarray(flat.profiles, np.float32),
+        flat.wear,
     )

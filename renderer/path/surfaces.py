@@ -19,6 +19,7 @@ from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.textures import look_up as tex
 from renderer.textures.look_up import Textures, evaluate_texture
+from renderer.textures.wear import apply_wear
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _USABLE, _GRAZING = np.float32(1e-3), np.float32(1e-4)
@@ -57,6 +58,9 @@ def evaluate_surfaces(scene: LitScene, primary: bool, widest: np.float32, scratc
         texture = surfaces.textures.part[part]
         if texture >= 0:
             apply_texture(surfaces.textures, texture, packet, k, lanes)
+        worn = surfaces.materials[part * st.ROW_SIZE + st.WEAR]
+        if worn > _ZERO:
+            apply_wear(surfaces.wear, worn, k, lanes)
         material_glow(surfaces.materials[part * st.ROW_SIZE + st.GLOW], k, lanes)
         emitter_le(surfaces, lights, part, primary, packet, k, lanes)
     _orient_shading_normals(packet, lanes)

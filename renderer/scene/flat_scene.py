@@ -16,6 +16,7 @@ from scene_description import Material
 
 if TYPE_CHECKING:
     from renderer.textures.apply import AppliedTexture
+from renderer.textures.wear import NO_WEAR, Wear
 
 
 class PartTable(NamedTuple):
@@ -47,6 +48,7 @@ class MaterialTable(NamedTuple):
     clearcoat_roughness: NDArray[np.float32]
     sheen: NDArray[np.float32]
     glow_cd_m2: NDArray[np.float32]
+    wear: NDArray[np.float32]
 
 
 def tabulate_materials(materials: Sequence[Material]) -> MaterialTable:
@@ -109,7 +111,7 @@ class FlatScene(NamedTuple):
     the object that each part belongs to, whose corners are (0, 0, 0) and (1, 1, 1); empty where no boxes are told.
     part_id: (p,) uint16, as ``scene_description.labels.part_ids`` has them, 0 for what it does not have; empty where none are told.
     light_id: the same, as ``scene_description.light_labels.light_ids`` has them.  steady: whether what is seen of a part shall not depend
-    on other parts that are not seen, to the last bit, as scenes that are compared with each other need it.
+    on other parts that are not seen, to the last bit, as scenes that are compared with each other need it.  wear: its layers.
     """
 
     mesh: Mesh
@@ -127,10 +129,11 @@ class FlatScene(NamedTuple):
     part_id: NDArray[np.uint16] = UNNUMBERED
     light_id: NDArray[np.uint16] = UNNUMBERED
     steady: bool = False
+    wear: Wear = NO_WEAR
 
 
 _PARTS = ("object_id", "material", "portal")
-_FIELDS = ("mesh", "face_part", "materials", "part_texture", "textures", "absorbs")
+_FIELDS = ("mesh", "face_part", "materials", "part_texture", "textures", "absorbs", "wear")
 
 
 def is_same_geometry(one: FlatScene, other: FlatScene) -> bool:

@@ -35,6 +35,7 @@ from renderer.scene.spot_lights import intensity_profile, luminaire_emission, lu
 from renderer.surroundings.view import surroundings_map
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.generators import GENERATORS
+from renderer.textures.wear import tabulate_wear
 from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 from scene_description.labels import LABEL_ID, part_ids
 from scene_description.light_labels import light_ids
@@ -116,6 +117,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         part_id=np.array([ids.get(row.name, 0) for row in rows], np.uint16),
         light_id=np.array([shining.get(row.name, 0) for row in rows], np.uint16),
         steady=scene.counterfactuals is not None,
+        wear=tabulate_wear(scene.wear),
     )
 
 
