@@ -1,7 +1,7 @@
 """From linear luminance to display colour: exposure, white balance, local tone mapping, tone curve, sRGB, 8 bits.
 
 The curve ``camera`` is an S in the logarithm, as cameras have it: black b becomes 0, x = max(light - b, 0) / (1 - b), and what is shown is
-y = A x^s / (x^s + B) by channel, s = 1.5, with y(0.18) = 0.18 and y(6) = 1 (the response of Naka and Rushton, J. Physiol. 185, 1966).
+y = A x^s / (x^s + B) by channel, s = 1.6, with y(0.18) = 0.18 and y(4) = 1 (the response of Naka and Rushton, J. Physiol. 185, 1966).
 
 Response curves of cameras tell which of 256 codes light gets, 1 being the white of the exposure; what is brighter is clipped.  ``rec709``:
 the transfer function of ITU-R BT.709 without its footroom.  ``gamma``: a power.  ``table``: brightness at even steps of light, as measured
@@ -31,7 +31,7 @@ FILMIC_KNEE = 0.4
 """Display-linear value up to which the filmic curve is the identity."""
 FILMIC_WHITE = 100.0
 """Multiple of the luminance that saturates the plain curve at which the filmic one does."""
-CAMERA_GREY, CAMERA_WHITE, CAMERA_STEEPNESS = 0.18, 6.0, 1.5
+CAMERA_GREY, CAMERA_WHITE, CAMERA_STEEPNESS = 0.18, 4.0, 1.6
 """Of the camera's curve: light that is shown as it is, light that is shown as white, and the exponent s."""
 MOST_BLACK = 0.016
 """Most light, in multiples of white, that the camera's curve shows as black."""

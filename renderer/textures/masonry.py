@@ -143,6 +143,24 @@ def plaster(rng: np.random.Generator, request: Request) -> Pattern:
     return Pattern((), 1.0 + 0.01 * stipple, 0.02 * drops, 0.75 * drops + 0.1 * stipple)
 
 
+def woodchip(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw painted woodchip paper: chips of 5 to 15 mm, some of them large, on a tile of half a metre, under a roller's stipple."""
+    large = smooth_step(1.25, 1.9, noise(rng, request.shape, 22.0, 55.0, 0.0))
+    small = smooth_step(1.1, 1.9, noise(rng, request.shape, 50.0, 110.0, 0.0))
+    stipple = noise(rng, request.shape, 110.0, 220.0, 0.0)
+    height = np.maximum(large, 0.6 * small) + 0.06 * stipple
+    return Pattern((), 1.0 + 0.012 * stipple - 0.02 * large, 0.02 * small, height - 1.0)
+
+
+def rubbed_plaster(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw plaster rubbed with a float: grains of 2 to 4 mm on a tile of half a metre, and the furrows that they have torn."""
+    grains = noise(rng, request.shape, 70.0, 170.0, 0.0)
+    furrows = smooth_step(1.2, 2.2, noise(rng, request.shape, 16.0, 140.0, 0.2, (1.0, 2.6)))
+    broad = noise(rng, request.shape, 8.0, 30.0, 0.4)
+    height = 0.3 * grains - 0.8 * furrows + 0.12 * broad
+    return Pattern((0.25 * furrows,), 1.0 + 0.02 * grains, 0.03 * furrows, height - 0.5)
+
+
 def marble(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw polished marble: clouds, broad soft veins and thin sharp ones, all folded."""
     shape = request.shape
@@ -208,6 +226,8 @@ GENERATORS = {
     "concrete": Generator(concrete, (1.0, 1.0), (512, 512), ((0.45, 0.45, 0.45),), variants=4),
     "formed_concrete": Generator(formed_concrete, (1.0, 2.0), (1024, 512), ((0.4, 0.4, 0.4),), variants=4),
     "plaster": Generator(plaster, (1.0, 1.0), (512, 512), (), variants=4),
+    "woodchip": Generator(woodchip, (1.0, 1.0), (512, 512), (), variants=4),
+    "rubbed_plaster": Generator(rubbed_plaster, (1.0, 1.0), (512, 512), ((0.7, 0.7, 0.7),), variants=4),
     "marble": Generator(marble, (1.0, 1.0), (512, 512), ((0.34, 0.35, 0.38), (0.78, 0.79, 0.82))),
     "terrazzo": Generator(terrazzo, (4.0, 4.0), (512, 512), ((0.5, 0.48, 0.46), (0.75, 0.66, 0.56), (1.25, 1.22, 1.2))),
     "speckle": Generator(speckle, (4.0, 4.0), (256, 256), ((0.3, 0.3, 0.31), (0.62, 0.56, 0.52), (1.6, 1.6, 1.6)), variants=4),

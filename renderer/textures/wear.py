@@ -59,7 +59,7 @@ def _streaks(rng: np.random.Generator) -> Field:
     marks = noise(rng, (_SIDE, _SIDE), 24.0, 200.0, 0.0, (5.0, 1.0))
     slanting = noise(rng, (_SIDE, _SIDE), 24.0, 200.0, 0.0, (1.5, 1.0))
     groups = smooth_step(0.2, 1.6, noise(rng, (_SIDE, _SIDE), 2.0, 9.0, 0.6))
-    return np.asarray(groups * np.maximum(smooth_step(1.5, 2.5, marks), 0.7 * smooth_step(2.1, 3.0, slanting)))
+    return np.asarray(groups * np.maximum(smooth_step(1.25, 2.25, marks), 0.7 * smooth_step(1.9, 2.8, slanting)))
 
 
 def _smudges(rng: np.random.Generator) -> Field:
