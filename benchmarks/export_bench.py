@@ -44,7 +44,9 @@ _CONE_TEXELS = 512
 
 def matt_at_night(scene: SceneDescription) -> SceneDescription:
     """Return a room with Lambert's materials, without daylight, all its lamps on."""
-    plain = {"ior": 1.0, "roughness": 1.0, "metallic": 0.0, "transmission": 0.0, "clearcoat": 0.0, "sheen": 0.0, "glow_cd_m2": 0.0}
+    plain = {"ior": 1.0, "roughness": 1.0} | dict.fromkeys(
+        ("metallic", "transmission", "diffuse_transmission", "clearcoat", "sheen", "glow_cd_m2", "wear"), 0.0
+    )
     dark = (0.0, 0.0, 0.0)
     return replace(
         scene,

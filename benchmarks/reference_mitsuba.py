@@ -212,9 +212,11 @@ def bsdf_of(flat: FlatScene, part: int) -> dict[str, Any]:
     """Return the plugin that scatters as a part does.
 
     Raises:
-        ValueError: glass that is rough or coloured, or a texture that is no matt picture.
+        ValueError: glass that is rough or coloured, cloth that lets light through, wear, or a texture that is no matt picture.
     """
     table, row, name = flat.materials, int(flat.parts.material[part]), flat.part_names[part]
+    if table.diffuse_transmission[row] > 0.0 or (len(flat.wear.layers) and table.wear[row] > 0.0):
+        raise ValueError(f"{name}: expected an opaque surface without wear, got thin cloth or wear; take another material")
     ior, base = float(table.ior[row]), [float(c) for c in table.base_color[row]]
     if len(flat.absorbs) and flat.absorbs[part]:
         return {"type": "diffuse", "reflectance": _rgb(0.0)}

@@ -91,6 +91,7 @@ class MaterialExport:
                 "metallicFactor": material.metallic,
                 "roughnessFactor": material.roughness,
             },
+            "doubleSided": material.transmission == 0.0,  # slats and leaves have no thickness
             "extras": {"family": material.family},
         }
         extensions: dict[str, Any] = {}
@@ -101,7 +102,6 @@ class MaterialExport:
                 "diffuseTransmissionFactor": material.diffuse_transmission,
                 "diffuseTransmissionColorFactor": list(material.base_color),
             }
-            item["doubleSided"] = True
         if material.ior != DEFAULT_IOR:
             extensions["KHR_materials_ior"] = {"ior": material.ior}
         if material.clearcoat > 0.0:

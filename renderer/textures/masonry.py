@@ -137,10 +137,11 @@ def formed_concrete(rng: np.random.Generator, request: Request) -> Pattern:
 
 
 def plaster(rng: np.random.Generator, request: Request) -> Pattern:
-    """Draw paint as a roller leaves it: hardly any colour, a stipple of a hundredth of the tile."""
-    stipple = noise(rng, request.shape, 70.0, 120.0, 0.0)
+    """Draw plaster under paint, on half a metre: a roller's stipple of 2 to 4 mm, and what a float has left uneven over 2 to 8 cm."""
+    stipple = noise(rng, request.shape, 115.0, 200.0, 0.0)
+    uneven = noise(rng, request.shape, 6.0, 26.0, 0.3)
     drops = smooth_step(0.4, 2.4, stipple)
-    return Pattern((), 1.0 + 0.01 * stipple, 0.02 * drops, 0.75 * drops + 0.1 * stipple)
+    return Pattern((), 1.0 + 0.01 * stipple + 0.011 * uneven, 0.02 * drops, 0.35 * drops + 0.06 * stipple + 0.75 * uneven)
 
 
 def woodchip(rng: np.random.Generator, request: Request) -> Pattern:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammar.appearance.appearance import sample_appearance
-from grammar.appearance.appearance_rules import Appearance, load_appearance
+from grammar.appearance.appearance import MaterialPool, sample_appearance
+from grammar.appearance.appearance_rules import Appearance, load_appearance, sample_wear
 from grammar.appearance.materials import linear_rgb
 from grammar.spec.rules import GrammarError
 from scene_description import ModelReference, Opening, Part, Room, SceneObject, Support
@@ -173,6 +173,31 @@ def test_textures_are_drawn_from_their_ranges_and_differ(appearance: Appearance)
                 scales.append(got.scale_m)
                 seeds.append(got.seed)
     assert len(seeds) > 300 and len(set(seeds)) == len(seeds) and len(set(scales)) > 0.4 * len(scales)
+
+
+def test_rooms_are_worn_as_asked_or_as_their_type_is(appearance: Appearance) -> None:
+    rule = appearance.wear
+    assert sample_wear(np.random.default_rng(1), rule, "garage", 0.0) == ()
+    worn = sample_wear(np.random.default_rng(1), rule, "garage", 1.0)
+    assert worn == tuple(rule.layers.values())
+    for room_type in ("garage", "bedroom"):
+        low, high = rule.rooms.get(room_type, rule.rooms["any"])
+        for seed in range(20):
+            drawn = sample_wear(np.random.default_rng(seed), rule, room_type, -1.0)
+            share = drawn[1].strength / rule.layers["scuffs"].strength
+            assert low - 1e-3 <= share <= high + 1e-3
+
+
+def test_materials_show_wear_by_their_family(appearance: Appearance) -> None:
+    for name, shown in (("white_wall", 1.0), ("deep_curtain", 0.0), ("oak", appearance.wear.shown["wood"])):
+        pool = MaterialPool(np.random.default_rng(3), appearance)
+        pool.draw_material(name)
+        assert pool.materials[0].wear == shown
+
+
+def test_half_of_the_windows_have_nets_or_blinds(appearance: Appearance) -> None:
+    odds = {name: style.odds for name, style in appearance.categories["window"].styles.items()}
+    assert sum(share for name, share in odds.items() if "_" in name) == pytest.approx(0.5 * sum(odds.values()))
 
 
 def test_same_seed_same_dress(appearance: Appearance) -> None:

@@ -41,6 +41,8 @@ SMALL = set(shape_rows.MODELS) | {
 }
 TOPS = ("nightstand", "dresser", "desk", "bookshelf", "coffee_table", "tv_stand", "side_table", "sideboard", "dining_table")
 TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_shelf", "china_cabinet")
+SHEETS = {("curtain", "cloth"), ("potted_plant", "leaves"), ("vase", "stems")}
+"""Parts of cloth and leaves, without thickness."""
 CASES = [(generator, style) for generator, model in MODELS.items() for style in model.styles]
 TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine")
 
@@ -84,6 +86,8 @@ def test_model_fills_its_box_with_closed_outward_parts(generator: str) -> None:
             normals = face_normals(mesh)
             area = np.linalg.norm(normals, axis=1)
             assert area.min() > 1e-12, where
+            if (generator, name) in SHEETS:
+                continue
             assert np.linalg.norm(normals.sum(axis=0)) < 2e-4 * area.sum(), f"{where}: the area vectors of a closed surface cancel"
             assert signed_volume(mesh) > 0.0, where
             agree = np.einsum("ij,ij->i", normals, mesh.normals[mesh.faces].mean(axis=1)) > 0.0

@@ -96,6 +96,19 @@ def test_pane_is_one_quad_that_covers_the_hole(style: str) -> None:
     assert np.allclose(pane.normals, (-1.0, 0.0, 0.0), atol=1e-6)
 
 
+@pytest.mark.parametrize("style", [style for style in OPENING_MODELS["window"].styles if "_" in style])
+def test_nets_and_blinds_hang_in_the_reveal_at_many_states(style: str) -> None:
+    window = opening(1, "window", 1, 0.7, 0.9, 1.4, 1.2)
+    heights = []
+    for seed in range(24):
+        parts = build_opening(room_of(RECTANGLE, (window,)), window, "window", style, seed)
+        points = np.concatenate([parts["dressing"].vertices, parts["rail"].vertices])
+        assert points[:, 0].min() >= 4.0 and points[:, 0].max() < parts["pane"].vertices[:, 0].min(), "the inner face is x = 4"
+        assert 0.7 <= points[:, 1].min() and points[:, 1].max() <= 2.1 and 0.9 <= points[:, 2].min() and points[:, 2].max() <= 2.1
+        heights.append(float(np.ptp(parts["dressing"].vertices[:, 2])))
+    assert max(heights) > 1.05 and np.std(heights) > 0.05
+
+
 @pytest.mark.parametrize(("name", "swing"), [(name, swing) for name in OUTLINES for swing in ("in", "out")])
 def test_no_ray_leaves_the_room(name: str, swing: str) -> None:
     outline = OUTLINES[name]
