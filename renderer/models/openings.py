@@ -236,7 +236,7 @@ def _blind(rng: np.random.Generator, half: float, low: float, high: float) -> tu
         [(_HANG_X + 0.013, s * half + 0.006, high) for s in (-1.0, 1.0)],
         0.003,
     )
-    x = _HANG_X + radius - 0.004
+    x = _HANG_X + radius - 0.009
     bar = block((x - 0.006, -half + 0.014, end - 0.002), (x + 0.004, half - 0.014, end + 0.02), 0.003)
     chain = rod((x, half - 0.006, high - radius), (x, half - 0.006, max(high - 0.9, low + 0.05)), 0.0022, segments=6)
     y, z = np.meshgrid(np.linspace(-half + 0.014, half - 0.014, 2), np.linspace(end + 0.01, high - radius, 2), indexing="ij")

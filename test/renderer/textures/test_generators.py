@@ -90,7 +90,7 @@ def test_boards_have_joints_of_a_millimetre_or_so() -> None:
     assert 0.001 <= width_m <= 0.0015
 
 
-@pytest.mark.parametrize(("name", "metres"), [("plaster", 0.3), ("concrete", 1.2), ("formed_concrete", PANEL_M)])
+@pytest.mark.parametrize(("name", "metres"), [("plaster", 0.5), ("concrete", 1.2), ("formed_concrete", PANEL_M)])
 def test_what_is_cast_or_rolled_has_no_clouds(name: str, metres: float) -> None:
     made = drawn(name, 2)
     assert isinstance(made, Pattern) and made.shade is not None
