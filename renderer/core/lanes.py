@@ -48,7 +48,7 @@ COAT_ROUGHNESS = _field()
 SHEEN = _field()
 THIN = _field()  # 1 for window panes: light goes straight through them
 GLASS = _field()  # row of the albedo tables of glass, or -1
-SPECIAL = _field()  # 1 where more than the row of the part must be looked up: textures, emission
+SPECIAL = _field()  # above 0 where more than the row of the part must be looked up, above 1 where it sends light of its own
 
 BEHIND = _field()  # 1 where the hit is taken from the other side of a thin sheet; 0 from evaluate_surfaces on, chosen by choose_sides
 OPEN = _field()  # 1 where nothing stands behind the pane that the ray hit from inside, so that it shows the sky

@@ -30,7 +30,7 @@ GLASS = _ROW.field()  # row of the albedo tables of glass, or -1
 PROFILE = _ROW.field()  # 1 + row of the profiles, 0 for none
 GLOW = _ROW.field()  # ``glow_cd_m2`` of the material: luminance of its own where the colour is white
 WEAR = _ROW.field()  # how much of the scene's wear is shown
-SPECIAL = _ROW.field()  # 1 where more than this row must be looked up: textures, emission
+SPECIAL = _ROW.field()  # 1 where more than this row must be looked up, texture or wear, 2 where light of its own too
 ROW_SIZE = _ROW.size
 
 
@@ -86,7 +86,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     lit = parts.portal | (parts.emission > 0.0).any(axis=1) | (table[:, GLOW] > 0.0)
     if len(flat.wear.layers):
         table[:, WEAR] = np.where(lit, 0.0, materials.wear[row])
-    table[:, SPECIAL] = lit | (textured >= 0) | (table[:, WEAR] > 0.0)
+    table[:, SPECIAL] = np.where(lit, 2.0, (textured >= 0) | (table[:, WEAR] > 0.0))
     return Surfaces(
         flat.mesh.normals[flat.mesh.faces].reshape(-1),
         np.ascontiguousarray(flat.face_part),

@@ -61,8 +61,9 @@ def evaluate_surfaces(scene: LitScene, primary: bool, widest: np.float32, scratc
         worn = surfaces.materials[part * st.ROW_SIZE + st.WEAR]
         if worn > _ZERO:
             apply_wear(surfaces.wear, worn, k, lanes)
-        material_glow(surfaces.materials[part * st.ROW_SIZE + st.GLOW], k, lanes)
-        emitter_le(surfaces, lights, part, primary, packet, k, lanes)
+        if lanes[ln.SPECIAL + k] > _ONE:
+            material_glow(surfaces.materials[part * st.ROW_SIZE + st.GLOW], k, lanes)
+            emitter_le(surfaces, lights, part, primary, packet, k, lanes)
     _orient_shading_normals(packet, lanes)
 
 
