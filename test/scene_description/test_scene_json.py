@@ -248,6 +248,7 @@ def test_every_key_is_required_or_has_a_default(place: tuple[str | int, ...]) ->
             "clearcoat_roughness",
             "sheen",
             "texture",
+            "wear",
             "glow_cd_m2",
             "luminaires",
             "attempts",
