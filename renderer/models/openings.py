@@ -228,8 +228,11 @@ def _net(rng: np.random.Generator, half: float, low: float, high: float) -> tupl
 
 
 def _blind(rng: np.random.Generator, half: float, low: float, high: float) -> tuple[Mesh, Mesh]:
-    """Return the tube, brackets and bar of a roller blind and its cloth, let down by some part of the window's height."""
-    radius, end = 0.016, high - rng.choice([1.0, rng.uniform(0.12, 0.8)], p=[0.25, 0.75]) * (high - low - 0.01)
+    """Return the tube, brackets and bar of a roller blind and its cloth, let down by some part of the window's height.
+
+    Never by all of it: rooms whose lamps are off would be left in the dark.
+    """
+    radius, end = 0.016, high - rng.uniform(0.12, 0.85) * (high - low - 0.01)
     tube = rod((_HANG_X - 0.003, -half + 0.01, high - radius), (_HANG_X - 0.003, half - 0.01, high - radius), radius, segments=16)
     caps = blocks(
         [(_HANG_X - 0.016, s * half - 0.006, high - 2.0 * radius) for s in (-1.0, 1.0)],
@@ -246,7 +249,7 @@ def _blind(rng: np.random.Generator, half: float, low: float, high: float) -> tu
 def _slats(rng: np.random.Generator, half: float, low: float, high: float) -> tuple[Mesh, Mesh]:
     """Return the head rail, foot and cords of a slatted blind and its slats, tilted, those that are drawn up in a pile."""
     wide, pitch, head = 0.025, 0.0215, 0.026
-    tilt = rng.uniform(-0.9, 1.1)
+    tilt = rng.uniform(-0.8, 0.8)
     room = high - head - low - 0.016
     count = max(4, int(room / pitch))
     down = count if rng.random() < 0.55 else int(rng.uniform(0.15, 0.85) * count)
