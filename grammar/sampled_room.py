@@ -9,6 +9,7 @@ structures with other probabilities than the grammar says; the parse graph tells
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -36,6 +37,7 @@ from grammar.layout.problem import Problem, State, move_settings
 from grammar.layout.schedule import run_stages, run_together
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
+from grammar.spec.grammar_file import room_needs
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, ParseGraph, Room, SceneObject, Support, ValidityReport
@@ -77,7 +79,7 @@ def sample_room_with_cost(
     failures: Counter[str] = Counter()
     for tree, problem, layout, energy in _tries(grammar, categories, request, beta, rng, meter):
         attempts += 1
-        meter.odd = False
+        meter.odd = 0
         if layout is None:
             failures["layout without overlaps"] += 1
             continue
@@ -93,7 +95,7 @@ def sample_room_with_cost(
         if best is None or found < best.faults:
             best = _Candidate(found, tree.room, objects, report, _parse_graph(grammar, tree, layout, problem, energy))
         odd += found > 0
-        meter.odd = found > 0
+        meter.odd = found
         if not found or odd > grammar.budget.odd:
             break
     if best is not None:
@@ -129,12 +131,12 @@ def _finished(best: _Candidate, attempts: int, rng: np.random.Generator) -> Samp
 class _Meter:
     """Adds up proposals and processor seconds of chains.
 
-    ``odd``: whether the last layout was valid, but odd; ``valid``: whether any was; ``refused``: why no further structure was found, where
-    that ended the search.
+    ``odd``: objects at fault in the last layout if that was valid; ``valid``: whether any was; ``refused``: why no further structure was
+    found, where that ended the search.
     """
 
     def __init__(self) -> None:
-        self.proposals, self.seconds, self.odd, self.valid = 0, 0.0, False, False
+        self.proposals, self.seconds, self.odd, self.valid = 0, 0.0, 0, False
         self.refused: RequestError | None = None
 
     def __enter__(self) -> None:
@@ -177,7 +179,8 @@ def _structure(plan: Plan, categories: Categories, rng: np.random.Generator) -> 
     """Draw a structure; those whose every layout is odd are passed over, so many as the budget has and if its gate does so."""
     for _ in range(plan.grammar.budget.odd if plan.grammar.budget.gate == "structures" else 0):
         tree = derive_from(plan, categories, rng)
-        if not always_odd(categories, (item.rule.category for item in tree.items)) and not oddly_seated(categories, tree.items):
+        names = [item.rule.category for item in tree.items]
+        if not always_odd(categories, names, room_needs(plan.grammar.room_type).company) and not oddly_seated(categories, tree.items):
             return tree
     return derive_from(plan, categories, rng)
 
@@ -185,16 +188,19 @@ def _structure(plan: Plan, categories: Categories, rng: np.random.Generator) -> 
 def _layouts(
     grammar: Grammar, chain: Chain, start: State, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[State | None, Floats]]:
-    """Yield layouts of one structure until the budget is spent: rounds of a chain, more of them after an odd layout, then another chain."""
+    """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain.
+
+    There are more rounds after an odd layout as long as each has fewer objects at fault: what is wrong twice stays so.
+    """
     schedule = grammar.schedule
     for _ in range(grammar.budget.layouts):
         with meter:
             result = run_stages(rng, chain, start, schedule, beta)
         meter.proposals += int(result.counts[:, TRIED].sum())
         yield result.layout, result.energy
-        left, mends = grammar.budget.rounds - 1, grammar.budget.mends
-        while result.state.active.all() and (left > 0 or (meter.odd and mends > 0)):
-            left, mends = left - 1, mends - meter.odd
+        left, mends, before = grammar.budget.rounds - 1, grammar.budget.mends, math.inf
+        while result.state.active.all() and (mends > 0 and meter.odd < before if meter.odd else left > 0):
+            left, mends, before = left - 1, mends - (meter.odd > 0), meter.odd or before
             with meter:
                 result = run_together(rng, chain, result.state, schedule, beta, schedule.again, beta)
             meter.proposals += int(result.counts[:, TRIED].sum())

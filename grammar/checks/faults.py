@@ -7,7 +7,7 @@ roles of their categories (``config/categories.yaml``), so they judge sampled ro
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from grammar.checks import use_of_doors as doors
@@ -150,9 +150,11 @@ _NEEDS: tuple[tuple[Role, Role], ...] = (
 """Roles of which the first has no place, however it stands, in a room that has nothing with the second."""
 
 
-def always_odd(categories: Categories, names: Iterable[str]) -> bool:
-    """Return whether every layout of objects of these categories has a fault."""
-    roles = {role for name in set(names) for role in categories[name].roles}
+def always_odd(categories: Categories, names: Sequence[str], company: bool = False) -> bool:
+    """Return whether every layout of objects of these categories has a fault, in rooms whose seats look at something with ``company``."""
+    roles = Counter(role for name in names for role in categories[name].roles)
+    if company and roles["lounge"] == 1 and not (roles["screen"] or roles["low_table"]):
+        return True
     return any(one in roles and other not in roles for one, other in _NEEDS)
 
 

@@ -28,6 +28,9 @@ _SHORTEST_M, _LONGEST_M = 0.7, 50.0
 _BARE = 1.0
 """A room is bare if furniture covers less of the floor than so many standard deviations of that share."""
 
+_SIZES_TRIED = 4
+"""Sizes drawn for one structure: each has few, so that this leaves the odds of structures, and draws fewer of them in vain."""
+
 _EITHER_WAY = 0.5
 _LEAST_SHARE = 0.01
 _ROUNDING = 1e-6
@@ -52,11 +55,20 @@ class DrawnSize(NamedTuple):
 
 
 def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize:
-    """Return a size drawn from a mixture.
+    """Return a size drawn from a mixture, of so many as ``_SIZES_TRIED`` the first that suits the furniture.
 
     Raises:
-        RejectedError: the furniture covers another share of the floor than in rooms of the component that was drawn.
+        RejectedError: the furniture covers another share of the floor than in rooms of the components that were drawn.
     """
+    for _ in range(_SIZES_TRIED):
+        drawn = _draw_component(sizes, covered_m2, rng)
+        if drawn is not None:
+            return drawn
+    raise RejectedError("furniture on as much of the floor as in rooms of that size")
+
+
+def _draw_component(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize | None:
+    """Return a size drawn from a mixture; None where the furniture covers another share of the floor than in rooms of its component."""
     chosen = draw_index(rng, [size.probability for size in sizes])
     size = sizes[chosen]
     drawn = [draw_truncated_normal(rng, mean, sd, _SHORTEST_M, _LONGEST_M) for mean, sd in zip(size.mean_m, size.sd_m, strict=True)]
@@ -72,7 +84,7 @@ def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.
     if size.floor_share is not None:
         off = (covered_m2 / area - size.floor_share) / size.share_sd
         if rng.random() > math.exp(-0.5 * off * off):
-            raise RejectedError("furniture on as much of the floor as in rooms of that size")
+            return None
     turned = bool(rng.random() < _EITHER_WAY)
     sides = drawn[::-1] if turned else drawn
     text = f"{chosen}, {sides[0]:.3f} x {sides[1]:.3f} m" + ("" if arm is None else f", arms {arm:.3f} m")

@@ -19,13 +19,13 @@ from scene_description.types import Point2
 # Everything that hangs touches its wall and everything that blocks access stands on the floor, so these two bound no distance.
 _FACE_DEPTH_M = 0.05
 _ACCESS_HEIGHT_M = 1.8
-_FOOTING_DEPTH_M, _GLARE_DEPTH_M = 0.3, 0.7
+_FOOTING_DEPTH_M, _GLARE_DEPTH_M, _APART_M = 0.3, 0.9, 0.2
 OPEN_GAP_M, OPEN_DEPTH_M = 0.03, 0.4
 """Nearer to a front is a neighbour that juts out; a door or drawer opens over the depth behind that."""
 
-ACCESS, VIEW, SWING, FACE, GLARE = range(5)
+ACCESS, VIEW, SWING, FACE, GLARE, APART = range(6)
 """Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
-FACE: kept free of what hangs on walls; GLARE: kept free of screens (soft).
+FACE: kept free of what hangs on walls; GLARE: kept free of screens (soft); APART: kept free of what people lounge on and at (soft).
 """
 
 
@@ -110,7 +110,12 @@ def footing_zone(size_m: Size) -> Zone:
 def glare_zone(opening: Opening) -> Zone:
     """Return the space before a window, from the floor to its top, in which a screen has the light behind it."""
     half = 0.5 * _GLARE_DEPTH_M
-    return Zone(half, 0.0, -opening.sill_m, opening.height_m, half, 0.5 * opening.width_m, GLARE, _GLARE_DEPTH_M)
+    return Zone(half, 0.0, -opening.sill_m, opening.height_m, half, 0.5 * opening.width_m, GLARE, _FOOTING_DEPTH_M)
+
+
+def apart_zone(size_m: Size) -> Zone:
+    """Return the space on and around a table for meals that sofas, armchairs and low tables keep out of."""
+    return Zone(0.0, 0.0, 0.0, size_m[2], 0.5 * size_m[0] + _APART_M, 0.5 * size_m[1] + _APART_M, APART, _APART_M)
 
 
 def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, float, float, float]:

@@ -14,14 +14,14 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_front, opening_zones, side_rectangle
+from grammar.geometry.zones import Zone, apart_zone, footing_zone, glare_zone, object_zones, opening_front, opening_zones, side_rectangle
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
 from grammar.layout.unit_row_tables import Wish, begin_rows, row_table, slot_table, wishes, write_links
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import weight_vector
-from grammar.spec.object_rules import AroundMode, Mode
+from grammar.spec.object_rules import AroundMode, Mode, WallMode
 from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening
 from scene_description.polygons import centroid_m
@@ -154,7 +154,10 @@ def _item_parts(
         zones.append(footing_zone(item.size_m))
         if category.opens:
             zones.append(opening_front(item.size_m))
-    at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in rule.wall]
+    if "dining" in category.roles:
+        zones.append(apart_zone(item.size_m))
+    behind = _straight(rule.wall) if {"store", "bed"} & set(category.roles) else rule.wall
+    at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in behind]
     beside = _drawn_up(rule.around) if "pulled_up" in category.roles else rule.around
     around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in beside] if item.core else []
     places = [
@@ -164,7 +167,7 @@ def _item_parts(
         solids=[BoxRow(*row) for row in layout_solids(category, item.size_m).tolist()],
         zones=[_zone_row(zone) for zone in zones],
         strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
-        wall_modes=_with_odds(at_walls, rule.wall, [1] * len(at_walls), beta),
+        wall_modes=_with_odds(at_walls, behind, [1] * len(at_walls), beta),
         around_modes=_with_odds(around, beside, [1 if rule.mount == "wall" else 2] * len(around), beta),
         placements=_with_odds(places, rule.placements, [2 - math.isnan(row.x) - math.isnan(row.y) for row in places], beta),
         targets=[ModeRow(float(surface), cost / beta, 0.0) for surface, cost in _targets(item, surfaces)],
@@ -175,6 +178,11 @@ def _item_parts(
 def _drawn_up(modes: Sequence[AroundMode]) -> tuple[AroundMode, ...]:
     """Return places of a chair at its table that it keeps to within ``_CHAIR_SPREAD``, however loosely observed ones stood about."""
     return tuple(replace(mode, spread=min(mode.spread, _CHAIR_SPREAD)) for mode in modes)
+
+
+def _straight(modes: Sequence[WallMode]) -> tuple[WallMode, ...]:
+    """Return places at walls of what stands straight there, however loosely single observed ones were turned."""
+    return tuple(replace(mode, orientation_spread=min(mode.orientation_spread, 1.0)) for mode in modes)
 
 
 def _zone_row(zone: Zone) -> BoxRow:
@@ -223,7 +231,9 @@ def _link_table(
     for i, item in enumerate(tree.items, first):
         table[i, [col.MOUNT, col.CORE]] = _MOUNT[item.rule.mount], -1 if item.core is None else item.core - 1
         table[i, [col.BLOCKS, col.PINNED]] = _blocks(item, limits, parts[i]), item.pinned is not None
-        if "screen" in categories[item.rule.category].roles:
+        roles = categories[item.rule.category].roles
+        table[i, col.LOUNGES] = item.rule.mount == "floor" and ("lounge" in roles or "low_table" in roles)
+        if "screen" in roles:
             table[i, col.WATCHED] = seat
     owners = {row.owner for row in surfaces}
     table[:, col.LEADS] = [i in owners or i in table[:, col.CORE] for i in range(len(table))]

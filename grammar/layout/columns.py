@@ -62,6 +62,7 @@ IN_LINE = _link.column()  # 1 where it hangs in line, and moves only with its un
 JUTS = _link.column()  # 1 where it juts out
 END_ON = _link.column()  # 1 where it stands end-on
 WATCHED = _link.column()  # of screens: index of the seat that they are watched from; of all else -1
+LOUNGES = _link.column()  # 1 where people lounge on it or at it
 LINK_WIDTH = _link.width
 
 FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)

@@ -16,7 +16,7 @@ from grammar.geometry.boxes import row_penetration
 from grammar.geometry.kernels import inlined, kernel
 from grammar.geometry.slopes import above_slopes
 from grammar.geometry.walls import rectangle_outside
-from grammar.geometry.zones import ACCESS, GLARE, SWING, VIEW
+from grammar.geometry.zones import ACCESS, APART, GLARE, SWING, VIEW
 from grammar.layout import columns as col
 from grammar.layout.frames import aslant, in_surface_frame, placement_target, surface_owner, wrap
 from grammar.spec.energy_terms import TERM
@@ -213,6 +213,8 @@ def _add_taken(problem, state, i, j, out):  # type: ignore[no-untyped-def]
             blocks = mount == col.FLOOR and not belongs
         elif kind == GLARE:
             blocks = link[j, col.WATCHED] >= 0
+        elif kind == APART:
+            blocks = link[j, col.LOUNGES] > 0
         else:
             blocks = kind == SWING or (mount == col.FLOOR if kind == VIEW else mount == col.WALL and not belongs)
         if not blocks:
@@ -221,7 +223,7 @@ def _add_taken(problem, state, i, j, out):  # type: ignore[no-untyped-def]
         for b in range(link[j, col.SOLIDS], link[j, col.ZONES]):
             if _heights_meet(placed, k, b):
                 deepest = max(deepest, row_penetration(placed, k, placed, b))
-        if kind in (ACCESS, GLARE):
+        if kind in (ACCESS, GLARE, APART):
             out[TERM.occlusion] += min(deepest / problem.box[k, col.ZONE_DEPTH], 1.0)
         else:
             out[TERM.blocked] += deepest
