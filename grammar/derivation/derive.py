@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.addresses import check_targets, draw_addresses
-from grammar.derivation.crowding import used_share
+from grammar.derivation.crowding import used_share, wall_share
 from grammar.derivation.densities import draw_height, draw_size
 from grammar.derivation.drafts import Corner, Draft, Size, units_above
 from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
@@ -181,15 +181,21 @@ def _furnish(
     """
     openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
     furnished, terminals = replace(room, openings=tuple(drawn.opening for drawn in openings)), contents.terminals
-    most = plan.grammar.room.used_share_max
-    if not is_given(plan.request) and used_share(plan.grammar, categories, furnished, zip(terminals.rules, terminals.sizes)) > most:
-        raise RejectedError(f"furniture with the space to use it on at most {most:g} of the floor")
+    if not is_given(plan.request):
+        _check_crowding(plan.grammar, categories, furnished, list(zip(terminals.rules, terminals.sizes, strict=True)))
     fixed = [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in contents.pinned.items()]
     check_pinned(plan.grammar, categories, furnished, fixed)
     check_tall(plan.grammar, furnished, contents.things)
     drafts = _drafts(contents, len(openings) + 1)
     unit_rows = place_unit_rows(plan.grammar, furnished, drafts, rng)
     return _Furnished(furnished, openings, opening_counts, unit_rows, *draw_addresses(categories, furnished, drafts, rng))
+
+
+def _check_crowding(grammar: Grammar, categories: Categories, room: Room, things: Sequence[tuple[ObjectRule, Size]]) -> None:
+    if used_share(grammar, categories, room, things) > grammar.room.used_share_max:
+        raise RejectedError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
+    if wall_share(categories, room, things) > grammar.room.wall_share_max:
+        raise RejectedError(f"furniture before at most {grammar.room.wall_share_max:g} of the walls")
 
 
 def _parse_tree(grammar: Grammar, structure: Sequence[Vertex], furnished: _Furnished, attributes: Sequence[Attribute]) -> ParseTree:

@@ -92,8 +92,9 @@ class RoomSize:
 class RoomRule:
     """Size of the bounding rectangle of a room, and the shape of the floor within it.
 
-    ``floor_share_max`` bounds the share of the floor that furniture may cover, ``used_share_max`` that which it takes with the space to use
-    it and doors, in rooms whose size no request gives: beyond it hardly any layout is valid.  With ``floor_share`` a room is as large as its furniture
+    ``floor_share_max`` bounds the share of the floor that furniture may cover.  In rooms whose size no request gives ``used_share_max``
+    bounds that which it takes with the space to use it and doors, ``wall_share_max`` that of the walls behind it: beyond hardly any layout
+    is valid.  With ``floor_share`` a room is as large as its furniture
     asks for: the area is what that covers over the share drawn, and ``proportion`` (long side over short one) takes the place of the sides.
     With ``sizes`` sides and share are drawn together, from a mixture.  With ``area_m2`` the area itself is drawn, as for halls, which are
     not made for furniture.  Sides and outlines that a request gives stay.
@@ -107,6 +108,7 @@ class RoomRule:
     area_high_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
     floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
     used_share_max: Annotated[float, Limits(ge=0.05, le=10.0)] = 10.0
+    wall_share_max: Annotated[float, Limits(ge=0.05, le=10.0)] = 10.0
     shapes: RoomShapes = RoomShapes()
     slopes: SlopeRule = SlopeRule()
     floor_share: TruncatedNormal | None = None
