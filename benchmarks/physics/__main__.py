@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from benchmarks.physics.convex_pieces import Piece, convex_pieces
 from benchmarks.table import Row, at_least, render_table
 from grammar import SceneRequest, room_types
-from grammar.geometry.walls import LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, ALONG_X, ALONG_Y, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.spec.categories import Categories
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer.scene.flatten import flatten
@@ -33,7 +33,7 @@ from scene_description import SceneDescription
 SECONDS, STEP_S = 2.0, 0.002
 MOVED_M, TURNED_RAD = 0.01, np.radians(5.0)
 SHARE = 0.99
-DENSITY_KG_M3, FRICTION, HULL_CORNERS, WALL_M = 400.0, (0.8, 0.005, 0.0001), 32, 0.1
+DENSITY_KG_M3, FRICTION, WALL_M = 400.0, (0.8, 0.005, 0.0001), 0.1
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=1.0)
 
 
@@ -97,9 +97,7 @@ def _add_piece(spec: Any, body: Any, name: str, piece: Piece) -> None:
         size, middle = 0.5 * (high - low), 0.5 * (low + high)
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=middle, density=DENSITY_KG_M3, friction=FRICTION)
         return
-    spec.add_mesh(
-        name=name, uservert=piece.corners.ravel(), maxhullvert=HULL_CORNERS, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
-    )
+    spec.add_mesh(name=name, uservert=piece.corners.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
     body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, density=DENSITY_KG_M3, friction=FRICTION)
 
 

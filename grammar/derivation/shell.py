@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -55,20 +56,11 @@ class DrawnSize(NamedTuple):
 
 
 def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize:
-    """Return a size drawn from a mixture, of so many as ``_SIZES_TRIED`` the first that suits the furniture.
+    """Return a size drawn from a mixture.
 
     Raises:
-        RejectedError: the furniture covers another share of the floor than in rooms of the components that were drawn.
+        RejectedError: the furniture covers another share of the floor than in rooms of the component that was drawn.
     """
-    for _ in range(_SIZES_TRIED):
-        drawn = _draw_component(sizes, covered_m2, rng)
-        if drawn is not None:
-            return drawn
-    raise RejectedError("furniture on as much of the floor as in rooms of that size")
-
-
-def _draw_component(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize | None:
-    """Return a size drawn from a mixture; None where the furniture covers another share of the floor than in rooms of its component."""
     chosen = draw_index(rng, [size.probability for size in sizes])
     size = sizes[chosen]
     drawn = [draw_truncated_normal(rng, mean, sd, _SHORTEST_M, _LONGEST_M) for mean, sd in zip(size.mean_m, size.sd_m, strict=True)]
@@ -84,7 +76,7 @@ def _draw_component(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random
     if size.floor_share is not None:
         off = (covered_m2 / area - size.floor_share) / size.share_sd
         if rng.random() > math.exp(-0.5 * off * off):
-            return None
+            raise RejectedError("furniture on as much of the floor as in rooms of that size")
     turned = bool(rng.random() < _EITHER_WAY)
     sides = drawn[::-1] if turned else drawn
     text = f"{chosen}, {sides[0]:.3f} x {sides[1]:.3f} m" + ("" if arm is None else f", arms {arm:.3f} m")
@@ -201,6 +193,9 @@ def _shapes_left(room: RoomRule, fitted: bool) -> RoomShapes:
 def _fitted(room: RoomRule, covered_m2: float, extent: Extent | None, rng: np.random.Generator) -> DrawnSize | None:
     """Return the size of a room that its furniture or its area asks for; None for a room of given sides."""
     if room.sizes and (covered_m2 > 0.0 or any(may_be_bare(size) for size in room.sizes)):
+        for _ in range(_SIZES_TRIED - 1):
+            with suppress(RejectedError):
+                return draw_room_size(room.sizes, covered_m2, rng)
         return draw_room_size(room.sizes, covered_m2, rng)
     if extent is None and room.floor_share is not None and room.proportion is not None and covered_m2 > 0.0:
         share, log = draw_with_log_density(rng, room.floor_share)

@@ -61,7 +61,7 @@ def rest_top(rest: Rest, size_m: Size) -> tuple[float, float, float, float, floa
     depth, width, height = size_m
     (back, front), (right, left) = rest.depth, rest.width
     return (
-        rest.height * height,
+        rest.height * height + rest.height_m,
         (0.5 * (back + front) - 0.5) * depth,
         (0.5 * (right + left) - 0.5) * width,
         0.5 * (front - back) * depth,

@@ -57,11 +57,15 @@ class SupportSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """A seat, mattress or inner board that carries small things: fractions of depth, width and height, from back, right and bottom."""
+    """A seat, mattress or inner board that carries small things: fractions of depth, width and height, from back, right and bottom.
+
+    It lies ``height_m`` above that fraction of the height.
+    """
 
     depth: tuple[Fraction, Fraction] = (0.0, 1.0)
     width: tuple[Fraction, Fraction] = (0.0, 1.0)
     height: Fraction
+    height_m: Offset = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -385,7 +385,7 @@ def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bed made up with duvet, turned-down sheet, pillows, decorative cushion and throw."""
     depth, width, height = size_m
     kind = BEDSTEADS[style]
-    top = min(0.53, 0.28 + 0.24 * height, 0.82 * height)
+    top = min(0.28 + 0.24 * height, 0.82 * height)
     thickness = min(0.22, 0.5 * top)
     plan = BedPlan(-0.5 * depth + kind.head, 0.5 * depth - kind.foot, 0.5 * width - kind.inset, top - thickness, top)
     parts = kind.build(rng, size_m, plan)

@@ -225,7 +225,10 @@ def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
         bells.append(
             rod((0.0, s * 0.45 * radius, z + 0.8 * radius), (0.0, s * 0.56 * radius, z + 0.95 * radius), 0.05 * radius, segments=8)
         )
-        feet.append(rod((0.0, s * 0.72 * radius, 0.0), (0.0, s * 0.45 * radius, z - 0.8 * radius), 0.05 * radius, 0.07 * radius, 8))
+        feet += [
+            rod((x, s * 0.72 * radius, 0.0), (x, s * 0.45 * radius, z - 0.8 * radius), 0.05 * radius, 0.07 * radius, 8)
+            for x in (-0.6 * half_d, 0.6 * half_d)
+        ]
     arch = sweep(
         points(
             0.0,

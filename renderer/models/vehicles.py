@@ -308,7 +308,7 @@ def _drive(rng: np.random.Generator, crank: Sequence[float], rear: Sequence[floa
             sweep([(crank[0], s * 0.07, crank[2]), (x, s * 0.075, z)], 0.009, 8),
             block((x - 0.04, s * 0.12 - 0.035, z - 0.011), (x + 0.04, s * 0.12 + 0.035, z + 0.011), 0.004),
         ]
-    meshes.append(sweep([(crank[0] - 0.08, 0.03, crank[2] - 0.01), (crank[0] - 0.05, 0.16, 0.01)], 0.009, 8))
+    meshes += [sweep([(crank[0] - 0.08, s * 0.03, crank[2] - 0.01), (crank[0] - 0.05, s * 0.16, 0.009)], 0.009, 8) for s in (-1.0, 1.0)]
     return merged(*meshes)
 
 
