@@ -90,6 +90,7 @@ setup(
             "scipy-stubs",
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
+        "bench-physics": ["mujoco>=3.3"],
         "bench-lidar": ["kiss-icp>=1.3", "rosbags>=0.10"],
         "bench-reference": ["mitsuba>=3.9"],
         "bench-perception": ["open3d==0.19.0", "opencv-python-headless>=4.10"],

@@ -3,8 +3,8 @@
 python -m benchmarks.physics [--rooms N] [--types TYPE ...] [--seed S] [--clutter C] [--all]
 
 ``--rooms`` of each type; the seed is drawn from the clock unless it is given.  Free is what stands on the floor or on something, but rugs
-and mats; walls and what hangs on them or on the ceiling, hung toilets too, are fixed.  Cloth is as stiff as all else.  ``--all`` tells every object that moved,
-not only how many of each category.  Needs the extra ``bench-physics``.
+and mats; walls and what hangs on them or on the ceiling, hung toilets too, are fixed.  Cloth is as stiff as all else.  ``--all`` tells
+every object that moved, not only how many of each category.  Needs the extra ``bench-physics``.
 """
 
 from __future__ import annotations
@@ -157,8 +157,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 for pair, depth in sorted(deepest_contacts(scene, synthesizer.categories).items(), key=lambda one: -one[1]):
                     sys.stdout.write(f"    {1e3 * depth:.1f} mm in each other: {pair[0]}, {pair[1]}\n")
                 for one in (one for one in room if not one.stays):
-                    told = f"{one.category} {one.object_id} on {one.support}: {100 * one.moved_m:.1f} cm, {np.degrees(one.turned_rad):.0f} deg"
-                    sys.stdout.write(f"    {told}\n")
+                    far = f"{100 * one.moved_m:.1f} cm, {np.degrees(one.turned_rad):.0f} deg"
+                    sys.stdout.write(f"    {one.category} {one.object_id} on {one.support}: {far}\n")
             sys.stdout.flush()
     stays = np.array([one.stays for one in found])
     rows = [at_least(f"free objects at rest, seed {given.seed}", 100.0 * float(stays.mean()), "%", 100.0 * SHARE)]

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
 WELD_M, LEAST_M, THIN_M = 1e-5, 0.003, 0.0004
-"""Corners nearer than the first are one; what is smaller than the second is left out; what is thinner than the third gets that thickness."""
+"""Corners nearer than the first are one; what is smaller than the second is left out, what is thinner than the third as thick as that."""
 DEEPEST_M, MOST_SPLITS = 0.003, 5
 """So deep a face may lie below the hull of its piece, and so many times in a row a piece is cut in two."""
 BOX_SHARE = 0.97
@@ -55,7 +55,7 @@ def _pieces(points: NDArray[np.float64], faces: NDArray[np.integer], splits: int
 
 def _thickened(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return points, those of a flat piece on both sides of it."""
-    _, extents, axes = np.linalg.svd(points - points.mean(0), full_matrices=len(points) < 3)
+    axes = np.linalg.svd(points - points.mean(0), full_matrices=len(points) < 3)[2]
     off = (points - points.mean(0)) @ axes.T
     thin = np.flatnonzero(np.ptp(off, axis=0) < THIN_M)
     for axis in thin:

@@ -221,9 +221,9 @@ def _panel(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Posts and rails with a curved, panelled headboard and a low footboard."""
     _, _, height, half_d, half_w = halved(size_m)
     post = 0.055
-    foot_height = min(plan.z_top + 0.06, 0.58 * height)
+    foot_height = plan.z_top + 0.03
     rail_low = plan.z_low - 0.10
-    foot = _paneled_board(half_d - 0.01, half_w, post, rail_low, foot_height, min(0.05, 0.595 * height - foot_height))
+    foot = _paneled_board(half_d - 0.01, half_w, post, rail_low, foot_height, 0.03)
     rise = rng.uniform(0.03, 0.09) * min(1.0, height)
     head = _paneled_board(-half_d + post - 0.01, half_w, post, rail_low, height - rise, rise)
     legs = []
@@ -274,7 +274,7 @@ def _carved(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     _, _, height, half_d, half_w = halved(size_m)
     post = 0.065
     low = plan.z_low - 0.06
-    foot_top = 0.585 * height
+    foot_top = plan.z_top + 0.055
     rise = rng.uniform(0.1, 0.2) * height
     inner = half_w - 0.5 * post
     head_post = height - 0.5 * rise
@@ -315,7 +315,7 @@ def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     shoulder = height - rng.uniform(0.14, 0.22) * height
     bars = min(max(4, round(width / 0.2)), 9)
     head, head_posts = end(-half_d + 0.024, shoulder, height, bars)
-    foot, foot_posts = end(half_d - 0.024, 0.48 * height, 0.585 * height, bars)
+    foot, foot_posts = end(half_d - 0.024, plan.z_top - 0.04, plan.z_top + 0.055, bars)
     sides = blocks(
         [(-half_d + 0.03, s * plan.half - 0.014, low) for s in (-1.0, 1.0)],
         [(half_d - 0.03, s * plan.half + 0.014, plan.z_low + 0.02) for s in (-1.0, 1.0)],

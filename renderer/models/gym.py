@@ -234,7 +234,9 @@ def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Pieces
         profile.append((r * groove * math.cos(a) if 0 < k < 24 else 0.0, r + r * math.sin(a) * (groove if 0 < k < 24 else 1.0)))
     lean = rng.uniform(0.2, 1.2)
     ball = rotated(lathe(profile, 36), "x", lean, (0.0, 0.0, r))
-    ball = ball._replace(vertices=np.maximum(ball.vertices, np.float32((-np.inf, -np.inf, 0.02 * r))))  # pressed flat by its weight
+    ball = ball._replace(
+        vertices=np.maximum(ball.vertices, np.array([-np.inf, -np.inf, 0.02 * r], np.float32))
+    )  # pressed flat by its weight
     plug = rotated(moved(globe(0.02, 0.0, 0.4, 6), z=1.994 * r), "x", lean + 0.4, (0.0, 0.0, r))
     return {"ball": ball, "plug": plug}
 

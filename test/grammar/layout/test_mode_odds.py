@@ -21,7 +21,7 @@ TOP = ", supporters: {table: 1}, mount: object, placements: "
 RELATIONS = {
     "wall": (
         closet("thing"),
-        "dresser",
+        "desk",
         ", wall: [{distance_m: 0.15, probability: 0.6}, {distance_m: 0.2, orientation_rad: 1.5, probability: 0.3, spread: 2,"
         " orientation_spread: 3}, {distance_m: 0.9, orientation_rad: 3.0, probability: 0.1, spread: 0.5}]",
         {"wall_distance": 60.0, "wall_orientation": 20.0},
