@@ -346,6 +346,14 @@ def test_structures_without_what_their_objects_serve_are_always_odd(names: tuple
     assert always_odd(CATEGORIES, names) == odd
 
 
+@pytest.mark.parametrize(
+    ("names", "odd"), [(("sofa", "rug"), True), (("sofa", "coffee_table"), False), (("sofa", "armchair"), False), (("bed",), False)]
+)
+def test_a_lone_sofa_is_odd_where_seats_need_company(names: tuple[str, ...], odd: bool) -> None:
+    assert always_odd(CATEGORIES, names, company=True) == odd
+    assert not always_odd(CATEGORIES, names)
+
+
 TABLE = thing(1, "dining_table", 2.0, 3.0, NORTH, (0.8, 1.6, 0.75))
 """Its edges are x = 1.2 and 2.8, y = 2.6 and 3.4."""
 CHAIR = (0.5, 0.45, 0.9)
