@@ -140,7 +140,7 @@ def _tops(thing: Mapping[str, Any], categories: Categories) -> Iterator[tuple[fl
         (back, front), (right, left) = (
             [(share - 0.5) * side for share in part] for part, side in ((rest.depth, depth), (rest.width, width))
         )
-        yield z + rest.height * height, _rectangle(x, y, back, front, right, left, thing["yaw_rad"])
+        yield z + rest.height * height + rest.height_m, _rectangle(x, y, back, front, right, left, thing["yaw_rad"])
 
 
 def _opening_zone(scene: Scene, opening: Mapping[str, Any], depth: float) -> Polygon:
