@@ -113,6 +113,11 @@ def glare_zone(opening: Opening) -> Zone:
     return Zone(half, 0.0, -opening.sill_m, opening.height_m, half, 0.5 * opening.width_m, GLARE, _FOOTING_DEPTH_M)
 
 
+def headroom_zone(size_m: Size, bottom_m: float) -> Zone:
+    """Return the space below something deep that hangs: who sits, stands or lies there hits it with the head."""
+    return Zone(0.0, 0.0, -bottom_m, 0.0, 0.5 * size_m[0], 0.5 * size_m[1], VIEW, size_m[0])
+
+
 def apart_zone(size_m: Size) -> Zone:
     """Return the space on and around a table for meals that sofas, armchairs and low tables keep out of."""
     return Zone(0.0, 0.0, 0.0, size_m[2], 0.5 * size_m[0] + _APART_M, 0.5 * size_m[1] + _APART_M, APART, _APART_M)

@@ -14,7 +14,7 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, apart_zone, footing_zone, glare_zone, object_zones, opening_front, opening_zones, side_rectangle
+from grammar.geometry.zones import Zone, apart_zone, footing_zone, glare_zone, headroom_zone, object_zones, opening_front, opening_zones, side_rectangle
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
@@ -26,7 +26,7 @@ from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening
 from scene_description.polygons import centroid_m
 
-_CHAIR_SPREAD = 2.5
+_CHAIR_SPREAD, _DEEP_M = 2.5, 0.25
 _MOUNT = {"floor": col.FLOOR, "wall": col.WALL, "ceiling": col.CEILING, "object": col.OBJECT}
 
 
@@ -154,6 +154,8 @@ def _item_parts(
         zones.append(footing_zone(item.size_m))
         if category.opens:
             zones.append(opening_front(item.size_m))
+    if rule.mount == "wall" and item.size_m[0] > _DEEP_M and "store" in category.roles and "wall_unit" not in category.roles:
+        zones.append(headroom_zone(item.size_m, item.bottom_m))
     if "dining" in category.roles:
         zones.append(apart_zone(item.size_m))
     behind = _straight(rule.wall) if {"store", "bed"} & set(category.roles) else rule.wall
