@@ -14,7 +14,17 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, apart_zone, footing_zone, glare_zone, headroom_zone, object_zones, opening_front, opening_zones, side_rectangle
+from grammar.geometry.zones import (
+    Zone,
+    apart_zone,
+    footing_zone,
+    glare_zone,
+    headroom_zone,
+    object_zones,
+    opening_front,
+    opening_zones,
+    side_rectangle,
+)
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
