@@ -385,6 +385,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/diagnose.py stereo_study": Listed("takes minutes; test/test_worked_examples.py tests what it runs"),
     "chromium --headless=new --hide-scrollbars --window-size=1300,1500 --virtual-time-budget=10000 --screenshot=docs/examples.jpg"
     ' "file://$PWD/runs/stereo_matching/report.html"': Listed("needs chromium; makes the picture of the page"),
+    ".venv/bin/python -m benchmarks.physics --rooms 2 --all": Parsed("needs MuJoCo, which is not installed"),
     ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1 64", ("docs/lights.jpg", "docs/lenses.jpg")
