@@ -178,6 +178,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth generate --rooms 2 --frames 300 --overlay turtlebot --overlay os1_64 --out bags": Parsed(
         "test/scene_synth_ros/test_lidar_bag.py"
     ),
+    "scene_synth run --overlay lidar_robot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true --rooms 1 --frames 900"
+    " --record driven": Parsed("test/scene_synth_ros/test_driven_base.py"),
+    "pytest examples/slam_gate": Listed("test/scene_synth_ros/testing/test_judge.py::test_the_plugin_runs_a_test_file_and_keeps_its_bags"),
     "scene_synth prove BAG": Run(),
     "scene_synth export": Named(),
     "python -m benchmarks.lidar_bench --write": Parsed("needs KISS-ICP, which is not installed"),
