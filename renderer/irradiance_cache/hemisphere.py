@@ -14,12 +14,12 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
-from renderer.irradiance_cache.atlas import GRID, Atlas, find_nodes, has_back
 from renderer.irradiance_cache.nodes import turned
 from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.infinite_light import sky_le
+from renderer.path.light_nodes import GRID, Atlas, find_nodes, has_back
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
@@ -61,13 +61,11 @@ class Rays(NamedTuple):
 class GatherScratch(NamedTuple):
     """Memory of one thread.
 
-    trace: rays and lanes; nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
+    trace: rays and lanes; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
     SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet.
     """
 
     trace: Scratch
-    nodes: NDArray[np.int32]
-    weights: NDArray[np.float32]
     links: NDArray[np.int32]
     at: NDArray[np.float32]
     sighted: NDArray[np.int32]
@@ -79,9 +77,7 @@ def make_gather_scratch(trace: Scratch) -> GatherScratch:
     """Return the memory that one thread needs to gather, beside its rays and lanes."""
     links, sighted = np.zeros((2, LANES), np.int32)
     at, toward = np.zeros((2, 3 * LANES), np.float32)
-    return GatherScratch(
-        trace, np.zeros(4, np.int32), np.zeros(4, np.float32), links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward
-    )
+    return GatherScratch(trace, links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward)
 
 
 @inlined
@@ -246,7 +242,7 @@ def choose_node(
     """
     front = link < len(atlas.cells)
     face = link if front else link - len(atlas.cells)
-    nodes, weights = memory.nodes, memory.weights
+    nodes, weights = memory.trace.nodes, memory.trace.weights
     count = find_nodes(atlas, face, s, t, front, nodes, weights)
     total = _ZERO
     for i in range(count):

@@ -10,10 +10,10 @@ from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.direct_light import weigh_lights
+from renderer.path.light_nodes import Atlas
 from renderer.path.light_sampling import sample_groups, sample_sun
 from renderer.path.lights import BY_SKY
 from renderer.path.records import LitScene, Scratch

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import passed_albedo, total_albedo
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
 from renderer.core.kernel import entry
 from renderer.core.sampling import coordinate_system
-from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.reflectance import passed_albedo, total_albedo
 from renderer.path import surface_tables as st
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
 from renderer.path.surfaces import evaluate_surfaces

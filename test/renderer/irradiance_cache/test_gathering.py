@@ -5,8 +5,8 @@ import pytest
 from box_room import box, quad, scene
 from cached_rooms import COARSE, filled, nodes_of, solved
 
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.gathering import BRIGHT_RAYS, choose_bright
+from renderer.path.light_nodes import Atlas
 
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
 EVEN = box((-4, -4, -4), (4, 4, 4), inside=True, glow_cd_m2=10.0, color=(1.0, 0.5, 0.2), object_id=0)

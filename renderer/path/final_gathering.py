@@ -1,0 +1,83 @@
+"""Final gathering: what scattered rays see of matt surfaces is looked up where the light on these is known, and paths end there.
+
+Where a ray has spread so widely, by the time it hits, that the distance between nodes does not matter, the light that the lobes without
+direction send back is that which the nodes around know, in place of all the paths on from there (final gathering: Jensen, "Realistic Image
+Synthesis Using Photon Mapping", 2001, chapter 9).  So camera rays and mirrored ones are traced as ever, and short ones, as in corners and
+under things; and what no node knows is traced, too.
+
+Light by the other lobes, of gloss, coats and glass, is traced on too: by as many of the paths as would have been sent to these lobes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.reflectance import diffuse_albedo
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES
+from renderer.core.kernel import inlined
+from renderer.path.emission import add_stroke
+from renderer.path.light_nodes import KnownLight, find_nodes
+from renderer.path.records import Scratch
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_LEAST_WORTH = np.float32(0.5)
+"""Of the nodes around a hit, by weight: elsewhere they lie within things, or nearly all is close by."""
+
+
+@inlined
+def gather_known_light(known: KnownLight, kinds: int, limit: np.float32, scratch: Scratch) -> int:
+    """Add what nodes know of the light at a packet's hits to that of their pixels; return how many of its paths go on from there.
+
+    Those that do not have a HIT of 0, those that do by other lobes alone have no diffuse ones.  ``kinds``: of the packet
+    (:mod:`renderer.bsdf.layers`); ``limit``: the most that a channel may bring to its own pixel.
+    """
+    lanes, real, going = scratch.lanes, scratch.rays.real, 0
+    for k in range(LANES):
+        if lanes[ln.HIT + k] == _ZERO:
+            continue
+        spread = min(lanes[ln.SPREAD + k], _ONE) * real[ray.TFAR + k]
+        if spread >= known.reach_m and lanes[ln.PR_DIFFUSE + k] > _ZERO and lanes[ln.OUTSIDE + k] == _ZERO:
+            red, green, blue, worth = _light_around(known, k, scratch)
+            if worth >= _LEAST_WORTH:
+                r, g, b = diffuse_albedo(lanes, kinds, k)
+                r, g, b = r * red * lanes[ln.BETA_R + k], g * green * lanes[ln.BETA_G + k], b * blue * lanes[ln.BETA_B + k]
+                add_stroke((r, g, b), limit, False, scratch.lane_slot[k], scratch.light)
+                if kinds == 0 or lanes[ln.U_LOBE + k] < lanes[ln.PR_DIFFUSE + k]:
+                    lanes[ln.HIT + k] = _ZERO
+                    continue
+                _leave_other_lobes(lanes, k)
+        going += 1
+    return going
+
+
+@inlined
+def _light_around(known: KnownLight, k: int, scratch: Scratch) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance over pi (r, g, b) at the hit of lane k, cd/m2, by the nodes around it, and what these are worth."""
+    rays, nodes, weights, light = scratch.rays, scratch.nodes, scratch.weights, known.light
+    face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
+    count = find_nodes(known.atlas, face, u, v, scratch.lanes[ln.COS_FRONT + k] > _ZERO, nodes, weights)
+    r = g = b = worth = _ZERO
+    for i in range(count):
+        node = nodes[i]
+        weight = weights[i] * light[node, 3]
+        worth += weight
+        r, g, b = r + weight * light[node, 0], g + weight * light[node, 1], b + weight * light[node, 2]
+    scale = _ONE / worth if worth > _ZERO else _ZERO
+    return scale * r, scale * g, scale * b, worth
+
+
+@inlined
+def _leave_other_lobes(lanes: NDArray[np.float32], k: int) -> None:
+    """Take the lobes without direction from the BSDF of lane k; U_LOBE has chosen another one, and BETA counts for all that it has not."""
+    others = _ONE - lanes[ln.PR_DIFFUSE + k]
+    scale = _ONE / others
+    lanes[ln.U_LOBE + k] = (lanes[ln.U_LOBE + k] - lanes[ln.PR_DIFFUSE + k]) * scale
+    for field in (ln.BETA_R, ln.BETA_G, ln.BETA_B, ln.PR_SPECULAR, ln.PR_GLASS, ln.PR_COAT, ln.PR_PASS):
+        lanes[field + k] *= scale
+    for field in (ln.PR_DIFFUSE, ln.SHEEN_WEIGHT):
+        lanes[field + k] = _ZERO
+    for channel in range(0, 3 * LANES, LANES):
+        lanes[ln.DIFFUSE_R + channel + k] = lanes[ln.MULTISCATTER_R + channel + k] = _ZERO
