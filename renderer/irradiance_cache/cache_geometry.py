@@ -39,7 +39,7 @@ class CacheConfig:
     gather_rays: int = 64
     coarse_rays: int = 32
     light_samples: int = 128
-    coarse_light_samples: int = 16
+    coarse_light_samples: int = 64
     sun_samples: int = 16
 
 

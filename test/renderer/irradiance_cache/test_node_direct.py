@@ -78,6 +78,17 @@ def test_a_light_shines_to_its_front_and_a_board_blocks_it():
     assert dark.any() and direct[dark].max() == 0.0
 
 
+@pytest.mark.parametrize(("samples", "error"), [(2, 0.1), (4, 0.03), (16, 0.03)])
+def test_few_samples_of_a_lamp_that_is_hidden_where_it_is_faint_are_right_in_the_mean(samples, error):
+    """A long lamp, of which a low wall hides the far end, from which least arrives: the visible end's view factor."""
+    floor = quad((-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0))
+    flat = scene(floor, rectangle((-0.5, -0.3), (3.5, 0.3), 1.0), box((0.35, -3, 0), (0.36, 3, 0.5)))
+    points, _, direct, *_ = lit(flat, CacheConfig(spacing_m=0.01, coarse_spacing_m=0.5, gather_rays=16, light_samples=samples))
+    ends = 0.7 - points[:, 0]
+    seen = [from_rectangle(point[None], (-0.5, -0.3), (end, 0.3), 1.0)[0] for point, end in zip(points, ends, strict=True)]
+    np.testing.assert_allclose(direct[:, 0].mean(), 100 * np.mean(seen), rtol=error)
+
+
 def test_clear_glass_tints_what_passes():
     lamp = rectangle((-0.4, -0.4), (0.4, 0.4), 1.5, (100, 100, 100))
     plate = box((-3, -3, 0.8), (3, 3, 0.81), color=(0.81, 0.49, 0.25), transmission=1.0, ior=1.5, roughness=0.0)
