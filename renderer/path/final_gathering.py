@@ -5,7 +5,7 @@ direction send back is that which the nodes around know, in place of all the pat
 Synthesis Using Photon Mapping", 2001, chapter 9).  So camera rays and mirrored ones are traced as ever, and short ones, as in corners and
 under things; and what no node knows is traced, too.
 
-Light by the other lobes, of gloss, coats and glass, is traced on too: by as many of the paths as would have been sent to these lobes.
+Light by the other lobes, of gloss, coats and glass, is sampled and traced as ever: as many paths go on as would have been sent to these.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _LEAST_WORTH = np.float32(0.5)
 
 @inlined
 def gather_known_light(known: KnownLight, kinds: int, limit: np.float32, scratch: Scratch) -> int:
-    """Add what nodes know of the light at a packet's hits to that of their pixels; return how many of its paths go on from there.
+    """Add what nodes know of the light at a packet's hits to that of their pixels; return how many of its paths have other lobes there.
 
-    Those that do not have a HIT of 0, those that do by other lobes alone have no diffuse ones.  ``kinds``: of the packet
-    (:mod:`renderer.bsdf.layers`); ``limit``: the most that a channel may bring to its own pixel.
+    Those that have none get a HIT of 0, the others lose their diffuse lobes.  ``kinds``: of the packet (:mod:`renderer.bsdf.layers`), whose
+    U_LOBE becomes negative where it chooses one that is lost; ``limit``: the most that a channel may bring to its own pixel.
     """
     lanes, real, going = scratch.lanes, scratch.rays.real, 0
     for k in range(LANES):
@@ -45,7 +45,7 @@ def gather_known_light(known: KnownLight, kinds: int, limit: np.float32, scratch
                 r, g, b = diffuse_albedo(lanes, kinds, k)
                 r, g, b = r * red * lanes[ln.BETA_R + k], g * green * lanes[ln.BETA_G + k], b * blue * lanes[ln.BETA_B + k]
                 add_stroke((r, g, b), limit, False, scratch.lane_slot[k], scratch.light)
-                if kinds == 0 or lanes[ln.U_LOBE + k] < lanes[ln.PR_DIFFUSE + k]:
+                if kinds == 0 or lanes[ln.GLOSSY + k] == _ZERO:
                     lanes[ln.HIT + k] = _ZERO
                     continue
                 _leave_other_lobes(lanes, k)
@@ -71,13 +71,16 @@ def _light_around(known: KnownLight, k: int, scratch: Scratch) -> tuple[np.float
 
 @inlined
 def _leave_other_lobes(lanes: NDArray[np.float32], k: int) -> None:
-    """Take the lobes without direction from the BSDF of lane k; U_LOBE has chosen another one, and BETA counts for all that it has not."""
-    others = _ONE - lanes[ln.PR_DIFFUSE + k]
-    scale = _ONE / others
-    lanes[ln.U_LOBE + k] = (lanes[ln.U_LOBE + k] - lanes[ln.PR_DIFFUSE + k]) * scale
-    for field in (ln.BETA_R, ln.BETA_G, ln.BETA_B, ln.PR_SPECULAR, ln.PR_GLASS, ln.PR_COAT, ln.PR_PASS):
-        lanes[field + k] *= scale
-    for field in (ln.PR_DIFFUSE, ln.SHEEN_WEIGHT):
-        lanes[field + k] = _ZERO
+    """Take the lobes without direction from the BSDF of lane k, and from the random number that chooses one."""
+    lanes[ln.U_LOBE + k] -= lanes[ln.PR_DIFFUSE + k]
+    lanes[ln.PR_DIFFUSE + k] = lanes[ln.SHEEN_WEIGHT + k] = _ZERO
     for channel in range(0, 3 * LANES, LANES):
         lanes[ln.DIFFUSE_R + channel + k] = lanes[ln.MULTISCATTER_R + channel + k] = _ZERO
+
+
+@inlined
+def end_gathered_paths(lanes: NDArray[np.float32]) -> None:
+    """Give a HIT of 0 to the paths whose random number has chosen the lobes that were taken."""
+    for k in range(LANES):
+        if lanes[ln.U_LOBE + k] < _ZERO:
+            lanes[ln.HIT + k] = _ZERO

@@ -56,7 +56,7 @@ from renderer.core.kernel import entry
 from renderer.path.direct_light import flush_shadow_rays, sample_lights, weigh_lights
 from renderer.path.emission import add_emission
 from renderer.path.film_sums import update_aovs, update_film
-from renderer.path.final_gathering import gather_known_light
+from renderer.path.final_gathering import end_gathered_paths, gather_known_light
 from renderer.path.generation import generate_camera_rays, generate_ray_samples, intersect_closest, seed_pixels
 from renderer.path.guide import look_up_guide
 from renderer.path.queues import WAVE_EDGE
@@ -109,6 +109,8 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     if guided:
                         look_up_guide(scene.guide, scratch.lanes)
                     waiting = sample_lights(scene, kinds, depth, at_lights, waiting, (column, row), scratch, film)
+                    if gathers and depth > 0 and kinds > 0:
+                        end_gathered_paths(scratch.lanes)
                     queued = spawn_rays(scene, kinds, roulette, depth >= _DEEP, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued

@@ -17,7 +17,7 @@ from renderer.path.light_nodes import CORNERS, NOTHING_KNOWN, KnownLight
 from renderer.path.queues import WAVE
 from renderer.path.records import make_scratch
 
-gather_known_light = from_python(fg.gather_known_light)
+gather_known_light, end_gathered_paths = from_python(fg.gather_known_light), from_python(fg.end_gathered_paths)
 VIEW = pose((0.5, 0.6, 1.0), (3.0, 2.4, 1.2))
 CAMERA = CameraConfig(width=40, height=24, horizontal_fov_rad=1.2)
 UNLIMITED = np.float32(np.inf)
@@ -148,16 +148,19 @@ def test_what_is_not_known_is_traced_on(fields, worth):
 
 
 def test_a_path_goes_on_by_its_other_lobes_as_often_as_it_would_have_been_sent_to_them():
-    """A quarter of a surface is gloss: every path brings the matt light, a quarter go on, without matt lobes, for four times as much."""
+    """A quarter of a surface is gloss: every path brings the matt light and samples lamps by its gloss, a quarter go on."""
     u = (np.arange(LANES) + 0.5) / LANES
     scratch = hits(GLOSSY=1.0, E_MEAN=1.0, PR_DIFFUSE=0.75, PR_SPECULAR=0.25, SHEEN_WEIGHT=0.1, U_LOBE=u)
-    light, going = gathered(scratch, known_light(), kinds=1)
-    assert going == LANES // 4
+    light, others = gathered(scratch, known_light(), kinds=1)
+    assert others == LANES
     np.testing.assert_allclose(light[:, 1], 0.8, rtol=1e-6)
-    on = scratch.lanes[ln.HIT : ln.HIT + LANES] > 0.0
-    np.testing.assert_array_equal(on, u >= 0.75)
-    fields = {name: scratch.lanes[getattr(ln, name) : getattr(ln, name) + LANES][on] for name in ("BETA_G", "PR_SPECULAR", "PR_DIFFUSE")}
-    np.testing.assert_allclose(fields["BETA_G"], 4.0)
-    np.testing.assert_allclose(fields["PR_SPECULAR"], 1.0)
-    np.testing.assert_allclose(fields["PR_DIFFUSE"], 0.0)
-    np.testing.assert_allclose(scratch.lanes[ln.U_LOBE : ln.U_LOBE + LANES][on], (u[on] - 0.75) / 0.25, rtol=1e-5)
+    fields = {name: scratch.lanes[getattr(ln, name) : getattr(ln, name) + LANES] for name in ("HIT", "BETA_G", "PR_SPECULAR", "PR_DIFFUSE")}
+    assert {name: set(values.tolist()) for name, values in fields.items()} == {
+        "HIT": {1.0},
+        "BETA_G": {1.0},
+        "PR_SPECULAR": {0.25},
+        "PR_DIFFUSE": {0.0},
+    }
+    end_gathered_paths(scratch.lanes)
+    np.testing.assert_array_equal(fields["HIT"] > 0.0, u >= 0.75)
+    np.testing.assert_allclose(scratch.lanes[ln.U_LOBE : ln.U_LOBE + LANES], u - 0.75, rtol=1e-5)
