@@ -102,7 +102,7 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     weigh_lights(lights, scratch)
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
                     generate_ray_samples(lights, depth, sample, kinds > 0 or roulette or guided, guided, scratch)
-                    if gathers and depth > 0 and gather_known_light(scene.known, kinds, at_hits, scratch) == 0:
+                    if gathers and depth > 0 and gather_known_light(scene.known, kinds, at_lights, scratch) == 0:
                         continue
                     if len(lights.patches) > 0:
                         weigh_patches(lights.patches, scratch)

@@ -164,3 +164,16 @@ def test_a_path_goes_on_by_its_other_lobes_as_often_as_it_would_have_been_sent_t
     end_gathered_paths(scratch.lanes)
     np.testing.assert_array_equal(fields["HIT"] > 0.0, u >= 0.75)
     np.testing.assert_allclose(scratch.lanes[ln.U_LOBE : ln.U_LOBE + LANES], u - 0.75, rtol=1e-5)
+
+
+def test_what_is_known_is_limited_as_any_indirect_light_is():
+    """A spot of a floor shines by a lamp just above it; no sample of the walls that see it brings more than the limit to its pixel."""
+    walls = box((0, 0, 0), (4, 3, 2.5), inside=True, color=(0.7,) * 3, roughness=1.0)
+    cover = box((1.9, 1.4, 0.4), (2.1, 1.6, 0.45), color=(0.0,) * 3, roughness=1.0)
+    lamp = quad((1.95, 1.45, 0.39), (0, 0.1, 0), (0.1, 0, 0), emission=(3e5,) * 3, color=(0.0,) * 3)
+    limit, view = 1.0 / 8.0, pose((0.5, 0.6, 1.0), (0.0, 2.4, 2.2))
+    with Renderer(scene(walls, cover, lamp), CAMERA, config(1, clamp=limit), 5) as renderer:
+        seen = renderer.render(view, 0, ("radiance", "direct")).layers
+    kept = (seen["radiance"] - seen["direct"])[..., 1]
+    shared = kept / np.median(kept)
+    assert shared.max() < 3.0
