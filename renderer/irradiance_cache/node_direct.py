@@ -114,13 +114,13 @@ def _add_sun(
 
 
 class _Run(NamedTuple):
-    """Sums over a run of samples: illuminance (r, g, b), that if nothing stood between, free, and how many samples there are."""
+    """Sums over a run of samples: illuminance (r, g, b), that if nothing stood between, free, and how many samples were taken."""
 
     r: np.float32
     g: np.float32
     b: np.float32
     free: np.float32
-    count: int
+    taken: int
 
 
 @inlined
@@ -139,12 +139,12 @@ def _light_of_group(
     first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
     # A few samples of each run, by turns, with shadow rays.
     for begin in range(0, 2 * LANES, LANES):
-        if min(first.count, second.count) == samples:
+        if min(first.taken, second.taken) == samples:
             break
         _sample_group(scene, group, begin, node, key, scratch)
         # Points from which nothing could come need no ray: the first that could are taken.
         for k in range(LANES):
-            count = second.count if k & 1 else first.count
+            count = second.taken if k & 1 else first.taken
             lanes[ln.U_LOBE + k] = _ZERO
             if lanes[ln.LIGHT_PDF + k] <= _ZERO or count == samples:
                 lanes[ln.LIGHT_PDF + k] = _ZERO
@@ -164,9 +164,9 @@ def _light_of_group(
                 weight = gain * cosine
                 r, g, b = weight * lanes[ln.LI_R + k], weight * lanes[ln.LI_G + k], weight * lanes[ln.LI_B + k]
                 if k & 1:
-                    second = _Run(second.r + r, second.g + g, second.b + b, second.free, second.count)
+                    second = _Run(second.r + r, second.g + g, second.b + b, second.free, second.taken)
                 else:
-                    first = _Run(first.r + r, first.g + g, first.b + b, first.free, first.count)
+                    first = _Run(first.r + r, first.g + g, first.b + b, first.free, first.taken)
                 weight = gain * _shown(lanes, k)
                 vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     sampled = _RED * (first.r + second.r) + _GREEN * (first.g + second.g) + _BLUE * (first.b + second.b)
@@ -197,10 +197,10 @@ def _controlled(run: _Run, value: np.float32, other: _Run, of_other: np.float32,
 
     ``value``, ``of_other``: the channel's sums; ``whole``: luminance of all light; ``able``: by what means over samples are multiplied.
     """
-    if run.count == 0:
+    if run.taken == 0:
         return whole * of_other / other.free
-    mean = able / np.float32(run.count)
-    share = (of_other / other.free) if other.count > 0 else value / run.free
+    mean = able / np.float32(run.taken)
+    share = (of_other / other.free) if other.taken > 0 else value / run.free
     return mean * value + share * (whole - mean * run.free)
 
 
