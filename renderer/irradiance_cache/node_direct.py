@@ -200,7 +200,7 @@ def _controlled(run: _Run, value: np.float32, other: _Run, of_other: np.float32,
     if run.taken == 0:
         return whole * of_other / other.free
     mean = able / np.float32(run.taken)
-    share = (of_other / other.free) if other.taken > 0 else value / run.free
+    share = of_other / other.free if other.free > _ZERO else value / max(run.free, _TINY)
     return mean * value + share * (whole - mean * run.free)
 
 
