@@ -3,7 +3,7 @@
 Where a ray has spread so widely, by the time it hits, that the distance between nodes does not matter, the light that the lobes without
 direction send back is that which the nodes around know, in place of all the paths on from there (final gathering: Jensen, "Realistic Image
 Synthesis Using Photon Mapping", 2001, chapter 9).  So camera rays and mirrored ones are traced as ever, and short ones, as in corners and
-under things; and what no node knows is traced, too.
+under things; and what no node knows is traced, too, and sheets that light shines through.
 
 Light by the other lobes, of gloss, coats and glass, is sampled and traced as ever: as many paths go on as would have been sent to these.
 """
@@ -39,7 +39,8 @@ def gather_known_light(known: KnownLight, kinds: int, limit: np.float32, scratch
         if lanes[ln.HIT + k] == _ZERO:
             continue
         spread = min(lanes[ln.SPREAD + k], _ONE) * real[ray.TFAR + k]
-        if spread >= known.reach_m and lanes[ln.PR_DIFFUSE + k] > _ZERO and lanes[ln.OUTSIDE + k] == _ZERO:
+        matt = (lanes[ln.PR_DIFFUSE + k] > _ZERO) & (lanes[ln.DIFFUSE_TRANSMISSION + k] == _ZERO)
+        if spread >= known.reach_m and matt and lanes[ln.OUTSIDE + k] == _ZERO:
             red, green, blue, worth = _light_around(known, k, scratch)
             if worth >= _LEAST_WORTH:
                 r, g, b = diffuse_albedo(lanes, kinds, k)

@@ -137,8 +137,15 @@ def test_what_is_known_ends_the_path():
 
 @pytest.mark.parametrize(
     ("fields", "worth"),
-    [({"SPREAD": 0.4}, 1.0), ({"OUTSIDE": 1.0}, 1.0), ({"COS_FRONT": -1.0}, 1.0), ({"PR_DIFFUSE": 0.0}, 1.0), ({}, 0.3)],
-    ids=["close by", "outside", "from behind", "mirrors", "within things"],
+    [
+        ({"SPREAD": 0.4}, 1.0),
+        ({"OUTSIDE": 1.0}, 1.0),
+        ({"COS_FRONT": -1.0}, 1.0),
+        ({"PR_DIFFUSE": 0.0}, 1.0),
+        ({"DIFFUSE_TRANSMISSION": 0.5}, 1.0),
+        ({}, 0.3),
+    ],
+    ids=["close by", "outside", "from behind", "mirrors", "a sheet", "within things"],
 )
 def test_what_is_not_known_is_traced_on(fields, worth):
     scratch = hits(**fields)
