@@ -2,12 +2,17 @@
 
 python -m benchmarks.color_bench [--size WxH] [--reference-samples N]
 python -m benchmarks.color_bench --noise ROOMS [--seed N] [--json FILE] [--beside FILE]
+python -m benchmarks.color_bench --gathering ROOMS [--seed N] [--types TYPE ...] [--samples N]
 
 FLIP is that of ``benchmarks/sampled_rooms.py``.  Times are of processor and of clock, on all threads.
 
 The second form measures the path tracer's noise at equal time in so many unseen rooms of each type, of a seed from the clock unless it is
 given: the variance of exact transport's samples times the time that one takes.  ``--beside`` compares with the figures that another version
 of the renderer has written for the same rooms.
+
+The third form renders such rooms with the preset ``balanced``, with and without final gathering, beside exact transport: mean light, and
+error at equal time.  Of two pictures each half their squared difference is the variance of one, and what their mean is off the reference,
+beyond the variances of both, the squared bias; all relative to the pixels' luminance.  The variance counts by the time of a picture.
 """
 
 from __future__ import annotations
@@ -32,7 +37,7 @@ from benchmarks.sampled_rooms import TIMES, VIEW, SampledRoom, camera_of, mean_f
 from benchmarks.table import Row, at_least, at_most, render_table
 from grammar import room_types
 from grammar.synthesize import SceneSynthesizer
-from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
+from renderer import CameraConfig, FlatScene, RenderConfig, Renderer, warm_up
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import (
     DIR_X,
@@ -144,6 +149,68 @@ def noise_rows(found: dict[str, Noise], before: dict[str, Noise]) -> list[Row]:
         rows.append(at_most("variance at equal time over that of before, median", float(np.median(ratios)), "", 0.25))
         rows.append(at_most("variance at equal time over that of before, worst", max(ratios), "", 0.7))
     return rows
+
+
+class Errors(NamedTuple):
+    """Of a preset's pictures: mean luminance over the reference's, relative variance and squared bias, seconds of a picture and before."""
+
+    light: float
+    variance: float
+    squared_bias: float
+    seconds: float
+    preparing_s: float
+
+    def at(self, seconds: float) -> float:
+        """Return the error of a picture that takes so long."""
+        return float(np.sqrt(self.squared_bias + self.variance * self.seconds / seconds))
+
+
+def errors(pictures: list[NDArray[np.float64]], references: list[NDArray[np.float64]], seconds: float, preparing_s: float) -> Errors:
+    """Return the errors of two pictures, (h, w) luminance, beside two references of their own samples each."""
+    picture, truth = (0.5 * (pair[0] + pair[1]) for pair in (pictures, references))
+    scale = truth + _FLOOR * truth.mean()
+    variance, own = (float((0.5 * ((pair[0] - pair[1]) / scale) ** 2).mean()) for pair in (pictures, references))
+    squared_bias = float((((picture - truth) / scale) ** 2).mean()) - 0.5 * (variance + own)
+    return Errors(float(picture.mean() / truth.mean()), variance, max(squared_bias, 0.0), seconds, preparing_s)
+
+
+def _pair(room: SampledRoom, config: RenderConfig) -> tuple[list[NDArray[np.float64]], float, float]:
+    """Return the luminance of two pictures of a room, seconds of processor that one takes, and those before the first."""
+    found, began = [], time.process_time()
+    with Renderer(room.flat, camera_of(_NOISE_SIZE), config, room.key) as renderer:
+        renderer.prepare(room.path[VIEW])
+        ready = time.process_time()
+        for index in range(2):
+            light = renderer.render(room.path[VIEW], index, ("radiance",), exposure=room.exposure).layers["radiance"]
+            found.append(np.asarray(light, np.float64) @ LUMINANCE)
+    return found, 0.5 * (time.process_time() - ready), ready - began
+
+
+def _report_gathering(rooms: int, seed: int, types: list[str], samples: int) -> None:
+    warm_up(final_gathering=True, guiding=True)
+    synthesizer, ratios, lights, rows = SceneSynthesizer.from_config(), [], [], []
+    for room in (sample_room(synthesizer, room_type, index, TIMES, seed) for index in range(rooms) for room_type in types):
+        references, _, _ = _pair(room, preset_config("photo", samples_per_pixel=samples // 2, denoise="none", threads=1))
+        exact, gathered = (
+            errors(pictures, references, seconds, preparing_s)
+            for pictures, seconds, preparing_s in (
+                _pair(room, preset_config("balanced", final_gathering=gathers, denoise="none", threads=1)) for gathers in (False, True)
+            )
+        )
+        ratios.append(gathered.at(exact.seconds) / exact.at(exact.seconds))
+        lights.append(gathered.light)
+        rows += [Row(f"{room.name}, error at equal time over that without", ratios[-1], "")]
+        rows += [Row(f"  mean light: without {exact.light:.3f}, with", gathered.light, "")]
+        rows += [Row(f"  a picture: without {exact.seconds:.2f} s, before it {exact.preparing_s:.2f} s, with", gathered.seconds, "s")]
+        rows += [Row("  before it", gathered.preparing_s, "s")]
+        print(f"{room.name}: {ratios[-1]:.3f}; {exact} {gathered}", flush=True)
+    rows += [
+        at_most(f"median of {len(ratios)} rooms", float(np.median(ratios)), "", 0.5),
+        Row("worst", max(ratios), ""),
+        at_most("mean light off by, median", 100.0 * float(np.median(np.abs(np.array(lights) - 1.0))), "%", 1.0),
+        Row("  most", 100.0 * float(np.abs(np.array(lights) - 1.0).max()), "%"),
+    ]
+    print(render_table(f"Final gathering, seed {seed}, references of {samples} samples", rows))
 
 
 def _report_noise(rooms: int, seed: int, written: Path | None, beside: Path | None) -> None:
@@ -260,7 +327,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=int(time.time()), help="of those rooms (default: from the clock)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the noise of each room to this file")
     parser.add_argument("--beside", type=Path, metavar="FILE", help="compare with such a file; its seed and its rooms are taken")
+    parser.add_argument("--gathering", type=int, metavar="ROOMS", help="measure final gathering in so many rooms of each type instead")
+    parser.add_argument("--types", nargs="+", choices=room_types(), default=list(room_types()), help="of --gathering (default: all)")
+    parser.add_argument("--samples", type=int, default=512, help="of the references of --gathering (default: %(default)s)")
     arguments = parser.parse_args()
+    if arguments.gathering:
+        _report_gathering(arguments.gathering, arguments.seed, arguments.types, arguments.samples)
+        return
     if arguments.noise:
         _report_noise(arguments.noise, arguments.seed, arguments.json, arguments.beside)
         return

@@ -16,6 +16,7 @@ from renderer.path.config import RenderConfig
 from renderer.path.film_sums import share_clipped
 from renderer.path.guide import Guide
 from renderer.path.integrator import trace_paths
+from renderer.path.light_nodes import KnownLight
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work
 from renderer.path.stopping import is_clean, next_round
@@ -27,12 +28,14 @@ PATHS_PER_PIECE = 8192
 class FilmExposer:
     """Exposes films of one scene by tracing paths.
 
-    ``tree``: the scene's triangles as light is traced through them; ``guide``: of its paths.
+    ``tree``: the scene's triangles as light is traced through them; ``guide``, ``known``: of its paths.
     """
 
-    def __init__(self, scene: TracedScene, tree: SceneHandle, config: RenderConfig, paths_per_piece: int, guide: Guide) -> None:
+    def __init__(
+        self, scene: TracedScene, tree: SceneHandle, config: RenderConfig, paths_per_piece: int, guide: Guide, known: KnownLight
+    ) -> None:
         self._scene, self._tree, self._config, self._paths_per_piece = scene, tree, config, paths_per_piece
-        self._lit = scene.lit._replace(tree=tree, guide=guide)
+        self._lit = scene.lit._replace(tree=tree, guide=guide, known=known)
 
     def expose(
         self,

@@ -45,6 +45,7 @@ from renderer.path.film_sums import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, label_scene, trace_geometry
 from renderer.path.guide import NO_GUIDE
 from renderer.path.guide_probes import RoomGuide
+from renderer.path.light_nodes import NOTHING_KNOWN, KnownLight
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
@@ -125,6 +126,7 @@ class Renderer:
         self._geometry: CacheGeometry | None = like._light.geometry if like is not None and like._light is not None else None
         self._light: IrradianceCache | None = None
         self._integrator: CachedIntegrator | None = None
+        self._known: KnownLight | None = None
 
     def _find_lights(self) -> Lights:
         lights = build_lights(self.flat)
@@ -146,7 +148,7 @@ class Renderer:
         """
         self._trees.for_light()
         if self._config.integrator != "cached":
-            self._exposer(self._config.guiding, cancelled)
+            self._exposer(True, cancelled)
             return 0
         view = self._view(pose, path)
         _, hits = self._trace_geometry(view, True)
@@ -226,8 +228,7 @@ class Renderer:
         """Add the layers that paths are traced for: colour, unless it is there already, and its parts."""
         denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
         began, images, view = time.perf_counter(), frame.layers, request.view
-        guided = self._config.guiding and any(name in COLOR_LAYERS for name in sampled)
-        exposer = self._exposer(guided, cancelled)
+        exposer = self._exposer(any(name in COLOR_LAYERS for name in sampled), cancelled)
         film, samples = exposer.expose(view, request.key, request.exposure.ev100, sampled, denoised, cancelled)
         frame = frame._replace(samples=samples, sampling_s=frame.sampling_s + time.perf_counter() - began)
         images |= {name: image for name, image in film._asdict().items() if name in sampled}
@@ -291,16 +292,18 @@ class Renderer:
             RenderCancelled: ``cancelled`` returned True; what was computed stays known.
         """
         if self._integrator is None:
-            tree, config = self._trees.for_light(), self._config
-            if self._light is None:
-                fine = CacheConfig(
-                    spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples
-                )
-                self._light = IrradianceCache(replace(self._scene, tree=tree), self._scene_key, fine, self._geometry)
-                self._geometry = None
-            self._light.solve(cancelled)
-            self._integrator = CachedIntegrator(self._scene, tree, self._light)
+            light = self._irradiance_cache()
+            light.solve(cancelled)
+            self._integrator = CachedIntegrator(self._scene, self._trees.for_light(), light)
         return self._integrator
+
+    def _irradiance_cache(self) -> IrradianceCache:
+        if self._light is None:
+            config, scene = self._config, replace(self._scene, tree=self._trees.for_light())
+            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
+            self._light = IrradianceCache(scene, self._scene_key, fine, self._geometry)
+            self._geometry = None
+        return self._light
 
     def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
         """Return the basic layers, and the hit record if it is asked for."""
@@ -317,11 +320,17 @@ class Renderer:
         self._workers.run(trace, range(step))
         return images, hits
 
-    def _exposer(self, guided: bool, cancelled: Callable[[], bool] | None) -> FilmExposer:
-        tree = self._trees.for_light()
+    def _exposer(self, in_color: bool, cancelled: Callable[[], bool] | None) -> FilmExposer:
+        tree, config = self._trees.for_light(), self._config
         lit = self._scene.lit._replace(tree=tree)
-        guide = self._guide.read(lit, self._scratch, self._workers, cancelled) if guided else NO_GUIDE
-        return FilmExposer(self._scene, tree, self._config, self._paths_per_piece, guide)
+        guide = self._guide.read(lit, self._scratch, self._workers, cancelled) if in_color and config.guiding else NO_GUIDE
+        known = self._known_light(cancelled) if in_color and config.final_gathering else NOTHING_KNOWN
+        return FilmExposer(self._scene, tree, config, self._paths_per_piece, guide, known)
+
+    def _known_light(self, cancelled: Callable[[], bool] | None) -> KnownLight:
+        if self._known is None:
+            self._known = self._irradiance_cache().known_light(cancelled)
+        return self._known
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:
         if self._denoiser is None:

@@ -31,12 +31,13 @@ def warm_up(
     integrator: IntegratorName = "path",
     *,
     guiding: bool = False,
+    final_gathering: bool = False,
 ) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone pane in the sun.
 
     Those that look for the patches where the sun falls and for where a camera stands are among them.
 
-    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``integrator``, ``guiding``: as of ``RenderConfig``.
+    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; the others: as of ``RenderConfig``.
 
     Raises:
         RenderError: Embree is missing.
@@ -53,7 +54,9 @@ def warm_up(
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     camera = CameraConfig(width=1, height=1)
-    config = RenderConfig(integrator=integrator, guiding=guiding, samples_per_pixel=1, threads=1, grain=1.0)
+    config = RenderConfig(
+        integrator=integrator, guiding=guiding, final_gathering=final_gathering, samples_per_pixel=1, threads=1, grain=1.0
+    )
     with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
         seen_around(renderer.tree, flat, pose.position_m)
         renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

@@ -22,13 +22,16 @@ from renderer.irradiance_cache.close_nodes import share_noise
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
 from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
-from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import LIGHT, REACH, ROW, VALID, NodeLight, make_node_light, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
+from renderer.path.light_nodes import KnownLight
 
 _BRIGHT_SAMPLES = 1024
 _MOST_SWEEPS = 100
 _OPEN_M = np.float32(0.8)
 """How far coarse nodes in the open are taken to be from what surrounds them, at least."""
+_STEPS_SPREAD = np.float32(2.0)
+"""How widely a ray has spread that may look light up, in steps between nodes."""
 
 
 class IrradianceCache:
@@ -143,3 +146,16 @@ class IrradianceCache:
         share_noise(self.atlas, *grids, spacing, todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)
+
+    def known_light(self, cancelled: Callable[[], bool] | None = None) -> KnownLight:
+        """Return the light at all fine nodes, for paths, which are computed as far as they are not known.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True; what was computed stays known.
+        """
+        self.solve(cancelled)
+        self.fill(np.ones(len(self.atlas.face), np.bool_), cancelled)
+        light = np.empty((len(self.rows), 4), np.float32)
+        light[:, :3] = np.float32(1.0 / np.pi) * (self.rows[:, LIGHT : LIGHT + 3] + self.light.sun[:, :3])
+        light[:, 3] = self.rows[:, VALID]
+        return KnownLight(self.atlas, light, _STEPS_SPREAD * np.float32(self.config.spacing_m))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.irradiance_cache.atlas import GRID, Atlas, build_atlas, stand_in
+from renderer.irradiance_cache.atlas import build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
 from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
@@ -21,6 +21,7 @@ from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, ma
 from renderer.irradiance_cache.specular import SMOOTH
 from renderer.irradiance_cache.winding import seen_from_behind
 from renderer.path import surface_tables as st
+from renderer.path.light_nodes import GRID, Atlas
 from renderer.scene.flat_scene import is_same_geometry
 
 
@@ -38,7 +39,7 @@ class CacheConfig:
     gather_rays: int = 64
     coarse_rays: int = 32
     light_samples: int = 128
-    coarse_light_samples: int = 16
+    coarse_light_samples: int = 64
     sun_samples: int = 16
 
 

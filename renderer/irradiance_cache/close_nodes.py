@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.color import LUMINANCE
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.nodes import LAMPS, LIGHT, TOWARD, NodeLight
+from renderer.path.light_nodes import Atlas
 
 _FARTHEST_STEPS = np.float32(1.0 / 0.35)
 """Harmonic mean distance of what surrounds a node, in steps between nodes, below which it is mixed with no other."""

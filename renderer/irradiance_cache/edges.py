@@ -14,10 +14,11 @@ from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.atlas import Atlas, mark_nodes
+from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.reconstruction import aligned
 from renderer.irradiance_cache.records import ShadeScratch
 from renderer.path.ground_truth import Hits, TracedView
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 

@@ -13,7 +13,6 @@ from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.random_numbers import mix_bits
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
     UNKNOWN,
@@ -27,6 +26,7 @@ from renderer.irradiance_cache.hemisphere import (
 )
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from scene_description.products import matmul

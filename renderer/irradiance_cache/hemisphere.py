@@ -14,12 +14,12 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
-from renderer.irradiance_cache.atlas import GRID, Atlas, find_nodes, has_back
 from renderer.irradiance_cache.nodes import turned
-from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
+from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.infinite_light import sky_le
+from renderer.path.light_nodes import GRID, Atlas, find_nodes, has_back
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
@@ -61,13 +61,11 @@ class Rays(NamedTuple):
 class GatherScratch(NamedTuple):
     """Memory of one thread.
 
-    trace: rays and lanes; nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
+    trace: rays and lanes; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
     SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet.
     """
 
     trace: Scratch
-    nodes: NDArray[np.int32]
-    weights: NDArray[np.float32]
     links: NDArray[np.int32]
     at: NDArray[np.float32]
     sighted: NDArray[np.int32]
@@ -79,9 +77,7 @@ def make_gather_scratch(trace: Scratch) -> GatherScratch:
     """Return the memory that one thread needs to gather, beside its rays and lanes."""
     links, sighted = np.zeros((2, LANES), np.int32)
     at, toward = np.zeros((2, 3 * LANES), np.float32)
-    return GatherScratch(
-        trace, np.zeros(4, np.int32), np.zeros(4, np.float32), links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward
-    )
+    return GatherScratch(trace, links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward)
 
 
 @inlined
@@ -199,19 +195,24 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
         if table[row + st.PORTAL] > _ZERO:
             _leave(pane_transmittance(surfaces, part, cosine), k, memory)
             return 1
-    # Clear glass and mirrors send on the share of the rays that they send on of the light.
-    u = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24)
+    # Clear glass and mirrors send on the share of the rays that they send on of the light; others see what the front of glass scatters.
+    u, front = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24), toward > _ZERO
     clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
-    if clear or mirror:
+    if clear and front:
+        share = _RED * clear_share(table, row, 0) + _GREEN * clear_share(table, row, 1) + _BLUE * clear_share(table, row, 2)
+        if u < share:
+            go_on(rays, k, False)
+            return 1
+        u = (u - share) / (_ONE - share)
+    elif clear or mirror:
         share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
-        # What a face of glass mirrors or scatters sees a room that is about as bright: only its colour takes light away.
+        # What the far face of glass sends back sees a room that is about as bright: only its colour takes light away.
         if u >= (np.sqrt(share) if clear else share):
             return 0
         go_on(rays, k, mirror)
         mirrored[k] = 1 if mirror else mirrored[k]
         return 1
     # All else: a node near the hit, which is chosen later.
-    front = toward > _ZERO
     if front or has_back(atlas, face):
         memory.links[k] = face if front else face + len(atlas.cells)
         memory.at[k], memory.at[LANES + k], memory.at[2 * LANES + k] = real[ray.BARY_U + k], real[ray.BARY_V + k], u
@@ -246,7 +247,7 @@ def choose_node(
     """
     front = link < len(atlas.cells)
     face = link if front else link - len(atlas.cells)
-    nodes, weights = memory.nodes, memory.weights
+    nodes, weights = memory.trace.nodes, memory.trace.weights
     count = find_nodes(atlas, face, s, t, front, nodes, weights)
     total = _ZERO
     for i in range(count):

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.layers import COAT_F0
 from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
+from renderer.bsdf.reflectance import rough_albedo
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
@@ -14,12 +15,11 @@ from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.atlas import find_nodes
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint
-from renderer.irradiance_cache.reflectance import rough_albedo
 from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
+from renderer.path.light_nodes import find_nodes
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
@@ -247,7 +247,7 @@ def _look_up(
 
     It is their mean by weight and worth, or by weight alone where all have others that stand in for them.
     """
-    nodes, weights, rays, source = memory.nodes, memory.weights, memory.trace.rays, tables.source
+    nodes, weights, rays, source = memory.trace.nodes, memory.trace.weights, memory.trace.rays, tables.source
     face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
     count = find_nodes(source.atlas, face, u, v, front, nodes, weights)
     worth = by_weight = _ZERO

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,10 +12,10 @@ from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.direct_light import weigh_lights
+from renderer.path.light_nodes import Atlas
 from renderer.path.light_sampling import sample_groups, sample_sun
 from renderer.path.lights import BY_SKY
 from renderer.path.records import LitScene, Scratch
@@ -52,15 +54,13 @@ def light_nodes(
             light.indirect[node, channel] = light.direct[node, channel] = light.toward[node, channel] = light.sun[node, channel] = _ZERO
         light.sun[node, 3] = _ZERO
         if lanes[ln.IMPORTANCE] > _ZERO:
-            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], node, shift_u, shift_v, scratch, light)
+            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], node, key, scratch, light)
             if has_sun:
                 _add_sun(scene, pattern, node, shift_u, shift_v, scratch, light)
 
 
 @inlined
-def _add_groups(
-    scene: LitScene, samples: np.float32, node: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch, light: NodeLight
-) -> None:
+def _add_groups(scene: LitScene, samples: np.float32, node: int, key: np.uint32, scratch: Scratch, light: NodeLight) -> None:
     """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``.
 
     ``samples``: for each unit of importance.
@@ -72,14 +72,15 @@ def _add_groups(
     for group in range(len(lights.groups.area)):
         budget = scratch.importances[group * LANES] * samples
         if budget > _ZERO:
-            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, shift_u, shift_v, scratch)
+            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, node, key, scratch)
             x, y, z = x + dx, y + dy, z + dz
             if lights.varies[lights.groups.start[group]] == BY_SKY:
                 sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
             else:
                 r, g, b = r + red, g + green, b + blue
-    light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2] = sky_r, sky_g, sky_b
-    light.direct[node, 0], light.direct[node, 1], light.direct[node, 2] = r, g, b
+    # Samples that are off by chance may ask for less than nothing.
+    light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2] = max(sky_r, _ZERO), max(sky_g, _ZERO), max(sky_b, _ZERO)
+    light.direct[node, 0], light.direct[node, 1], light.direct[node, 2] = max(r, _ZERO), max(g, _ZERO), max(b, _ZERO)
     light.toward[node, 0], light.toward[node, 1], light.toward[node, 2] = x, y, z
 
 
@@ -112,62 +113,95 @@ def _add_sun(
     light.sun[node, 3] = arrived * scale
 
 
+class _Run(NamedTuple):
+    """Sums over a run of samples: illuminance (r, g, b), that if nothing stood between, free, and how many samples were taken."""
+
+    r: np.float32
+    g: np.float32
+    b: np.float32
+    free: np.float32
+    taken: int
+
+
 @inlined
 def _light_of_group(
-    scene: LitScene, group: int, budget: np.float32, shift_u: np.float32, shift_v: np.float32, scratch: Scratch
+    scene: LitScene, group: int, budget: np.float32, node: int, key: np.uint32, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
 
-    Few samples tell which share of the light is blocked, many, without rays, how much there would be (a ratio estimator): where nothing
-    stands between, no noise is left.
+    Few samples tell which share of the light is blocked, many, without rays, how much there would be: where nothing stands between, no
+    noise is left.  There are two runs of samples, and the share that one has seen is that of what the other lacks (a control variate): the
+    share of its own, wrong together with it, would make light too dark in the mean where faint parts of a lamp are hidden.
     """
     lanes = scratch.lanes
-    samples = min(int(np.ceil(max(budget, _LEAST_SAMPLES))), 2 * LANES)
-    r = g = b = vx = vy = vz = free = filled = _ZERO
-    remaining = samples
-    # A few samples, with shadow rays.
+    samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), LANES)
+    vx = vy = vz = filled = able = whole = _ZERO
+    first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
+    # A few samples of each run, by turns, with shadow rays.
     for begin in range(0, 2 * LANES, LANES):
-        if remaining == 0:
+        if min(first.taken, second.taken) == samples:
             break
-        _sample_group(scene, group, begin, shift_u, shift_v, scratch)
+        _sample_group(scene, group, begin, node, key, scratch)
         # Points from which nothing could come need no ray: the first that could are taken.
         for k in range(LANES):
-            chosen = (lanes[ln.LIGHT_PDF + k] > _ZERO) & (remaining > 0)
-            remaining -= chosen
-            if not chosen:
-                lanes[ln.LIGHT_PDF + k] = lanes[ln.U_LOBE + k] = _ZERO
+            count = second.taken if k & 1 else first.taken
+            lanes[ln.U_LOBE + k] = _ZERO
+            if lanes[ln.LIGHT_PDF + k] <= _ZERO or count == samples:
+                lanes[ln.LIGHT_PDF + k] = _ZERO
                 continue
             gain, _, _, _, cosine = arriving(lanes, k)
             lanes[ln.U_LOBE + k] = gain
-            free += gain * cosine * _shown(lanes, k)
+            free = gain * cosine * _shown(lanes, k)
+            if k & 1:
+                second = _Run(second.r, second.g, second.b, second.free + free, count + 1)
+            else:
+                first = _Run(first.r, first.g, first.b, first.free + free, count + 1)
         pass_glass(scene, scratch)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 _, dx, dy, dz, cosine = arriving(lanes, k)
                 gain = lanes[ln.U_LOBE + k]
-                r, g, b = (
-                    r + gain * cosine * lanes[ln.LI_R + k],
-                    g + gain * cosine * lanes[ln.LI_G + k],
-                    b + gain * cosine * lanes[ln.LI_B + k],
-                )
+                weight = gain * cosine
+                r, g, b = weight * lanes[ln.LI_R + k], weight * lanes[ln.LI_G + k], weight * lanes[ln.LI_B + k]
+                if k & 1:
+                    second = _Run(second.r + r, second.g + g, second.b + b, second.free, second.taken)
+                else:
+                    first = _Run(first.r + r, first.g + g, first.b + b, first.free, first.taken)
                 weight = gain * _shown(lanes, k)
                 vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
-    if free <= _ZERO:
+    sampled = _RED * (first.r + second.r) + _GREEN * (first.g + second.g) + _BLUE * (first.b + second.b)
+    if sampled <= _ZERO:
         return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
-    # How much there would be if nothing stood between.
-    whole = _ZERO
-    if r + g + b > _ZERO:
-        for begin in range(0, _FREE_SAMPLES, LANES):
-            _sample_group(scene, group, begin, _HALF, _HALF, scratch)
-            for k in range(LANES):
+    # How much there would be if nothing stood between, and at how many of these points a light.
+    for begin in range(0, _FREE_SAMPLES, LANES):
+        _sample_evenly(scene, group, begin, scratch)
+        for k in range(LANES):
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 gain, _, _, _, cosine = arriving(lanes, k)
-                gain = gain * cosine if lanes[ln.LIGHT_PDF + k] > _ZERO else _ZERO
-                filled += gain / np.float32(_FREE_SAMPLES)
-                whole += gain * _shown(lanes, k)
-    scale = whole / (np.float32(_FREE_SAMPLES) * free)
+                filled += gain * cosine
+                whole += gain * cosine * _shown(lanes, k)
+                able += _ONE
     # No light fills more than the hemisphere, though few samples of one that is near may say so.
-    scale *= min(_PI / max(filled, _TINY), _ONE)
-    return scale * r, scale * g, scale * b, scale * vx, scale * vy, scale * vz
+    scale = min(_PI / max(filled, _TINY), _ONE / np.float32(_FREE_SAMPLES))
+    whole, able = scale * whole, scale * able
+    r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
+    g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
+    b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
+    scale = max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
+    return r, g, b, scale * vx, scale * vy, scale * vz
+
+
+@inlined
+def _controlled(run: _Run, value: np.float32, other: _Run, of_other: np.float32, whole: np.float32, able: np.float32) -> np.float32:
+    """Return a channel's illuminance by the mean of a run, where what its samples lack of all light counts by the other run's share.
+
+    ``value``, ``of_other``: the channel's sums; ``whole``: luminance of all light; ``able``: by what means over samples are multiplied.
+    """
+    if run.taken == 0:
+        return whole * of_other / other.free
+    mean = able / np.float32(run.taken)
+    share = of_other / other.free if other.free > _ZERO else value / max(run.free, _TINY)
+    return mean * value + share * (whole - mean * run.free)
 
 
 @inlined
@@ -178,13 +212,27 @@ def _shown(lanes: NDArray[np.float32], k: int) -> np.float32:
 
 
 @inlined
-def _sample_group(scene: LitScene, group: int, begin: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch) -> None:
-    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights."""
+def _sample_group(scene: LitScene, group: int, begin: int, node: int, key: np.uint32, scratch: Scratch) -> None:
+    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights, of a run in even lanes and of another in odd ones."""
+    lanes = scratch.lanes
+    shift_u, shift_v = unit_hash(node, key)
+    other_u, other_v = unit_hash(node, np.uint32(key + np.uint32(1)))
+    for k in range(LANES):
+        number = np.float32((begin + k) >> 1)
+        lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + (other_u if k & 1 else shift_u))
+        lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + (other_v if k & 1 else shift_v))
+        scratch.sampled[k] = group
+    sample_groups(scene.surfaces, scene.lights, scratch)
+
+
+@inlined
+def _sample_evenly(scene: LitScene, group: int, begin: int, scratch: Scratch) -> None:
+    """Fill them with points that are the same for all nodes."""
     lanes = scratch.lanes
     for k in range(LANES):
         number = np.float32(begin + k)
-        lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + shift_u)
-        lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + shift_v)
+        lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + _HALF)
+        lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + _HALF)
         scratch.sampled[k] = group
     sample_groups(scene.surfaces, scene.lights, scratch)
 

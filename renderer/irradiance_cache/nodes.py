@@ -12,7 +12,7 @@ from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
-from renderer.irradiance_cache.atlas import GRID, Atlas
+from renderer.path.light_nodes import GRID, Atlas
 from renderer.path.records import Scratch
 from renderer.path.surfaces import lift_height
 

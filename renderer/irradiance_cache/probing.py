@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import passed_albedo, total_albedo
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
 from renderer.core.kernel import entry
 from renderer.core.sampling import coordinate_system
-from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.reflectance import passed_albedo, total_albedo
+from renderer.irradiance_cache.specular import is_clear, scattered_share
 from renderer.path import surface_tables as st
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
 from renderer.path.surfaces import evaluate_surfaces
@@ -117,8 +118,9 @@ def reflect_nodes(
 ) -> None:
     """Add to ``albedo``, ``passed`` and ``glow``, (n, 3) each, of nodes [first, end).
 
-    They are the hemisphere's mean of what the surface reflects, what it lets through of light on its other side, and luminance of its own
-    that no light sampling finds, cd/m2.  ``width_m``: over how much of the surface textures are averaged.
+    They are the hemisphere's mean of what the surface reflects, for clear glass over all that does not go on through it, what it lets
+    through of light on its other side, and luminance of its own that no light sampling finds, cd/m2.  ``width_m``: over how much of the
+    surface textures are averaged.
     """
     rays, lanes, surfaces = scratch.rays, scratch.lanes, scene.surfaces
     real, integer = rays.real, rays.integer
@@ -149,6 +151,11 @@ def reflect_nodes(
             for k in range(min(LANES, end - begin)):
                 node, part = begin + k, scratch.parts[k]
                 r, g, b = total_albedo(lanes, kinds, k)
+                row = part * st.ROW_SIZE
+                if is_clear(surfaces.materials, row):
+                    r = scattered_share(surfaces.materials, row, 0, r)
+                    g = scattered_share(surfaces.materials, row, 1, g)
+                    b = scattered_share(surfaces.materials, row, 2, b)
                 albedo[node, 0] += share * min(r, _ONE)
                 albedo[node, 1] += share * min(g, _ONE)
                 albedo[node, 2] += share * min(b, _ONE)
@@ -158,6 +165,6 @@ def reflect_nodes(
                     passed[node, 1] + share * g,
                     passed[node, 2] + share * b,
                 )
-                if surfaces.materials[part * st.ROW_SIZE + st.GLOW] > _ZERO:
+                if surfaces.materials[row + st.GLOW] > _ZERO:
                     for channel in range(3):
                         glow[node, channel] += share * lanes[ln.LE_R + LANES * channel + k]

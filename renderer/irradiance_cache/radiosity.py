@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from renderer.core import embree as ray
 from renderer.core.embree import LANES
 from renderer.core.kernel import entry
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
     DARK,
@@ -24,6 +23,7 @@ from renderer.irradiance_cache.hemisphere import (
     sighted_light,
 )
 from renderer.irradiance_cache.nodes import unit_hash
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 

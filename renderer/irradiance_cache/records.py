@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.gathering import CoarseLight
 from renderer.irradiance_cache.hemisphere import Rays
 from renderer.irradiance_cache.strays import Strays, make_strays
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import Scratch
 
 SHARP = np.float32(0.01)
@@ -85,14 +85,12 @@ class Tables(NamedTuple):
 class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
-    trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; nodes, weights: (4,), those around a hit; primary:
-    (PRIMARY, 16), primary hits while their rays are traced; edges: (7, 48), rays of a tile's edges; strays: those of a packet.
+    trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; primary: (PRIMARY, 16), primary hits while their
+    rays are traced; edges: (7, 48), rays of a tile's edges; strays: those of a packet.
     """
 
     trace: Scratch
     pixels: NDArray[np.int32]
-    nodes: NDArray[np.int32]
-    weights: NDArray[np.float32]
     primary: NDArray[np.float32]
     edges: NDArray[np.float32]
     strays: Strays
@@ -101,8 +99,7 @@ class ShadeScratch(NamedTuple):
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
     primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
-    pixels, nodes = np.zeros((2, LANES), np.int32), np.zeros(4, np.int32)
-    return ShadeScratch(trace, pixels, nodes, np.zeros(4, np.float32), primary, edges, make_strays(trace))
+    return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, edges, make_strays(trace))
 
 
 @inlined

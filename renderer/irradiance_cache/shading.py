@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.bsdf import evaluate_bsdf
 from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
+from renderer.bsdf.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
@@ -30,7 +31,7 @@ from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_nodes, mark_nodes
+from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
@@ -38,11 +39,11 @@ from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID, NodeLight
 from renderer.irradiance_cache.nodes import LIGHT as LIT
 from renderer.irradiance_cache.reconstruction import Picture
 from renderer.irradiance_cache.records import APART, ROUGH, SHARP, ShadeScratch, Tables, takes_from_others
-from renderer.irradiance_cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.strays import add_stray, light_strays
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits, TracedView
+from renderer.path.light_nodes import CORNERS, GRID, Atlas, find_nodes
 from renderer.path.light_sampling import sample_sun
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
@@ -208,7 +209,7 @@ def _add_light(primary: NDArray[np.float32], k: int, r: np.float32, g: np.float3
 @inlined
 def _read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
     """Return the light at the hit of lane k, by the nodes around it."""
-    nodes, weights, rows, rays = memory.nodes, memory.weights, tables.rows, memory.trace.rays
+    nodes, weights, rows, rays = memory.trace.nodes, memory.trace.weights, tables.rows, memory.trace.rays
     face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
     front = memory.trace.lanes[ln.COS_FRONT + k] > _ZERO
     count = find_nodes(tables.fine, face, u, v, front, nodes, weights)
@@ -251,7 +252,7 @@ def _turned(atlas: Atlas, count: int, x: np.float32, y: np.float32, z: np.float3
     """
     nx = ny = nz = _ZERO
     for i in range(count):
-        node, weight = memory.nodes[i], memory.weights[i]
+        node, weight = memory.trace.nodes[i], memory.trace.weights[i]
         nx += weight * atlas.normal[node, 0]
         ny += weight * atlas.normal[node, 1]
         nz += weight * atlas.normal[node, 2]

@@ -38,6 +38,16 @@ def clear_share(materials: NDArray[np.float32], row: int, channel: int) -> np.fl
 
 
 @inlined
+def scattered_share(materials: NDArray[np.float32], row: int, channel: int, opaque: np.float32) -> np.float32:
+    """Return what the front of clear glass mirrors and scatters of a channel's light, over all that does not go on through it.
+
+    ``opaque``: what it reflects of light by all that is not glass.
+    """
+    reflected = opaque + np.float32(0.04) * materials[row + st.TRANSMISSION]
+    return min(reflected / max(_ONE - clear_share(materials, row, channel), _TINY), _ONE)
+
+
+@inlined
 def is_mirror(materials: NDArray[np.float32], row: int) -> bool:
     """Return whether the part whose material begins at ``row`` is smooth metal."""
     mirror: bool = (materials[row + st.METALLIC] > _HALF) & (materials[row + st.ROUGHNESS] < SMOOTH)

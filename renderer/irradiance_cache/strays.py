@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from renderer.core import lanes as ln
 from renderer.core.embree import LANES, aligned_floats, make_packet
 from renderer.core.kernel import inlined
-from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.gathering import CoarseLight, gather_nodes
 from renderer.irradiance_cache.hemisphere import GatherScratch, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import NodeLight, make_node_light
+from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
 
 _BUDGET = 32

@@ -37,6 +37,10 @@ class RenderConfig:
     guiding: Annotated[
         bool, Limits(description="Paths look where a first look around each room has found light: same mean, less noise at equal time")
     ] = False
+    final_gathering: Annotated[
+        bool,
+        Limits(description="What scattered light sees of matt surfaces is looked up as the cached integrator knows it, and not traced on"),
+    ] = False
     noise_target: Annotated[
         float, Limits(ge=0.0, le=1.0, description="Relative noise of the colour at which sampling ends early; 0 takes all samples")
     ] = 0.0

@@ -37,21 +37,27 @@ def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
         if r + g + b > _ZERO:
             mis_weight = _ONE / (_ONE + lanes[ln.LE_PDF + k] / lanes[ln.RAY_PDF + k])
             r, g, b = r * lanes[ln.BETA_R + k] * mis_weight, g * lanes[ln.BETA_G + k] * mis_weight, b * lanes[ln.BETA_B + k] * mis_weight
-            most = max(r, g, b, _TINY)
-            scale = min(_ONE, CLIPPED_REACH * limit / most)
-            r, g, b, kept = r * scale, g * scale, b * scale, min(_ONE, limit / (most * scale))
-            slot = scratch.lane_slot[k]
-            light[slot] += r * kept
-            light[WAVE + slot] += g * kept
-            light[2 * WAVE + slot] += b * kept
-            if direct:
-                light[3 * WAVE + slot] += r * kept
-                light[4 * WAVE + slot] += g * kept
-                light[5 * WAVE + slot] += b * kept
-            if kept < _ONE:
-                light[6 * WAVE + slot] += r * (_ONE - kept)
-                light[7 * WAVE + slot] += g * (_ONE - kept)
-                light[8 * WAVE + slot] += b * (_ONE - kept)
+            add_stroke((r, g, b), limit, direct, scratch.lane_slot[k], light)
+
+
+@inlined
+def add_stroke(stroke: Rgb, limit: np.float32, direct: bool, slot: int, light: NDArray[np.float32]) -> None:
+    """Add light to that of a pixel slot (``Scratch.light``), cd/m2, as far as its limit; ``limit``, ``direct``: of :func:`add_emission`."""
+    r, g, b = stroke
+    most = max(r, g, b, _TINY)
+    scale = min(_ONE, CLIPPED_REACH * limit / most)
+    r, g, b, kept = r * scale, g * scale, b * scale, min(_ONE, limit / (most * scale))
+    light[slot] += r * kept
+    light[WAVE + slot] += g * kept
+    light[2 * WAVE + slot] += b * kept
+    if direct:
+        light[3 * WAVE + slot] += r * kept
+        light[4 * WAVE + slot] += g * kept
+        light[5 * WAVE + slot] += b * kept
+    if kept < _ONE:
+        light[6 * WAVE + slot] += r * (_ONE - kept)
+        light[7 * WAVE + slot] += g * (_ONE - kept)
+        light[8 * WAVE + slot] += b * (_ONE - kept)
 
 
 @inlined

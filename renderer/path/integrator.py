@@ -34,6 +34,7 @@ paths too; energy is kept, caustics lose their edges (path space regularization,
 Where the sun comes in, hits look for its patches too (:mod:`renderer.path.sun_patches`), by one pdf with the BSDF's.
 With a *guide* matt hits also look where it expects light by way of other surfaces, by one pdf with both, and paths end by what they are
 still expected to find (:mod:`renderer.path.guide`).
+Where light is known on surfaces, matt lobes that scattered rays hit send on what is known there (:mod:`renderer.path.final_gathering`).
 
 Cloth and leaves scatter light to both sides; a hit on them is taken from one (:mod:`renderer.path.sheets`).
 
@@ -55,6 +56,7 @@ from renderer.core.kernel import entry
 from renderer.path.direct_light import flush_shadow_rays, sample_lights, weigh_lights
 from renderer.path.emission import add_emission
 from renderer.path.film_sums import update_aovs, update_film
+from renderer.path.final_gathering import end_gathered_paths, gather_known_light
 from renderer.path.generation import generate_camera_rays, generate_ray_samples, intersect_closest, seed_pixels
 from renderer.path.guide import look_up_guide
 from renderer.path.queues import WAVE_EDGE
@@ -74,7 +76,7 @@ _DEEP = 10
 @entry
 def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work: Work, scratch: Scratch, film: Film) -> None:
     """Add a piece's samples to ``film``."""
-    surfaces, lights, guided = scene.surfaces, scene.lights, len(scene.guide.light) > 0
+    surfaces, lights, guided, gathers = scene.surfaces, scene.lights, len(scene.guide.light) > 0, len(scene.known.light) > 0
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
         column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
@@ -99,12 +101,16 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                     choose_sides(depth, sample, scratch)
                     weigh_lights(lights, scratch)
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
+                    generate_ray_samples(lights, depth, sample, kinds > 0 or roulette or guided, guided, scratch)
+                    if gathers and depth > 0 and gather_known_light(scene.known, kinds, at_lights, scratch) == 0:
+                        continue
                     if len(lights.patches) > 0:
                         weigh_patches(lights.patches, scratch)
-                    generate_ray_samples(lights, depth, sample, kinds > 0 or roulette or guided, guided, scratch)
                     if guided:
                         look_up_guide(scene.guide, scratch.lanes)
                     waiting = sample_lights(scene, kinds, depth, at_lights, waiting, (column, row), scratch, film)
+                    if gathers and depth > 0 and kinds > 0:
+                        end_gathered_paths(scratch.lanes)
                     queued = spawn_rays(scene, kinds, roulette, depth >= _DEEP, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet
 from renderer.core.lanes import LANES_SIZE
 from renderer.path.guide import NO_GUIDE, Guide
+from renderer.path.light_nodes import NOTHING_KNOWN, KnownLight
 from renderer.path.lights import Lights
 from renderer.path.queues import WAVE, Queue, make_queue
 from renderer.path.shadow_rays import ShadowRays, make_shadow_rays
@@ -17,12 +18,13 @@ from renderer.path.surface_tables import Surfaces
 
 
 class LitScene(NamedTuple):
-    """A scene as kernels trace light in it: triangles, what they are made of, what shines, and where paths look for light."""
+    """A scene as kernels trace light in it: triangles, what they are made of, what shines, where paths look for light, what is known."""
 
     tree: SceneHandle
     surfaces: Surfaces
     lights: Lights
     guide: Guide = NO_GUIDE
+    known: KnownLight = NOTHING_KNOWN
 
 
 class Work(NamedTuple):
@@ -73,10 +75,10 @@ class Scratch(NamedTuple):
     rays: the packet of 16 rays; lanes: (LANES_SIZE,) float32, see :mod:`renderer.core.lanes`; lane_slot: (16,) int32, the lanes' pixel
     slots; here, ahead: the paths of this segment and of the next; importances: (g * 16,) float32, of g groups of lights for each lane;
     patch_weights: (p * 16,) float32, the same of p sun patches; sampled: (16,) int32, the group, then the emitter or portal that each lane
-    has sampled; parts: (16,) int32, what the lanes hit, -1 for
-    nothing; light: (9 * WAVE,) float32, red, green and blue of the sample by the wave's pixel slots, cd/m2, then those of its direct part,
-    if that is asked for, then those of what is clipped; aov_done: (WAVE,) int32, by slot, 1 where AOVs have been added; seeds: (WAVE,)
-    uint32, by slot; lane_seeds: (16,) uint32; traced: (1,) int64, how many rays this thread has traced for colour, shadow rays among them.
+    has sampled; parts: (16,) int32, what the lanes hit, -1 for nothing; light: (9 * WAVE,) float32, red, green and blue of the sample by
+    the wave's pixel slots, cd/m2, then those of its direct part, if that is asked for, then those of what is clipped; aov_done: (WAVE,)
+    int32, by slot, 1 where AOVs have been added; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,) uint32; nodes: (4,) int32, weights: (4,)
+    float32, nodes of light around a hit; traced: (1,) int64, how many rays this thread has traced for colour, shadow rays among them.
     """
 
     rays: Packet
@@ -93,6 +95,8 @@ class Scratch(NamedTuple):
     aov_done: NDArray[np.int32]
     seeds: NDArray[np.uint32]
     lane_seeds: NDArray[np.uint32]
+    nodes: NDArray[np.int32]
+    weights: NDArray[np.float32]
     traced: NDArray[np.int64]
 
 
@@ -113,5 +117,7 @@ def make_scratch(group_count: int, patch_count: int = 0) -> Scratch:
         aov_done=np.zeros(WAVE, np.int32),
         seeds=np.zeros(WAVE, np.uint32),
         lane_seeds=np.zeros(LANES, np.uint32),
+        nodes=np.zeros(4, np.int32),
+        weights=np.zeros(4, np.float32),
         traced=np.zeros(1, np.int64),
     )

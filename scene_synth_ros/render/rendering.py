@@ -64,7 +64,13 @@ class Rendering:
         self.life.node.get_logger().info("loading kernels (the first run compiles them)")
         render: RenderConfig = self.life.settings["render"]
         layers = {*WARM_LAYERS, *self.life.output.messages.layers}
-        warm_up(layers, self.life.settings["depth_sensor"], render.integrator, guiding=render.guiding)
+        warm_up(
+            layers,
+            self.life.settings["depth_sensor"],
+            render.integrator,
+            guiding=render.guiding,
+            final_gathering=render.final_gathering,
+        )
         if self.life.settings["streams"].annotations:
             warm_up_annotations()
         self.life.node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")

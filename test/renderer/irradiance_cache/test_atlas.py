@@ -7,8 +7,9 @@ from box_room import Piece, box, hollow_sphere, quad, scene
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache import atlas as at
 from renderer.irradiance_cache.charts import DEGENERATE, find_charts
+from renderer.path import light_nodes as nd
 
-find_nodes, has_back = from_python(at.find_nodes), from_python(at.has_back)
+find_nodes, has_back = from_python(nd.find_nodes), from_python(nd.has_back)
 
 TURNED = np.linalg.qr(np.array([[2.0, 1, 0], [0.3, 1, 1], [1, 0, 2]]))[0]
 RIM = [quad((0, 0, 0), (3, 0, 0), (0, 0.3, 0)), quad((0, 0.3, 0), (0.3, 0, 0), (0, 2, 0)), quad((2.7, 0.3, 0), (0.3, 0, 0), (0, 2, 0))]

@@ -5,8 +5,11 @@ import pytest
 from box_room import DARK, Piece, box, quad, scene
 from cached_rooms import filled, nodes_of
 
+from renderer.core.kernel import from_python
+from renderer.irradiance_cache import node_direct
 from renderer.irradiance_cache.cache_geometry import CacheConfig
 
+controlled = from_python(node_direct._controlled)
 FINE = CacheConfig(spacing_m=0.1, coarse_spacing_m=0.5, gather_rays=16, light_samples=64)
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5))
 BLACK = (0.0, 0.0, 0.0)
@@ -76,6 +79,25 @@ def test_a_light_shines_to_its_front_and_a_board_blocks_it():
     free, dark = points[:, 0] < -0.06, points[:, 0] > 0.89
     np.testing.assert_allclose(direct[free, 0], whole[free], rtol=0.05)
     assert dark.any() and direct[dark].max() == 0.0
+
+
+@pytest.mark.parametrize(("samples", "error"), [(2, 0.1), (4, 0.03), (16, 0.03)])
+def test_few_samples_of_a_lamp_that_is_hidden_where_it_is_faint_are_right_in_the_mean(samples, error):
+    """A long lamp, of which a low wall hides the far end, from which least arrives: the visible end's view factor."""
+    floor = quad((-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0))
+    flat = scene(floor, rectangle((-0.5, -0.3), (3.5, 0.3), 1.0), box((0.35, -3, 0), (0.36, 3, 0.5)))
+    points, _, direct, *_ = lit(flat, CacheConfig(spacing_m=0.01, coarse_spacing_m=0.5, gather_rays=16, light_samples=samples))
+    ends = 0.7 - points[:, 0]
+    seen = [from_rectangle(point[None], (-0.5, -0.3), (end, 0.3), 1.0)[0] for point, end in zip(points, ends, strict=True)]
+    np.testing.assert_allclose(direct[:, 0].mean(), 100 * np.mean(seen), rtol=error)
+
+
+def test_a_run_whose_samples_are_all_too_faint_to_count_tells_nothing():
+    """Points that are seen at right angles bring nothing, hidden or not; the other run's share stands for both."""
+    nothing, half = node_direct._Run(*np.zeros(4, np.float32), 2), node_direct._Run(*np.array([3, 3, 3, 6], np.float32), 2)
+    ten, one = np.float32(10.0), np.float32(1.0)
+    assert controlled(nothing, np.float32(0.0), half, np.float32(3.0), ten, one) == pytest.approx(5.0)
+    assert controlled(half, np.float32(3.0), nothing, np.float32(0.0), ten, one) == pytest.approx(1.5 + 0.5 * (10.0 - 3.0))
 
 
 def test_clear_glass_tints_what_passes():

@@ -6,10 +6,10 @@ from box_room import box, quad, scene
 from cached_rooms import solved
 
 from renderer.core.kernel import from_python
-from renderer.irradiance_cache import atlas as at
 from renderer.irradiance_cache.cache_geometry import CacheConfig
+from renderer.path import light_nodes as nd
 
-find_nodes = from_python(at.find_nodes)
+find_nodes = from_python(nd.find_nodes)
 
 FLOOR = quad((0, 0, 0), (2, 0, 0), (0, 1, 0), object_id=0)
 SPACING = CacheConfig(spacing_m=0.1, coarse_spacing_m=0.25)
