@@ -39,21 +39,8 @@ from grammar import room_types
 from grammar.synthesize import SceneSynthesizer
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer, warm_up
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import (
-    DIR_X,
-    GEOM_ID,
-    INVALID_ID,
-    LANES,
-    ORG_X,
-    PACKET_SIZE,
-    TFAR,
-    TNEAR,
-    EmbreeScene,
-    Packet,
-    SceneHandle,
-    intersect16,
-    make_packet,
-)
+from renderer.core.embree import EmbreeScene, SceneHandle, intersect16
+from renderer.core.ray_packet import DIR_X, GEOM_ID, INVALID_ID, LANES, ORG_X, PACKET_SIZE, TFAR, TNEAR, Packet, make_packet
 from renderer.core.workers import Workers
 from renderer.film.tone import Exposure, to_display
 from scene_description import CameraPose, from_mapping

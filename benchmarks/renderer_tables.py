@@ -21,7 +21,8 @@ from renderer import GEOMETRIC_LAYERS, CameraConfig, FlatScene, Mesh, PartTable,
 from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera, pose_camera, unproject
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES, EmbreeScene, Packet, SceneHandle, intersect16, make_packet
+from renderer.core.embree import EmbreeScene, SceneHandle, intersect16
+from renderer.core.ray_packet import LANES, Packet, make_packet
 from renderer.core.workers import Workers
 from renderer.exposure import exposed, meter
 from renderer.film.layers import HIT_LAYERS

@@ -27,7 +27,8 @@ from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
 from renderer.camera.cameras import pose_camera
 from renderer.camera.rig import mounted_path
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import EmbreeScene, make_packet
+from renderer.core.embree import EmbreeScene
+from renderer.core.ray_packet import make_packet
 from renderer.exposure import exposed, meter
 from renderer.film.tone import Exposure
 from renderer.path.ground_truth import Hits

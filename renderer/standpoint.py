@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16, make_packet
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet, make_packet
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.room_shell import SLAB_M
 from scene_description import SceneDescription

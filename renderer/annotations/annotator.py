@@ -22,7 +22,8 @@ from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core.arrays import Array
-from renderer.core.embree import SceneHandle, make_packet
+from renderer.core.embree import SceneHandle
+from renderer.core.ray_packet import make_packet
 from renderer.core.workers import Workers
 from renderer.scene.flat_scene import FlatScene
 from scene_description import SceneDescription

@@ -10,9 +10,10 @@ from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.core import embree as ray
-from renderer.core.embree import LANES, EmbreeScene, Packet, SceneHandle, make_packet, occluded16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import EmbreeScene, SceneHandle, occluded16
 from renderer.core.kernel import entry, kernel
+from renderer.core.ray_packet import LANES, Packet, make_packet
 from scene_description.types import CameraPose
 
 COUNT, LEFT, TOP, RIGHT, BOTTOM = range(5)

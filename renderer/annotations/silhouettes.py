@@ -17,7 +17,7 @@ from renderer.annotations.projection import Projection
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import pose_camera
 from renderer.camera.config import CameraConfig
-from renderer.core.embree import make_packet
+from renderer.core.ray_packet import make_packet
 from scene_description.types import CameraPose
 
 _NEAR_M = 1e-4

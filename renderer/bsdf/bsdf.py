@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from renderer.bsdf.layers import ANY_COAT, ANY_GLASS, ANY_GLOSSY, COAT_F0, look_up_albedo
 from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric, ggx_d, ggx_g1_root, sample_ggx_wm, schlick_weight
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
+from renderer.core.ray_packet import LANES
 from renderer.core.sampling import sample_cosine_hemisphere
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)

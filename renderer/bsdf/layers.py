@@ -22,9 +22,9 @@ from renderer.bsdf.albedo import MIN_ALPHA, STEPS, Albedos
 from renderer.bsdf.microfacet import fresnel_thin_dielectric
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
+from renderer.core.ray_packet import LANES
 
 ANY_GLOSSY, ANY_COAT, ANY_GLASS = 1, 2, 4
 """Bits of a packet's *kinds*: what at least one of its lanes has."""

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.tiles import EDGE
 
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)

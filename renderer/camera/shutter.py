@@ -20,9 +20,9 @@ from renderer.camera.camera_rays import aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.camera.rig import CarriedPath
-from renderer.core import embree as ray
-from renderer.core.embree import LANES, Packet
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import kernel
+from renderer.core.ray_packet import LANES, Packet
 from scene_description.poses import conjugate_quaternion, multiply_quaternions, rotation_from_quaternion
 from scene_description.products import matmul
 from scene_description.types import CameraPose

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import CENTRE, TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.sampling import coordinate_system
 
 FAR_M = 1e4

@@ -1,9 +1,7 @@
 """Embree 4 through its C interface: the library, triangle scenes, and ray calls for numba kernels.
 
 The only file that knows the library.  It is taken from the embreex wheel, or else from the system.  Kernels call the functions at the end
-of this file; rays travel in *packets* of 16, flat float32 arrays on a 64-byte boundary with Embree's ``RTCRayHit16`` layout: each field is
-16 neighbouring numbers, field ``TFAR`` of lane k is ``packet.real[TFAR + k]``; integer fields are seen through a uint32 view of the same
-memory.  (Flat with constant offsets, because LLVM then knows that fields never overlap and vectorises loops over lanes.)
+of this file with the packets of :mod:`renderer.core.ray_packet`.
 
 Every scene is built by one thread: so the choice between two triangles at the same distance never depends on the number of processors.  It
 does depend on the other triangles of the scene and on the maker of the processor, but where the scene is *steady*, for primary rays, or
@@ -22,35 +20,19 @@ from typing import Any, NamedTuple
 
 import llvmlite.binding
 import numpy as np
-from numba import cfunc, types
-from numba.extending import intrinsic
+from numba import types
 from numpy.typing import NDArray
 
 from kernel_cache.processor import AVX512
+from renderer.core.addresses import addresses_at, floats_at, words_at
 from renderer.core.errors import RenderError
+from renderer.core.exact_hits import FILTER, HALVES, OCCLUSION, IntersectArguments, first_of_equals_filter, settle
 from renderer.core.kernel import inlined, kernel
-
-LANES = 16
-PACKET_SIZE = 24 * LANES
-"""21 fields of ``RTCRayHit16``, and room for what later versions append."""
-ORG_X, ORG_Y, ORG_Z, TNEAR, DIR_X, DIR_Y, DIR_Z, TIME, TFAR, MASK, ID, FLAGS = range(0, 12 * LANES, LANES)
-NG_X, NG_Y, NG_Z, BARY_U, BARY_V, PRIM_ID, GEOM_ID, INST_ID, INST_PRIM_ID = range(12 * LANES, 21 * LANES, LANES)
-NEAREST, FIRST_FACE = 21 * LANES, 22 * LANES
-"""Where the filter of a steady scene keeps the distance and the face of the hit that it has taken.
-
-The filter may get copies of a packet's rays, as of half a packet: each ray says by ``ID`` and ``TIME``, the low and the high half of an
-address, where its own are kept.  Nothing moves in these scenes, so Embree does not look at the time.
-"""
-INVALID_ID = np.uint32(0xFFFFFFFF)
-"""``GEOM_ID`` of a ray without a hit (RTC_INVALID_GEOMETRY_ID)."""
-MEET_ALL, PASS_PANES = np.uint32(0xFFFFFFFF), np.uint32(1)
-"""``MASK`` of rays: such as meet every triangle, and such as panes do not stop."""
+from renderer.core.ray_packet import LANES, NEAREST, NG_X, PACKET_SIZE, PASS_PANES, TFAR
 
 _COHERENT, _INVOKE_FILTER = 1 << 16, 1 << 1
 _FEATURE_TRIANGLE, _FEATURE_FILTER = 1 << 1, 1 << 24
 _SCENE_FLAG_ROBUST, _SCENE_FLAG_FILTER = 1 << 2, 1 << 3
-_SAME_ULP, _BEYOND_ULP = 4, 64
-"""Hits so near to each other count as at one distance, and rays end so far behind a hit, as Embree has it, that all of these are seen."""
 _BUILD_QUALITY_MEDIUM, _BUILD_QUALITY_HIGH = 1, 2
 _GEOMETRY_TYPE_TRIANGLE = 0
 _BUFFER_TYPE_INDEX, _BUFFER_TYPE_VERTEX = 0, 1
@@ -82,30 +64,6 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 _RAY_CALLS = ("rtcIntersect16", "rtcOccluded16", "rtcIntersect8", "rtcOccluded8", "rtcIntersect1", "rtcOccluded1")
 
 
-class _IntersectArguments(ctypes.Structure):
-    """RTCIntersectArguments."""
-
-    _fields_ = (
-        ("flags", ctypes.c_int),
-        ("feature_mask", ctypes.c_int),
-        ("context", _pointer),
-        ("filter", _pointer),
-        ("intersect", _pointer),
-        ("min_width_distance_factor", ctypes.c_float),
-        # ours, behind what Embree reads: whether rays go by halves, the mesh by which their hits are then settled, arguments for occlusion
-        ("halves", ctypes.c_int),
-        ("faces", _pointer),
-        ("vertices", _pointer),
-        ("occlusion", _pointer),
-    )
-
-
-_HALVES = _IntersectArguments.halves.offset // 4
-_FILTER, _FACES, _VERTICES, _OCCLUSION = (
-    getattr(_IntersectArguments, name).offset // 8 for name in ("filter", "faces", "vertices", "occlusion")
-)
-
-
 class SceneHandle(NamedTuple):
     """What kernels need of an :class:`EmbreeScene`: the scene's address and those of the arguments for coherent and incoherent rays.
 
@@ -117,36 +75,6 @@ class SceneHandle(NamedTuple):
     coherent: int
     incoherent: int
     primary: int
-
-
-class Packet(NamedTuple):
-    """16 rays and their hits: float32 and uint32 views of one memory, (PACKET_SIZE,), and which lanes are alive: (16,) int32, -1 or 0.
-
-    The memory goes on behind ``alive`` with room for half a packet, see :func:`intersect16`.
-    """
-
-    real: NDArray[np.float32]
-    integer: NDArray[np.uint32]
-    alive: NDArray[np.int32]
-
-
-def aligned_floats(count: int) -> NDArray[np.float32]:
-    """Return ``count`` zeros, float32, on a 64-byte boundary."""
-    memory = np.zeros(count + LANES, np.float32)
-    start = (-memory.ctypes.data % 64) // 4
-    return memory[start : start + count]
-
-
-def make_packet() -> Packet:
-    """Return a packet on a 64-byte boundary, all rays alive, ray mask set."""
-    memory = aligned_floats(PACKET_SIZE + LANES + PACKET_SIZE // 2)
-    real, alive = memory[:PACKET_SIZE], memory[PACKET_SIZE : PACKET_SIZE + LANES].view(np.int32)
-    integer = real.view(np.uint32)
-    integer[MASK : MASK + LANES] = MEET_ALL
-    kept = np.uint64(real[NEAREST:].ctypes.data) + 4 * np.arange(LANES, dtype=np.uint64)
-    integer[ID : ID + LANES], integer[TIME : TIME + LANES] = kept & np.uint64(0xFFFFFFFF), kept >> np.uint64(32)
-    alive[:] = -1
-    return Packet(real, integer, alive)
 
 
 def _library_path() -> str:
@@ -194,88 +122,6 @@ def _open_device(settings: str) -> int:
     return device
 
 
-@intrinsic
-def _words_at(typing_context, address):  # type: ignore[no-untyped-def]
-    """Return the memory at an address as a pointer to int32."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-    return types.CPointer(types.int32)(types.int64), generate
-
-
-@intrinsic
-def _addresses_at(typing_context, address):  # type: ignore[no-untyped-def]
-    """Return the memory at an address as a pointer to int64."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-    return types.CPointer(types.int64)(types.int64), generate
-
-
-@intrinsic
-def _floats_at(typing_context, address):  # type: ignore[no-untyped-def]
-    """Return the memory at an address as a pointer to float32."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-    return types.CPointer(types.float32)(types.int64), generate
-
-
-@inlined
-def _volumes(rays: Any, stride: int, k: int, faces: Any, vertices: Any, face: np.int64) -> tuple[float, float, float, float]:
-    """Return six times the volumes by which ray ``k`` of ``stride`` meets the plane of a face, in double precision.
-
-    Those that the ray's direction spans with its edges as seen from the origin, all together and over the edges that face its second and
-    third corner: their shares are u and v (Pluecker coordinates: K. Shoemake, "Pluecker Coordinate Tutorial", Ray Tracing News 11(1),
-    1998); and that of the face with the origin, which is the distance in directions times the first.
-    """
-    i, j, m = np.int64(faces[3 * face]) * 3, np.int64(faces[3 * face + 1]) * 3, np.int64(faces[3 * face + 2]) * 3
-    ox, oy, oz = np.float64(rays[k]), np.float64(rays[stride + k]), np.float64(rays[2 * stride + k])
-    dx, dy, dz = np.float64(rays[4 * stride + k]), np.float64(rays[5 * stride + k]), np.float64(rays[6 * stride + k])
-    ax, ay, az = vertices[i] - ox, vertices[i + 1] - oy, vertices[i + 2] - oz
-    bx, by, bz = vertices[j] - ox, vertices[j + 1] - oy, vertices[j + 2] - oz
-    cx, cy, cz = vertices[m] - ox, vertices[m + 1] - oy, vertices[m + 2] - oz
-    px, py, pz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-    at_b = dx * (cy * az - cz * ay) + dy * (cz * ax - cx * az) + dz * (cx * ay - cy * ax)
-    at_c = dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)
-    return dx * px + dy * py + dz * pz + at_b + at_c, at_b, at_c, ax * px + ay * py + az * pz
-
-
-@functools.cache
-def _first_of_equals() -> Any:
-    """Return Embree's filter, compiled: it refuses a hit that lies behind one of the same ray at the same distance with an earlier face.
-
-    Distances are computed anew, see :func:`intersect16`, and compared as the integers that positive floats are in memory.  Arguments:
-    RTCFilterFunctionNArguments of any N: pointers to valid, the scene's ``_IntersectArguments``, context, rays and hits, and N.
-    """
-
-    @cfunc(types.void(types.CPointer(types.int64)))
-    def first_of_equals(arguments):  # type: ignore[no-untyped-def]
-        valid, ray, hit, own = _words_at(arguments[0]), _words_at(arguments[3]), _words_at(arguments[4]), _addresses_at(arguments[1])
-        rays, faces, vertices = _floats_at(arguments[3]), _words_at(own[_FACES]), _floats_at(own[_VERTICES])
-        lanes = arguments[5] & 0xFFFFFFFF
-        for k in range(lanes):
-            if valid[k] == -1:
-                face = hit[5 * lanes + k]
-                whole, _, _, height = _volumes(rays, lanes, k, faces, vertices, np.int64(face))
-                low, high = ray[ID // LANES * lanes + k], ray[TIME // LANES * lanes + k]
-                address = (high << 32) | (low & 0xFFFFFFFF)
-                taken, nearest = _words_at(address), _floats_at(address)
-                before, met = taken[0], nearest[0]
-                nearest[0] = rays[TFAR // LANES * lanes + k] if whole == 0.0 else np.float32(height / whole)
-                behind = taken[0] - before
-                if behind > _SAME_ULP or (behind >= -_SAME_ULP and face > taken[FIRST_FACE - NEAREST]):
-                    valid[k], nearest[0] = 0, met
-                else:
-                    taken[FIRST_FACE - NEAREST] = face
-                    ray[TFAR // LANES * lanes + k] += _BEYOND_ULP
-
-    return first_of_equals
-
-
 class EmbreeScene:
     """One triangle mesh, ready for rays; a context manager that releases Embree's memory.
 
@@ -312,11 +158,11 @@ class EmbreeScene:
         self._vertices, self._indices = _embree_buffers(vertices, faces, panes)
         self._faces = np.ascontiguousarray(faces)
         halves = {"halves": int(portable or not AVX512), "faces": self._faces.ctypes.data, "vertices": self._vertices.ctypes.data}
-        plain = [_IntersectArguments(flags, _FEATURE_TRIANGLE, **halves) for flags in (_COHERENT, 0)]
+        plain = [IntersectArguments(flags, _FEATURE_TRIANGLE, **halves) for flags in (_COHERENT, 0)]
         self._arguments = [*plain]
         if steady or portable:
-            chosen = (_FEATURE_TRIANGLE | _FEATURE_FILTER, None, _first_of_equals().address)
-            first = [_IntersectArguments(flags | _INVOKE_FILTER, *chosen, **halves) for flags in (_COHERENT, 0)]
+            chosen = (_FEATURE_TRIANGLE | _FEATURE_FILTER, None, first_of_equals_filter().address)
+            first = [IntersectArguments(flags | _INVOKE_FILTER, *chosen, **halves) for flags in (_COHERENT, 0)]
             self._arguments += first
         for arguments, for_occlusion in zip(self._arguments, 2 * plain, strict=False):
             arguments.occlusion = ctypes.addressof(for_occlusion)
@@ -410,49 +256,34 @@ def intersect16(alive: int, scene: int, packet: int, arguments: int) -> None:
     2.7 times as many coherent rays a second, 1.5 times as many others.  Embree divides by estimates of reciprocals, which differ between
     makers of processors; so distances and places on triangles are then computed anew, by divisions that are the same everywhere.
     """
-    filtered = _addresses_at(np.int64(arguments))[_FILTER] != 0
+    filtered = addresses_at(np.int64(arguments))[FILTER] != 0
     if filtered:
         for k in range(LANES):
-            _floats_at(np.int64(packet))[NEAREST + k] = np.float32(np.inf)
-    if _words_at(np.int64(arguments))[_HALVES] == 0:
+            floats_at(np.int64(packet))[NEAREST + k] = np.float32(np.inf)
+    if words_at(np.int64(arguments))[HALVES] == 0:
         _intersect16(alive, scene, packet, arguments)
         if filtered:
-            _settle(alive, packet, arguments)
+            settle(alive, packet, arguments)
         return
     for half in range(2):
         if _copy_half(alive, packet, half, 21):
             _intersect8(_half_alive(alive, half), scene, _room(packet), arguments)
             _copy_back(packet, half, TFAR // LANES, TFAR // LANES + 1)
             _copy_back(packet, half, NG_X // LANES, 21)
-    _settle(alive, packet, arguments)
+    settle(alive, packet, arguments)
 
 
 @kernel
 def occluded16(alive: int, scene: int, packet: int, arguments: int) -> None:
     """Set TFAR to -inf for alive rays of a packet of :func:`make_packet` that hit anything; all addresses."""
-    arguments = _addresses_at(np.int64(arguments))[_OCCLUSION]
-    if _words_at(np.int64(arguments))[_HALVES] == 0:
+    arguments = addresses_at(np.int64(arguments))[OCCLUSION]
+    if words_at(np.int64(arguments))[HALVES] == 0:
         _occluded16(alive, scene, packet, arguments)
         return
     for half in range(2):
         if _copy_half(alive, packet, half, 12):
             _occluded8(_half_alive(alive, half), scene, _room(packet), arguments)
             _copy_back(packet, half, TFAR // LANES, TFAR // LANES + 1)
-
-
-@inlined
-def _settle(alive: int, packet: int, arguments: int) -> None:
-    """Compute anew how far along their rays and where on their triangles hits are."""
-    lives, rays, hits = _words_at(np.int64(alive)), _floats_at(np.int64(packet)), _words_at(np.int64(packet))
-    own = _addresses_at(np.int64(arguments))
-    faces, vertices = _words_at(own[_FACES]), _floats_at(own[_VERTICES])
-    for k in range(LANES):
-        if lives[k] == 0 or hits[GEOM_ID + k] == -1:
-            continue
-        whole, at_b, at_c, height = _volumes(rays, LANES, k, faces, vertices, np.int64(np.uint32(hits[PRIM_ID + k])))
-        if whole != 0.0:
-            u, v = min(max(at_b / whole, 0.0), 1.0), min(max(at_c / whole, 0.0), 1.0)
-            rays[BARY_U + k], rays[BARY_V + k], rays[TFAR + k] = np.float32(u), np.float32(min(v, 1.0 - u)), np.float32(height / whole)
 
 
 @inlined
@@ -468,7 +299,7 @@ def _half_alive(alive: int, half: int) -> np.int64:
 @inlined
 def _copy_half(alive: int, packet: int, half: int, fields: int) -> bool:
     """Copy the first fields of half a packet to the room behind it; return whether any of its rays is alive."""
-    lives, rays, room = _words_at(_half_alive(alive, half)), _words_at(np.int64(packet)), _words_at(_room(packet))
+    lives, rays, room = words_at(_half_alive(alive, half)), words_at(np.int64(packet)), words_at(_room(packet))
     any_alive = 0
     for k in range(LANES // 2):
         any_alive |= lives[k]
@@ -480,7 +311,7 @@ def _copy_half(alive: int, packet: int, half: int, fields: int) -> bool:
 
 @inlined
 def _copy_back(packet: int, half: int, first: int, end: int) -> None:
-    rays, room = _words_at(np.int64(packet)), _words_at(_room(packet))
+    rays, room = words_at(np.int64(packet)), words_at(_room(packet))
     for field in range(first, end):
         for k in range(LANES // 2):
             rays[field * LANES + half * (LANES // 2) + k] = room[field * (LANES // 2) + k]

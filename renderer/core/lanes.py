@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES
 from renderer.core.kernel import kernel
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import LANES
 
 _LANES = Layout(LANES)
 _field, _vector = _LANES.field, _LANES.vector

@@ -11,8 +11,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 
 _VECTOR_FEATURE = "+avx512f"
 """LLVM's substitute for other processors is no faster than :func:`_by_number`, and ends the process with floats on some (LLVM 22)."""

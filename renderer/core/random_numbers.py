@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES
 from renderer.core.kernel import kernel
+from renderer.core.ray_packet import LANES
 
 _TO_UNIT = np.float32(2.0**-24)
 _HASH_TO_UNIT = 2.0**-32

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _THREE, _FOUR, _QUARTER_PI = np.float32(3.0), np.float32(4.0), np.float32(0.25 * np.pi)

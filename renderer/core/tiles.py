@@ -15,8 +15,8 @@ from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 
 EDGE = 4
 """Edge of a tile."""

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.ground_truth.hit_view import HitLayers, HitView
 
 _ZERO, _ONE, _SHARE = np.float32(0.0), np.float32(1.0), np.float32(1.0 / 16.0)

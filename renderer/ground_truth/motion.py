@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera, place_on_image, project
 from renderer.camera.row_times import eye_of_row, see_by_rows
-from renderer.core import embree as ray
-from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, occluded16
 from renderer.core.kernel import entry, kernel
 from renderer.core.lanes import LANES_SIZE
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import LANES, Packet
 from renderer.core.tiles import load_pairs, load_vectors
 from renderer.ground_truth.hit_view import HitLayers, HitView
 from renderer.ground_truth.points import point_images

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_rays
-from renderer.core import embree as ray
+from renderer.core import ray_packet as ray
 from renderer.core.arrays import empty_together
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.path.ground_truth import Hits
 

@@ -16,10 +16,10 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.row_times import project_by_rows
 from renderer.camera.shutter import aim_exposed_tile, turn_vectors
 from renderer.core.arrays import empty_together
-from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, Packet
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.lanes import LANES_SIZE
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, Packet
 from renderer.core.tiles import load_numbers, load_vectors, store_numbers, store_pairs, store_vectors
 from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.path.ground_truth import Hits

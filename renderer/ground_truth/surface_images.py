@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_vectors
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.arrays import empty_together
-from renderer.core.embree import INVALID_ID, LANES, Packet
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.tiles import load_numbers, store_numbers, store_vectors
 from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.path.ground_truth import TracedView

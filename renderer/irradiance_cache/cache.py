@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES, aligned_floats
 from renderer.core.random_numbers import make_frame_key
+from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.core.sampling import even_points
 from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene

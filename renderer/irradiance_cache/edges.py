@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.reconstruction import aligned

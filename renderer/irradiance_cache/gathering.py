@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.random_numbers import mix_bits
+from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
     UNKNOWN,

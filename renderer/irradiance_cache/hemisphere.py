@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
+from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE, Rgb
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16
+from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
+from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
 from renderer.irradiance_cache.nodes import turned
 from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from renderer.bsdf.microfacet import ggx_g1_root, schlick_weight
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.mirrored import base_fresnel, gloss_fresnel, pixel_noise

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from renderer.bsdf.layers import COAT_F0
 from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
 from renderer.bsdf.reflectance import rough_albedo
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16
+from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
+from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
+from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.direct_light import weigh_lights

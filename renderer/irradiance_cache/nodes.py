@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
+from renderer.core.ray_packet import LANES
 from renderer.path.light_nodes import GRID, Atlas
 from renderer.path.records import Scratch
 from renderer.path.surfaces import lift_height

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.reflectance import passed_albedo, total_albedo
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry
+from renderer.core.ray_packet import INVALID_ID, LANES
 from renderer.core.sampling import coordinate_system
 from renderer.irradiance_cache.specular import is_clear, scattered_share
 from renderer.path import surface_tables as st

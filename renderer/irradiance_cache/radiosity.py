@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
-from renderer.core.embree import LANES
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import entry
+from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
     DARK,

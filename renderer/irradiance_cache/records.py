@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.gathering import CoarseLight
 from renderer.irradiance_cache.hemisphere import Rays
 from renderer.irradiance_cache.strays import Strays, make_strays

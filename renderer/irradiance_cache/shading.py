@@ -25,10 +25,10 @@ from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
 from renderer.bsdf.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES, Packet
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.ray_packet import LANES, Packet
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16, occluded16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import intersect16, occluded16
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES, aligned_floats, make_packet
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES, aligned_floats, make_packet
 from renderer.irradiance_cache.gathering import CoarseLight, gather_nodes
 from renderer.irradiance_cache.hemisphere import GatherScratch, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes

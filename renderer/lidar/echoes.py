@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.scene.flat_scene import FlatScene
 
 MATT, GLOSS, ALPHA, THROUGH, MIRRORED = range(5)

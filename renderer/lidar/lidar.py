@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES, SceneHandle, make_packet
+from renderer.core.embree import SceneHandle
 from renderer.core.kernel import entry
 from renderer.core.random_numbers import make_frame_key
+from renderer.core.ray_packet import LANES, make_packet
 from renderer.lidar.divergence import spread
 from renderer.lidar.echoes import Echoes, laser_surfaces, trace_echoes
 from renderer.lidar.mount import STEP_S, Floats, steps_over

@@ -9,8 +9,9 @@ import numpy as np
 
 import kernel_cache.elementary as el
 from renderer.camera.rig import CarriedPath
-from renderer.core.embree import LANES, SceneHandle, make_packet
+from renderer.core.embree import SceneHandle
 from renderer.core.random_numbers import make_frame_key
+from renderer.core.ray_packet import LANES, make_packet
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.divergence import spread
 from renderer.lidar.echoes import Echoes, laser_surfaces, trace_echoes

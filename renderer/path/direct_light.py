@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.bsdf import evaluate_bsdf
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES, SceneHandle
+from renderer.core.embree import SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
+from renderer.core.ray_packet import LANES
 from renderer.path.film_sums import CLIPPED_REACH
 from renderer.path.guide import mix_guide_pdf
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light

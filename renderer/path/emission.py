@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import fresnel_thin_dielectric
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
-from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES, Packet
 from renderer.path import surface_tables as st
 from renderer.path.film_sums import CLIPPED_REACH
 from renderer.path.infinite_light import infinite_le, sky_le

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 from renderer.path.queues import WAVE, slot_pixel
 from renderer.path.records import Film, Scratch
 

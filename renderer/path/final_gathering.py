@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.reflectance import diffuse_albedo
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 from renderer.path.emission import add_stroke
 from renderer.path.light_nodes import KnownLight, find_nodes
 from renderer.path.records import Scratch

@@ -8,13 +8,14 @@ from renderer.camera.camera_rays import aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import move_rays
 from renderer.camera.thin_lens import sample_lens
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.lanes import CARRIED, count_chosen
 from renderer.core.packing import pack, pack_slots
 from renderer.core.random_numbers import mix_bits, sample_2d
+from renderer.core.ray_packet import INVALID_ID, LANES
 from renderer.path import queues as qu
 from renderer.path.lights import Lights
 from renderer.path.queues import ROW, WAVE, Queue, slot_pixel

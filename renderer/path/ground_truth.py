@@ -14,9 +14,10 @@ from numpy.typing import DTypeLike, NDArray
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_rays
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.tiles import store_bits, store_numbers, store_vectors
 
 _ZERO, _ONE, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(np.nan)

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
 from renderer.core.random_numbers import mix_bits
+from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector, invert_cosine_hemisphere, sample_cosine_hemisphere
 
 SPACING_M = np.float32(0.3)

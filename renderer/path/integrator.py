@@ -51,8 +51,8 @@ from __future__ import annotations
 import numpy as np
 
 from renderer.camera.cameras import PosedCamera
-from renderer.core.embree import LANES
 from renderer.core.kernel import entry
+from renderer.core.ray_packet import LANES
 from renderer.path.direct_light import flush_shadow_rays, sample_lights, weigh_lights
 from renderer.path.emission import add_emission
 from renderer.path.film_sums import update_aovs, update_film

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
+from renderer.core.ray_packet import LANES
 from renderer.path import lights as lt
 from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.infinite_light import InfiniteLight, infinite_le, limb_darkening, sample_infinite, sky_le

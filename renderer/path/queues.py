@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import TILE
-from renderer.core.embree import LANES, aligned_floats
 from renderer.core.kernel import kernel
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import LANES, aligned_floats
 
 WAVE_EDGE = 16
 """Edge of the pixel tile of one wave."""

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet
+from renderer.core.embree import SceneHandle
 from renderer.core.lanes import LANES_SIZE
+from renderer.core.ray_packet import LANES, Packet, aligned_floats, make_packet
 from renderer.path.guide import NO_GUIDE, Guide
 from renderer.path.light_nodes import NOTHING_KNOWN, KnownLight
 from renderer.path.lights import Lights

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.bsdf import evaluate_bsdf, sample_bsdf
 from renderer.bsdf.layers import build_lobes
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
 from renderer.core.packing import pack, pack_slots
+from renderer.core.ray_packet import LANES
 from renderer.core.sampling import coordinate_system
 from renderer.path import queues as qu
 from renderer.path.guide import least_survival, mix_guide_pdf, sample_guide

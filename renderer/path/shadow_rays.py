@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES, MEET_ALL, PASS_PANES, Packet, SceneHandle, aligned_floats, make_packet, occluded16
+from renderer.core.embree import SceneHandle, occluded16
 from renderer.core.kernel import kernel
 from renderer.core.layout import Layout
 from renderer.core.packing import pack, pack_slots
+from renderer.core.ray_packet import LANES, MEET_ALL, PASS_PANES, Packet, aligned_floats, make_packet
 from renderer.path.queues import WAVE, slot_pixel
 
 STRIDE = 2 * LANES

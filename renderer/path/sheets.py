@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
 from renderer.core.random_numbers import sample_2d
+from renderer.core.ray_packet import LANES
 from renderer.path.records import Scratch
 from renderer.path.surfaces import lift_height
 

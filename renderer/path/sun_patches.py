@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, SceneHandle, intersect16, make_packet, occluded16
+from renderer.core.embree import SceneHandle, intersect16, occluded16
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, make_packet
 from renderer.core.sampling import coordinate_system, cos_sin_two_pi
 from renderer.path.infinite_light import InfiniteLight
 from renderer.path.lights import importance

@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, PASS_PANES, Packet, SceneHandle, occluded16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, occluded16
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
+from renderer.core.ray_packet import INVALID_ID, LANES, PASS_PANES, Packet
 from renderer.path import surface_tables as st
 from renderer.path.emission import emitter_le, escaped_le, material_glow
 from renderer.path.records import LitScene, Scratch

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16, occluded16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import SceneHandle, intersect16, occluded16
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.path import surface_tables as st
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import apply_texture, lift_height

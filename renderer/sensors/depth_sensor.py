@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.core.embree import LANES, SceneHandle
+from renderer.core.embree import SceneHandle
 from renderer.core.errors import RenderError
+from renderer.core.ray_packet import LANES
 from renderer.core.workers import Workers
 from renderer.path.surface_tables import Surfaces
 from renderer.sensors import virtual_images

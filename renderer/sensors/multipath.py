@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
 from renderer.camera.cameras import PosedCamera
-from renderer.core import embree as ray
-from renderer.core.embree import INVALID_ID, LANES, Packet, intersect16, occluded16
+from renderer.core import ray_packet as ray
+from renderer.core.embree import intersect16, occluded16
 from renderer.core.kernel import entry, kernel
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.sampling import coordinate_system
 from renderer.path import surface_tables as st
 from renderer.path.surfaces import lift_height

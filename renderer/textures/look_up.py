@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.color import linear_from_srgb
-from renderer.core.embree import aligned_floats
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import aligned_floats
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
 from renderer.textures.packing import CHANNELS
 

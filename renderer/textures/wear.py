@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import LANES
 from renderer.textures.noise import Field, noise, smooth_step
 from scene_description import WearLayer
 

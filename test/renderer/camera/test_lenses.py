@@ -9,9 +9,9 @@ from box_room import pose
 from renderer.camera import camera_rays
 from renderer.camera.cameras import bearing_table, bearings, pose_camera, project, unproject
 from renderer.camera.config import CameraConfig
-from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES, make_packet
 from renderer.core.errors import RenderError
 from renderer.core.kernel import from_python
+from renderer.core.ray_packet import DIR_X, DIR_Y, DIR_Z, LANES, make_packet
 from scene_description.strict import FieldError
 
 aim_tile = from_python(camera_rays.aim_tile)

@@ -13,7 +13,9 @@ from embreex_reference import reference_hits
 from numba import njit
 
 from renderer.core import embree
-from renderer.core.embree import (
+from renderer.core.embree import EmbreeScene, SceneHandle, intersect1, intersect16, occluded1, occluded16
+from renderer.core.errors import RenderError
+from renderer.core.ray_packet import (
     BARY_U,
     BARY_V,
     DIR_X,
@@ -27,16 +29,9 @@ from renderer.core.embree import (
     PRIM_ID,
     TFAR,
     TNEAR,
-    EmbreeScene,
     Packet,
-    SceneHandle,
-    intersect1,
-    intersect16,
     make_packet,
-    occluded1,
-    occluded16,
 )
-from renderer.core.errors import RenderError
 from renderer.geometry.mesh import Mesh
 
 PATHS = {"PYTHONPATH": os.pathsep.join(sys.path)}

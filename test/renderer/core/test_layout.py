@@ -1,8 +1,8 @@
 """Layouts: fields lie one after another, with their stride, and none twice."""
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.layout import Layout
+from renderer.core.ray_packet import LANES
 from renderer.path import queues as qu
 from renderer.path.queues import ROW
 

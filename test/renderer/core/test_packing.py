@@ -6,7 +6,7 @@ from numba import njit
 
 from renderer.core import lanes as ln
 from renderer.core import packing
-from renderer.core.embree import LANES
+from renderer.core.ray_packet import LANES
 
 
 @pytest.mark.parametrize("feature", [packing._VECTOR_FEATURE, "none"])

@@ -6,8 +6,8 @@ from box_room import box, emitter_column, quad, scene
 from numba import njit
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import from_python
+from renderer.core.ray_packet import LANES
 from renderer.path import lights as light_kernels
 from renderer.path import lights as lt
 from renderer.path.direct_light import weigh_lights

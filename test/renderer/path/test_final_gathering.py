@@ -7,11 +7,11 @@ import pytest
 from box_room import box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
+from renderer.core import ray_packet as ray
 from renderer.core.errors import RenderCancelled
 from renderer.core.kernel import from_python
+from renderer.core.ray_packet import LANES
 from renderer.path import final_gathering as fg
 from renderer.path.light_nodes import CORNERS, NOTHING_KNOWN, KnownLight
 from renderer.path.queues import WAVE

@@ -9,10 +9,10 @@ from box_room import box, pose, quad, scene
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core import lanes as ln
 from renderer.core import sampling
-from renderer.core.embree import LANES, aligned_floats
 from renderer.core.errors import RenderCancelled
 from renderer.core.kernel import from_python
 from renderer.core.lanes import LANES_SIZE
+from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.path import guide as gd
 from renderer.path.guide import EDGE, WEIGHTS, Guide
 

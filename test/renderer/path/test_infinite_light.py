@@ -8,8 +8,8 @@ from box_room import DARK, box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
 from renderer.core.kernel import from_python
+from renderer.core.ray_packet import LANES
 from renderer.path import infinite_light, light_sampling
 from renderer.path.lights import build_lights
 

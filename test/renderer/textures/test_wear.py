@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
+from renderer.core.ray_packet import LANES
 from renderer.textures import wear as wr
 from renderer.textures.wear import Wear, tabulate_wear
 from scene_description import WearLayer
