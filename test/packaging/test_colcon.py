@@ -110,7 +110,7 @@ def test_every_library_that_is_imported_is_asked_for() -> None:
     asked = {line.split(">=")[0].lower() for line in (ROOT / "requirements.txt").read_text().splitlines() if not line.startswith("#")}
     names = {"yaml": "pyyaml", "PIL": "pillow", "llvmlite": "numba"}
     own = {"kernel_cache", "scene_description", "grammar", "renderer", "evaluation", "scene_synth_ros"}
-    optional = {"pyoidn", "OpenEXR", "pycocotools", "fsspec", "h5py", "isal", "pyarrow", "tf2_msgs", "vision_msgs"}
+    optional = {"pytest", "pyoidn", "OpenEXR", "pycocotools", "fsspec", "h5py", "isal", "pyarrow", "tf2_msgs", "vision_msgs"}
     packages = ElementTree.parse(ROOT / "package.xml").getroot()
     ros = {element.text for element in packages.iter("exec_depend")}
     for package in own:

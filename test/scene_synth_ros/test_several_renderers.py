@@ -102,7 +102,7 @@ def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_pa
     try:
         files = lambda size: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > size]  # noqa: E731
         for size in (100_000, 1_000_000):
-            wait_until(lambda size=size: files(size), 180, "frames in the bag", process)
+            wait_until(lambda size=size: files(size) and "renderer_node" in node_pids(marker), 180, "frames in the bag", process)
             os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
         output, errors = process.communicate(timeout=900)
         assert process.returncode == 0, errors + output
