@@ -61,18 +61,20 @@ def light_nodes(
 
 @inlined
 def _add_groups(scene: LitScene, samples: np.float32, node: int, key: np.uint32, scratch: Scratch, light: NodeLight) -> None:
-    """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``.
+    """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``; write ``filled``.
 
     ``samples``: for each unit of importance.
     """
     lanes, lights = scratch.lanes, scene.lights
     r = g = b = x = y = z = sky_r = sky_g = sky_b = _ZERO
+    light.filled[node] = _ZERO
     for k in range(LANES):
         lanes[ln.IMPORTANCE + k] = lanes[ln.GROUP_IMPORTANCE + k] = _ONE
     for group in range(len(lights.groups.area)):
         budget = scratch.importances[group * LANES] * samples
         if budget > _ZERO:
-            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, node, key, scratch)
+            red, green, blue, dx, dy, dz, filled = _light_of_group(scene, group, budget, node, key, scratch)
+            light.filled[node] += filled
             x, y, z = x + dx, y + dy, z + dz
             if lights.varies[lights.groups.start[group]] == BY_SKY:
                 sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
@@ -126,8 +128,8 @@ class _Run(NamedTuple):
 @inlined
 def _light_of_group(
     scene: LitScene, group: int, budget: np.float32, node: int, key: np.uint32, scratch: Scratch
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance (r, g, b) by one group of lights, luminance times direction, and which share of the view the group would fill.
 
     Few samples tell which share of the light is blocked, many, without rays, how much there would be: where nothing stands between, no
     noise is left.  There are two runs of samples, and the share that one has seen is that of what the other lacks (a control variate): the
@@ -171,7 +173,7 @@ def _light_of_group(
                 vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     sampled = _RED * (first.r + second.r) + _GREEN * (first.g + second.g) + _BLUE * (first.b + second.b)
     if sampled <= _ZERO:
-        return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
+        return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
     # How much there would be if nothing stood between, and at how many of these points a light.
     for begin in range(0, _FREE_SAMPLES, LANES):
         _sample_evenly(scene, group, begin, scratch)
@@ -183,12 +185,12 @@ def _light_of_group(
                 able += _ONE
     # No light fills more than the hemisphere, though few samples of one that is near may say so.
     scale = min(_PI / max(filled, _TINY), _ONE / np.float32(_FREE_SAMPLES))
-    whole, able = scale * whole, scale * able
+    whole, able, share = scale * whole, scale * able, scale * filled / _PI
     r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
     g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
     b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
     scale = max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
-    return r, g, b, scale * vx, scale * vy, scale * vz
+    return r, g, b, scale * vx, scale * vy, scale * vz, share
 
 
 @inlined

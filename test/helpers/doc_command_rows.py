@@ -414,6 +414,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.color_bench --gathering 1": Parsed("takes minutes; its figures: test_color_bench.py"),
     ".venv/bin/python -m benchmarks.color_bench --noise 2 --json before.json": Parsed("takes minutes; its figures: test_color_bench.py"),
     ".venv/bin/python -m benchmarks.color_bench --noise 2 --beside before.json": Parsed("takes minutes; its figures: test_color_bench.py"),
     ".venv/bin/python -m benchmarks.pictures --write": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),

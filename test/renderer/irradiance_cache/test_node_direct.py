@@ -50,16 +50,17 @@ def lit(flat, config=FINE):
 @pytest.mark.parametrize(("half", "height", "error"), [(0.05, 1.0, 0.01), (0.4, 1.5, 0.03), (2.0, 1.0, 0.12)])
 def test_a_floor_under_a_square_lamp_is_lit_by_its_view_factor(half, height, error):
     low, high = (-half, -half), (half, half)
-    points, _, direct, _, toward, _, _ = lit(scene(FLOOR, rectangle(low, high, height)))
+    points, _, direct, _, toward, _, _, share = lit(scene(FLOOR, rectangle(low, high, height)))
     expected = from_rectangle(points, low, high, height)
     np.testing.assert_allclose(direct.mean(axis=0), expected.mean() * np.array([100, 50, 10]), rtol=max(0.25 * error, 0.005))
     np.testing.assert_allclose(direct[:, 0], 100 * expected, rtol=error)
     np.testing.assert_allclose(direct[:, 1:] / direct[:, :1], np.tile([0.5, 0.1], (len(points), 1)), rtol=1e-4)
+    np.testing.assert_allclose(share, expected / np.pi, rtol=error)
     assert (toward[:, 2] > 0).all()
 
 
 def test_on_the_axis_of_a_disc_light_falls_as_radius_over_distance():
-    points, _, direct, _, toward, _, _ = lit(scene(FLOOR, disc(0.5, 1.5)))
+    points, _, direct, _, toward, *_ = lit(scene(FLOOR, disc(0.5, 1.5)))
     middle = np.hypot(*points[:, :2].T) < 0.06
     assert middle.any()
     np.testing.assert_allclose(direct[middle, 0], 100 * np.pi * 0.25 / (0.25 + 2.25), rtol=0.02)
@@ -117,7 +118,7 @@ def sun_scene(*others):
 
 
 def test_the_sun_falls_through_the_pane_or_not_at_all():
-    points, _, direct, sun, _, _, _ = lit(sun_scene())
+    points, _, direct, sun, *_ = lit(sun_scene())
     height = (1.5 - points[:, 1]) * 0.8 / 0.6
     inside, outside = (height > 0.25) & (height < 1.15), (height < 0.15) | (height > 1.25)
     assert inside.sum() > 50 and outside.sum() > 50 and direct.max() == 0.0

@@ -80,18 +80,7 @@ def test_the_plugin_runs_a_test_file_and_keeps_its_bags(kept: Path, tmp_path: Pa
     assert bags
     for bar, status in (("9.0", 0), ("0.0001", 1)):
         (tmp_path / "test_slam.py").write_text(FILE.replace("{bar}", bar))
-        words = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "scene_synth_ros.testing.plugin",
-            "--rootdir",
-            str(tmp_path),
-            "--scene-synth-bags",
-            str(kept),
-        ]
+        words = [sys.executable, "-m", "pytest", "-q", "--rootdir", str(tmp_path), "--scene-synth-bags", str(kept)]
         words += ["-p", "no:cacheprovider", str(tmp_path / "test_slam.py")]
         root = Path(__file__).parents[3]
         env = os.environ | {"PYTHONPATH": os.pathsep.join([str(root), str(Path(__file__).parent)])}
