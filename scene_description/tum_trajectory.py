@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
+from pathlib import Path
 
+from scene_description.errors import SceneSynthError, read_at_most
 from scene_description.strict import FieldError, shorten
 from scene_description.types import MAX_POSES, CameraPose
 
@@ -36,6 +38,17 @@ def stamp_name(stamp_ns: int) -> str:
     """Return a stamp as names of files have it: seconds with ten digits, so that they sort by time."""
     seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
     return f"{seconds:010d}.{nanoseconds:09d}"
+
+
+def read_tum_trajectory(path: Path, error: type[SceneSynthError]) -> tuple[CameraPose, ...]:
+    """Read the file of a trajectory.
+
+    Raises:
+        error: it is too long.
+        FieldError: as :func:`trajectory_from_tum`.
+        OSError: it cannot be read.
+    """
+    return trajectory_from_tum(read_at_most(path, MAX_TEXT_LENGTH, error).decode(errors="replace"), str(path))
 
 
 def trajectory_from_tum(text: str, name: str = "trajectory") -> tuple[CameraPose, ...]:

@@ -14,12 +14,12 @@ from grammar.camera.motion_config import MotionConfig
 from grammar.camera.motion_plan import SECOND_NS, MotionPlan, poses_of
 from grammar.camera.path_config import CameraPathConfig
 from grammar.spec.rules import GrammarError
-from scene_description import CameraPose, FieldError, error_line, read_at_most
+from scene_description import CameraPose, FieldError, error_line
 from scene_description.kinematics import multiply
 from scene_description.motion import Motion
 from scene_description.motion_of_poses import link_turns, motion_of_poses
 from scene_description.poses import LINK_FROM_OPTICAL
-from scene_description.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum
+from scene_description.tum_trajectory import read_tum_trajectory
 
 _EVEN_S = 2e-6
 
@@ -33,7 +33,7 @@ def _given_motion(rng: np.random.Generator, plan: MotionPlan) -> Motion:
     del rng
     path = Path(plan.config.file)
     try:
-        poses = trajectory_from_tum(read_at_most(path, MAX_TEXT_LENGTH, GrammarError).decode(errors="replace"), str(path))
+        poses = read_tum_trajectory(path, GrammarError)
     except OSError as error:
         raise GrammarError(f"motion.file: {error_line(error)}") from None
     except FieldError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ import numpy as np
 from evaluation.metrics.poses import Trajectory
 from scene_description import CameraPose, SceneSynthError
 from scene_description.share import config_path
-from scene_description.tum_trajectory import trajectory_from_tum
+from scene_description.tum_trajectory import read_tum_trajectory
 from scene_description.yaml_text import read_yaml
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.commands.sweep_command import read_plan
@@ -133,8 +133,7 @@ def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
             expected = "a body: a rig with body.enabled" if test.truth == "body" else "one camera; name it with camera="
             raise TestError(f"{bag}: truth of {test.truth}: expected {expected}, got {', '.join(found) or 'none'}")
         rows = [_PLACES[role](message.data) for message in reader.messages(topics)]
-    stamps, places, turns = zip(*rows, strict=True)
-    return Trajectory(stamps_ns=np.array(stamps, np.int64), positions_m=np.array(places), orientations=np.array(turns))
+    return _of_rows(rows)
 
 
 def estimated_trajectory(estimate: object, true: Trajectory) -> Trajectory:
@@ -145,19 +144,23 @@ def estimated_trajectory(estimate: object, true: Trajectory) -> Trajectory:
         FieldError, OSError: the file is none of a trajectory.
     """
     if isinstance(estimate, Path):
-        estimate = trajectory_from_tum(estimate.read_text(errors="replace"), str(estimate))
+        estimate = read_tum_trajectory(estimate, TestError)
     if not isinstance(estimate, Trajectory):
         if not isinstance(estimate, (tuple, list)) or not all(isinstance(pose, CameraPose) for pose in estimate):
             got = type(estimate).__name__
             raise TestError(
                 f"estimate: expected the Path of a TUM file, CameraPoses or a Trajectory, got {got}; return it from the function"
             )
-        estimate = Trajectory(
-            stamps_ns=np.array([pose.stamp_ns for pose in estimate], np.int64),
-            positions_m=np.array([pose.position_m for pose in estimate], np.float64).reshape(-1, 3),
-            orientations=np.array([pose.orientation for pose in estimate], np.float64).reshape(-1, 4),
-        )
+        estimate = _of_rows([(pose.stamp_ns, pose.position_m, pose.orientation) for pose in estimate])
     return _at_true_stamps(estimate, true.stamps_ns)
+
+
+def _of_rows(rows: Sequence[tuple[int, Position, Quaternion]]) -> Trajectory:
+    return Trajectory(
+        stamps_ns=np.array([stamp_ns for stamp_ns, _, _ in rows], np.int64),
+        positions_m=np.array([place for _, place, _ in rows], np.float64).reshape(-1, 3),
+        orientations=np.array([turn for _, _, turn in rows], np.float64).reshape(-1, 4),
+    )
 
 
 def _at_true_stamps(found: Trajectory, true_ns: np.ndarray[Any, np.dtype[np.int64]]) -> Trajectory:

@@ -24,10 +24,10 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from renderer.standpoint import standpoint
-from scene_description import CameraPose, EnvironmentMap, SceneDescription, read_at_most, read_scene
+from scene_description import EnvironmentMap, SceneDescription, read_scene
 from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
-from scene_description.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
+from scene_description.tum_trajectory import read_tum_trajectory, trajectory_to_tum
 from scene_synth_ros.cli.files.frame_files import write_frame, write_scans
 from scene_synth_ros.cli.options import UsageError, refuse_missing_folder
 from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings, read_settings
@@ -163,7 +163,7 @@ def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
     """Return the scene, with the path and the environment that the options ask for."""
     scene = read_scene(arguments.scene)
     if arguments.trajectory is not None:
-        scene = replace(scene, camera_path=tuple(_read_trajectory(arguments.trajectory)), motion=None)
+        scene = replace(scene, camera_path=read_tum_trajectory(arguments.trajectory, UsageError), motion=None)
     if arguments.environment is not None:
         picture = EnvironmentMap(
             file=arguments.environment,
@@ -172,10 +172,6 @@ def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
         )
         scene = replace(scene, environment=replace(scene.environment, map=picture))
     return scene
-
-
-def _read_trajectory(path: Path) -> Sequence[CameraPose]:
-    return trajectory_from_tum(read_at_most(path, MAX_TEXT_LENGTH, UsageError).decode("utf-8", "replace"), str(path))
 
 
 def _misplaced(places: Sequence[str]) -> str:
