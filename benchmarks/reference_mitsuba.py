@@ -26,6 +26,7 @@ from renderer.bsdf.albedo import MIN_ALPHA
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import from_python
 from renderer.path import infinite_light
+from renderer.scene.sky import sky_of
 from scene_description.poses import world_from_optical
 
 sky_le = from_python(infinite_light.sky_le)
@@ -170,9 +171,10 @@ def translate(view: View, width: int, height: int, folder: Path) -> dict[str, An
         if any(emission):
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": emission}}
         scene[path.stem] = shape
-    if any(item.any() for item in flat.sky):
+    sky = sky_of(flat)
+    if any(item.any() for item in sky):
         upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
-        scene["sky"] = {"type": "envmap", "bitmap": mi.Bitmap(sky_image(flat.sky)), "to_world": upright}
+        scene["sky"] = {"type": "envmap", "bitmap": mi.Bitmap(sky_image(sky)), "to_world": upright}
     return scene
 
 

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import cached_property
 from types import TracebackType
 from typing import NamedTuple
 
@@ -27,6 +28,7 @@ from renderer.core.arrays import empty_together
 from renderer.core.embree import SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
+from renderer.core.ray_packet import make_packet
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
@@ -46,11 +48,9 @@ from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_re
 from renderer.path.guide import NO_GUIDE
 from renderer.path.guide_probes import RoomGuide
 from renderer.path.light_nodes import NOTHING_KNOWN, KnownLight
-from renderer.path.lights import Lights, build_lights
+from renderer.path.light_tables import LightTables
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
-from renderer.path.sun_patches import find_sun_patches
-from renderer.path.surface_tables import Surfaces, build_surfaces
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.scene_check import check_scene
 from renderer.scene.scene_trees import SceneTrees
@@ -111,26 +111,26 @@ class Renderer:
         parts, portable = flat.parts, config.portable
         self._trees: SceneTrees = (like._trees.shared(flat, portable=portable) if like else None) or SceneTrees(flat, portable=portable)
         self._labelled = label_scene(self.tree, flat.face_part, parts.label, parts.object_id)
-        same = like._scene if like is not None and like.flat is flat else None
-        self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
-        self._lights: Lights = same.lights if same else self._find_lights()
+        same = like if like is not None and like.flat is flat and like._trees is self._trees else None
+        self._tables: LightTables = same._tables if same else LightTables(flat, self.tree)
+        self._guide: RoomGuide = same._guide if same else RoomGuide(flat)
         self._closed = False
-        self._guide: RoomGuide = like._guide if same and like is not None and like._trees is self._trees else RoomGuide(flat)
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
-        self._scratch = [make_scratch(len(self._lights.groups.area), len(self._lights.patches)) for _ in range(self._workers.count)]
-        self._scene: TracedScene = TracedScene(
-            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self.tree, self._workers, self._scratch
-        )
+        self._packets = [make_packet() for _ in range(self._workers.count)]
         self._geometry: CacheGeometry | None = like._light.geometry if like is not None and like._light is not None else None
         self._light: IrradianceCache | None = None
         self._integrator: CachedIntegrator | None = None
         self._known: KnownLight | None = None
 
-    def _find_lights(self) -> Lights:
-        lights = build_lights(self.flat)
-        return lights._replace(patches=find_sun_patches(self.flat, lights.infinite, self.tree))
+    @cached_property
+    def _scene(self) -> TracedScene:
+        """What light is traced in, and what follows from hit records beside the basic layers; these alone need nothing of it."""
+        lights = self._tables.lights
+        scratch = [make_scratch(len(lights.groups.area), len(lights.patches)) for _ in range(self._workers.count)]
+        label = np.ascontiguousarray(self.flat.parts.label)
+        return TracedScene(self.flat, label, self._tables.surfaces, lights, self.tree, self._workers, scratch)
 
     @property
     def tree(self) -> SceneHandle:
@@ -182,27 +182,31 @@ class Renderer:
         request = _Request(view, self._frame_key(frame_index), layers, exposure or self._configured_exposure())
         images: dict[str, NDArray[np.generic]] = {}
         frame = Frame(images, None)
-        for scratch in self._scratch:
-            scratch.traced[0] = 0
+        looked_up = self._is_looked_up(layers)
+        scratch = self._scene.scratch if looked_up or any(name in SAMPLED_LAYERS for name in layers) else []
+        for memory in scratch:
+            memory.traced[0] = 0
         # Rays through the pixel centres, and what follows from their hits: ground truth, annotations, colour that is looked up.
         if annotator is not None or self._needs_hits(layers):
-            recorded = self._is_looked_up(layers) or any(name in HIT_LAYERS for name in layers)
-            seen = HitView(self._scene, self._camera, view, *self._trace_geometry(view, recorded), pose, path, layers)
-            images |= seen.images._asdict() | hit_layers(seen)
+            recorded = looked_up or any(name in HIT_LAYERS for name in layers)
+            geometric, hits = self._trace_geometry(view, recorded)
+            images |= geometric._asdict()
             frame = frame._replace(rays=view.width * view.height)
             if annotator is not None:
-                annotations = annotator.annotate(seen.images.instance, pose, view, self.tree, self._workers)
+                annotations = annotator.annotate(geometric.instance, pose, view, self.tree, self._workers)
                 frame = frame._replace(annotations=annotations)
-            if self._is_looked_up(layers):
-                frame = self._look_up(request, seen.traced, frame, cancelled)
+            if recorded:
+                seen = HitView(self._scene, self._camera, view, geometric, hits, pose, path, layers)
+                images |= hit_layers(seen)
+                if looked_up:
+                    frame = self._look_up(request, seen.traced, frame, cancelled)
         if "depth_sensed" in layers:
             images["depth_sensed"] = images["depth"] if self._depth_config.model == "ideal" else self._read_depth(request)
         # Paths, for what is not there yet.
         sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
         if sampled:
             frame = self._sample(request, sampled, frame, cancelled)
-        if frame.radiance is not None or sampled:
-            frame = frame._replace(rays=frame.rays + sum(int(scratch.traced[0]) for scratch in self._scratch))
+        frame = frame._replace(rays=frame.rays + sum(int(memory.traced[0]) for memory in scratch))
         return frame._replace(layers={name: images[name] for name in LAYERS if name in layers})
 
     def _is_looked_up(self, layers: Collection[str]) -> bool:
@@ -248,7 +252,7 @@ class Renderer:
 
     def _read_depth(self, request: _Request) -> NDArray[np.float32]:
         if self._depth_sensor is None:
-            self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._surfaces, self._workers)
+            self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._tables.surfaces, self._workers)
         return self._depth_sensor.read(request.view, request.key)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
@@ -259,7 +263,7 @@ class Renderer:
     def _view(self, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
-            view = view._replace(focus_m=np.float32(focus_on_centre(self.tree, view, self._scratch[0].rays)))
+            view = view._replace(focus_m=np.float32(focus_on_centre(self.tree, view, self._packets[0])))
         return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
@@ -314,8 +318,7 @@ class Renderer:
         step = self._workers.count
 
         def trace(worker: int, first: int) -> None:
-            packet = self._scratch[worker].rays
-            trace_geometry(self._labelled, view, packet, CENTRE, images, hits, first, step)
+            trace_geometry(self._labelled, view, self._packets[worker], CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         return images, hits
@@ -323,7 +326,7 @@ class Renderer:
     def _exposer(self, in_color: bool, cancelled: Callable[[], bool] | None) -> FilmExposer:
         tree, config = self._trees.for_light(), self._config
         lit = self._scene.lit._replace(tree=tree)
-        guide = self._guide.read(lit, self._scratch, self._workers, cancelled) if in_color and config.guiding else NO_GUIDE
+        guide = self._guide.read(lit, self._scene.scratch, self._workers, cancelled) if in_color and config.guiding else NO_GUIDE
         known = self._known_light(cancelled) if in_color and config.final_gathering else NOTHING_KNOWN
         return FilmExposer(self._scene, tree, config, self._paths_per_piece, guide, known)
 

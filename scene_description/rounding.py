@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any, TypeVar, cast
+
+from scene_description.strict import field_names
 
 Value = TypeVar("Value")
 
@@ -23,10 +25,12 @@ def rounded(value: Value) -> Value:
 def _rounded(value: Any) -> Any:
     if isinstance(value, float):
         return round(float(f"{value:.{_DIGITS}g}"), _DECIMALS) + 0.0
+    if isinstance(value, (str, int)) or value is None:
+        return value
     if isinstance(value, tuple):
         return tuple(map(_rounded, value))
     if isinstance(value, Mapping):
         return {key: _rounded(item) for key, item in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
-        return type(value)(**{field.name: _rounded(getattr(value, field.name)) for field in fields(value)})
+        return type(value)(**{name: _rounded(getattr(value, name)) for name in field_names(type(value))})
     return value

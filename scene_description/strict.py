@@ -161,7 +161,7 @@ def to_mapping(value: Any) -> Any:
     if isinstance(value, (str, int, float)):
         return value
     if dataclasses.is_dataclass(value):
-        pairs = ((name, getattr(value, name)) for name in _field_names(value.__class__))
+        pairs = ((name, getattr(value, name)) for name in field_names(value.__class__))
         return {name: to_mapping(item) for name, item in pairs if item is not None}
     if isinstance(value, (tuple, list)):
         return [to_mapping(item) for item in value]
@@ -171,7 +171,8 @@ def to_mapping(value: Any) -> Any:
 
 
 @cache
-def _field_names(cls: type) -> tuple[str, ...]:
+def field_names(cls: type) -> tuple[str, ...]:
+    """Return the names of a dataclass's fields, in order."""
     return tuple(field.name for field in dataclasses.fields(cls))
 
 

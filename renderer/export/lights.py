@@ -16,6 +16,7 @@ from renderer.export.scene_glb import split_parts
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import surface_area
 from renderer.scene.flat_scene import FlatScene, Sky
+from renderer.scene.sky import sky_of
 from scene_description import SceneDescription
 from scene_description.labels import part_ids
 from scene_description.products import matmul
@@ -44,7 +45,7 @@ def lights_table(scene: SceneDescription, flat: FlatScene) -> dict[str, Any]:
             glowing.append({**_who(name, numbers), "material": material.id, "glow_cd_m2": material.glow_cd_m2, **_surface(meshes[row])})
         if flat.parts.portal[row]:
             windows.append({**_who(name, numbers), "transmission": material.transmission, **_surface(meshes[row])})
-    environment = {"description": to_mapping(scene.environment), "sun": _sun(flat.sky), "sky": _sky(scene, flat.sky)}
+    environment = {"description": to_mapping(scene.environment), "sun": _sun(flat.sky), "sky": _sky(scene, sky_of(flat))}
     head = {"schema": SCHEMA, "scene": scene.id}
     return {**head, "lamps": lamps, "luminaires": luminaires, "glowing": glowing, "windows": windows, "environment": environment}
 

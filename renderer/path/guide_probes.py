@@ -9,7 +9,7 @@ itself is none of the guide's.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -80,7 +80,7 @@ class RoomGuide:
         self._begun: tuple[Guide, CellPoints, Probes, Pieces] | None = None
         self._guide: Guide | None = None
 
-    def read(self, scene: LitScene, scratch: list[Scratch], workers: Workers, cancelled: Callable[[], bool] | None = None) -> Guide:
+    def read(self, scene: LitScene, scratch: Sequence[Scratch], workers: Workers, cancelled: Callable[[], bool] | None = None) -> Guide:
         """Return the guide; go on where a call that was cancelled has stopped.
 
         ``scratch``: of each worker, as of :func:`renderer.path.records.make_scratch` for this scene.

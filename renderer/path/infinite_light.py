@@ -20,6 +20,7 @@ from renderer.core.equirectangular import bilinear_map, map_position, pixel_soli
 from renderer.core.kernel import inlined, kernel
 from renderer.core.sampling import coordinate_system, cos_sin_two_pi
 from renderer.scene.flat_scene import FlatScene, Sky
+from renderer.scene.sky import sky_of
 from scene_description.products import matmul
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
@@ -52,7 +53,7 @@ class InfiniteLight(NamedTuple):
 
 def build_infinite_light(flat: FlatScene) -> InfiniteLight:
     """Collect portals, and the tables by which bright parts of the environment are sampled."""
-    sky = flat.sky
+    sky = sky_of(flat)
     portal = np.flatnonzero(flat.parts.portal[flat.face_part]) if len(sky.sun) or sky.bright.size else np.zeros(0, np.int64)
     a, b, c = (flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[portal, i]] for i in range(3))
     normal = np.cross(b - a, c - a)

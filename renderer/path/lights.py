@@ -24,6 +24,7 @@ from renderer.core.kernel import inlined, kernel
 from renderer.core.layout import Layout
 from renderer.path.infinite_light import InfiniteLight, build_infinite_light
 from renderer.scene.flat_scene import FlatScene
+from renderer.scene.sky import sky_of
 from renderer.scene.spot_lights import brightest_seen
 from scene_description.products import matmul, norm
 
@@ -187,7 +188,7 @@ def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.f
 
 def _mean_luminance(flat: FlatScene) -> tuple[float, float]:
     """Return the mean luminance of the smooth environment above and below the horizon, cd/m2; positive if there is an infinite light."""
-    sky = flat.sky
+    sky = sky_of(flat)
     least = 1.0 if len(sky.sun) or sky.bright.size else 0.0
     if not sky.table.size:
         return float(matmul(0.5 * (sky.zenith + sky.horizon), LUMINANCE)) + least, float(matmul(sky.ground, LUMINANCE))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from renderer.bsdf.albedo import STEPS, Albedos, glass_table, reflected_table
 from renderer.core.layout import Layout
 from renderer.scene.flat_scene import FlatScene, Sky
+from renderer.scene.sky import sky_of
 from renderer.textures.look_up import Textures, build_textures
 from renderer.textures.wear import Wear
 
@@ -96,7 +97,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
             np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         ),
         build_textures(textured, flat.textures, flat.mesh.vertices, flat.mesh.uvs, flat.mesh.faces),
-        Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
+        Sky(*(np.ascontiguousarray(item, np.float32) for item in sky_of(flat))),
         np.ascontiguousarray(flat.profiles, np.float32),
         flat.wear,
     )

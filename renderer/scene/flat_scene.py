@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.geometry.mesh import Mesh
-from scene_description import Material
+from scene_description import Environment, Material
 
 if TYPE_CHECKING:
     from renderer.textures.apply import AppliedTexture
@@ -111,7 +111,8 @@ class FlatScene(NamedTuple):
     the object that each part belongs to, whose corners are (0, 0, 0) and (1, 1, 1); empty where no boxes are told.
     part_id: (p,) uint16, as ``scene_description.labels.part_ids`` has them, 0 for what it does not have; empty where none are told.
     light_id: the same, as ``scene_description.light_labels.light_ids`` has them.  steady: whether what is seen of a part shall not depend
-    on other parts that are not seen, to the last bit, as scenes that are compared with each other need it.  wear: its layers.
+    on other parts that are not seen, to the last bit, as scenes that are compared with each other need it.  wear: its layers.  outside: the
+    environment whose surroundings ``renderer.scene.sky.sky_of`` adds to ``sky``; None where nothing stands there, or no window shows it.
     """
 
     mesh: Mesh
@@ -130,6 +131,7 @@ class FlatScene(NamedTuple):
     light_id: NDArray[np.uint16] = UNNUMBERED
     steady: bool = False
     wear: Wear = NO_WEAR
+    outside: Environment | None = None
 
 
 _PARTS = ("object_id", "material", "portal")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,14 +24,12 @@ from renderer.geometry.shapes import merged, surface_area
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS
-from renderer.scene.daylight_sky import daylight_map, gradient_map
-from renderer.scene.environment_map import load_environment_map
-from renderer.scene.flat_scene import NO_PROFILE, NO_PROFILES, FlatScene, PartTable, Sky, tabulate_materials
+from renderer.scene.flat_scene import NO_PROFILE, NO_PROFILES, FlatScene, PartTable, tabulate_materials
 from renderer.scene.moved_parts import moved_model
 from renderer.scene.object_boxes import object_box, opening_box, room_box
 from renderer.scene.room_shell import build_opening, build_shell
+from renderer.scene.sky import build_sky
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
-from renderer.surroundings.view import surroundings_map
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.generators import GENERATORS
 from renderer.textures.wear import tabulate_wear
@@ -118,7 +115,15 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         light_id=np.array([shining.get(row.name, 0) for row in rows], np.uint16),
         steady=scene.counterfactuals is not None,
         wear=tabulate_wear(scene.wear),
+        outside=_outside(scene, rows),
     )
+
+
+def _outside(scene: SceneDescription, rows: Sequence[_Row]) -> Environment | None:
+    """Return ``outside``."""
+    environment = scene.environment
+    stands_there = environment.surroundings is not None and environment.map is None
+    return environment if stands_there and any(row.portal for row in rows) else None
 
 
 def _boxes(scene: SceneDescription, rows: Sequence[_Row]) -> NDArray[np.float32]:
@@ -141,38 +146,6 @@ def _luminaire_row(index: int, luminaire: Luminaire, material: int) -> _Row:
     mesh = luminaire_mesh(luminaire)
     emission = luminaire_emission(luminaire, mesh, intensity_profile(luminaire))
     return _Row(f"0/luminaire_{index}", box_mapped(mesh), 0, LABEL_ID["lamp"], material, emission, False)
-
-
-def build_sky(environment: Environment, catalog_dir: Path | None = None) -> Sky:
-    """Return the environment for the kernels.
-
-    Raises:
-        FlattenError: a map that cannot be used.
-    """
-    if environment.map is not None:
-        if catalog_dir is None:
-            raise FlattenError(f"environment: expected a catalogue folder for map '{environment.map.file}', got none; name one")
-        try:
-            return _plain_sky(environment)._replace(**load_environment_map(environment.map, catalog_dir)._asdict())
-        except MeshFileError as error:
-            raise FlattenError(f"environment: {error}") from error
-    return _modelled_sky(environment)
-
-
-@lru_cache(maxsize=1)
-def _modelled_sky(environment: Environment) -> Sky:
-    """Return the environment of a moment or of three colours; the last one is kept, as rooms that differ in one thing share it."""
-    plain = _plain_sky(environment)
-    sky = plain if environment.daylight is None else plain._replace(**daylight_map(environment.daylight)._asdict())
-    if environment.surroundings is None:
-        return sky
-    level = sky.table if sky.table.size else gradient_map(plain.zenith, plain.horizon, plain.ground)
-    cover = environment.daylight.cloud_cover if environment.daylight else 0.0
-    return sky._replace(table=surroundings_map(environment.surroundings, level, sky.sun, cover))
-
-
-def _plain_sky(environment: Environment) -> Sky:
-    return Sky(*(np.array(color, np.float32) for color in (environment.zenith, environment.horizon, environment.ground)))
 
 
 def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from grammar.synthesize import SceneSynthesizer
 from scene_description.share import config_path
 
 CATEGORIES = read_categories(config_path("categories.yaml"))
-ROOMS = 20
+ROOMS = 8
 
 
 @cache

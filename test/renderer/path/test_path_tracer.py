@@ -162,7 +162,7 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
     with Renderer(scene(room), camera, RenderConfig(threads=1), 11) as renderer:
         posed = pose_camera(camera, view)
         transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0), np.float32(np.inf))
-        scratch = make_scratch(len(renderer._lights.groups.area))
+        scratch = make_scratch(len(renderer._scene.lights.groups.area))
         work = Work(tiles - 1, tiles, 0, 4)
         trace_paths(renderer._scene.lit, posed, transport, work, scratch, film)
     tile = film.light[-WAVE_EDGE:, -WAVE_EDGE:]
@@ -182,7 +182,7 @@ def test_aovs_look_into_mirrors():
         scene(wall, mirror, quad((0, 1.5, 5), (1, 0, 0), (0, 1, 0), emission=(9, 9, 9))), camera, RenderConfig(threads=1), 1
     ) as renderer:
         transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0), np.float32(np.inf))
-        scratch = make_scratch(len(renderer._lights.groups.area))
+        scratch = make_scratch(len(renderer._scene.lights.groups.area))
         posed = pose_camera(camera, view)
         trace_paths(renderer._scene.lit, posed, transport, Work(0, 1, 0, 64), scratch, film)
     np.testing.assert_allclose(film.albedo.mean(axis=(0, 1)) / 64, 0.5, rtol=1e-3)

@@ -23,7 +23,7 @@ from renderer.scene.daylight_sky import (
     sun_illuminance_lx,
     zenith_yxy,
 )
-from renderer.scene.flatten import build_sky
+from renderer.scene.sky import build_sky
 from scene_description import Daylight
 
 sky_le = from_python(infinite_light.sky_le)

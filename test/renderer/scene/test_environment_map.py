@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from sample_scene import sample_scene
 
-from renderer.core.errors import MeshFileError
+from renderer.core.errors import FlattenError, MeshFileError
 from renderer.core.kernel import from_python
 from renderer.files.exr_files import is_installed, write_exr
 from renderer.path import infinite_light
 from renderer.scene.environment_map import clean_map, load_environment_map, read_rgbe, split_map
-from renderer.scene.flatten import FlattenError, build_sky
+from renderer.scene.sky import build_sky
 from scene_description import Environment, EnvironmentMap
 
 sky_le = from_python(infinite_light.sky_le)
