@@ -116,7 +116,7 @@ def test_nothing_else_changes_in_the_description(room_type: str) -> None:
     assert scene_to_json(before) == text and '"counterfactuals":[]' in text
 
 
-@pytest.mark.parametrize(("number", "factor"), enumerate(FACTORS))
+@pytest.mark.parametrize(("number", "factor"), list(enumerate(FACTORS)))
 def test_a_changed_description_is_read_back_as_it_was_written(number: int, factor: str) -> None:
     """In a room of one type each; what is written does not depend on the type."""
     room_type = "bedroom" if factor == "clutter" else ROOM_TYPES[number % len(ROOM_TYPES)]
