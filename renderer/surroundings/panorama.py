@@ -22,6 +22,8 @@ from renderer.surroundings.neighbourhood import Neighbourhood
 from renderer.surroundings.surfaces import Surface, body_surface, ground_surface, hash_unit, value_noise
 
 ROWS, COLUMNS, TILE = 1024, 2048, 16
+ALL_AROUND = np.ones(COLUMNS, np.bool_)
+"""Columns of a map that is drawn all around."""
 _FINE_ROWS = (0.30, 0.62)
 """Between these shares of the rows, about 36 degrees above and 22 below the horizon, each pixel has two rays."""
 _FAR = np.float32(1e9)
@@ -103,20 +105,26 @@ def draw_rows(
     light: OutsideLight,
     tiles: Tiles,
     eye: np.float32,
-    directions: NDArray[np.float32],
+    pixels: tuple[NDArray[np.float32], NDArray[np.bool_]],
     image: NDArray[np.float32],
     memo: NDArray[np.float32],
     first: int,
 ) -> None:
     """Fill ``TILE`` rows of the map (rows, columns, 3) from ``first`` on, cd/m2.
 
-    ``memo`` (2,): scratch memory, which surface was met last, and how much of the sun reached it.
+    ``pixels``: their directions (rows, columns, 3), and which columns show more than sky and level ground; ``memo`` (2,): scratch memory,
+    which surface was met last, and how much of the sun reached it.
     """
+    directions, shown = pixels
     rows, columns = image.shape[0], image.shape[1]
     fine_first, fine_last = int(_FINE_ROWS[0] * rows), int(_FINE_ROWS[1] * rows)
     for i in range(first, first + TILE):
         count = 2 if fine_first <= i < fine_last else 1
         for j in range(columns):
+            if not shown[j]:
+                d = directions[i, j]
+                image[i, j, 0], image[i, j, 1], image[i, j, 2] = bilinear_map(light.sky, d[0], d[1], d[2])
+                continue
             right, below = (j + 1) % columns, min(i + 1, rows - 1)
             tile = (i // TILE) * (columns // TILE) + j // TILE
             begin, end = tiles.begin[tile], tiles.begin[tile + 1]

@@ -13,7 +13,7 @@ from renderer.core.color import LUMINANCE
 from renderer.core.equirectangular import map_directions, pixel_solid_angles
 from renderer.core.workers import Workers, thread_count
 from renderer.surroundings.neighbourhood import SETTINGS, Neighbourhood, make_neighbourhood
-from renderer.surroundings.panorama import COLUMNS, ROWS, TILE, OutsideLight, draw_rows, tile_lists
+from renderer.surroundings.panorama import ALL_AROUND, COLUMNS, ROWS, TILE, OutsideLight, draw_rows, tile_lists
 from scene_description.color_temperature import luminance_rgb
 from scene_description.products import matmul
 from scene_description.types import Surroundings
@@ -27,7 +27,11 @@ _PANE_CD_M2, _PANE_K = 14.0, 2800.0
 
 
 def surroundings_map(
-    surroundings: Surroundings, sky: NDArray[np.float32], sun: NDArray[np.float32], cloud_cover: float
+    surroundings: Surroundings,
+    sky: NDArray[np.float32],
+    sun: NDArray[np.float32],
+    cloud_cover: float,
+    shown: NDArray[np.bool_] = ALL_AROUND,
 ) -> NDArray[np.float32]:
     """Return luminance (ROWS, COLUMNS, 3) float32 in cd/m2 all around, as an equirectangular map of the world.
 
@@ -36,6 +40,7 @@ def surroundings_map(
         sky: (h, w, 3) float32, equirectangular map of the sky and level ground alone; w a multiple of four.
         sun: as in ``Sky``, empty without one.
         cloud_cover: 0 clear to 1 overcast; clouds vary the sky's luminance about what it is.
+        shown: (COLUMNS,) of the map; the others have sky and level ground alone.
     """
     turns = surroundings.quarter_turns
     turned = np.roll(sky, turns * sky.shape[1] // 4, axis=1)
@@ -45,7 +50,7 @@ def surroundings_map(
     )
     beam = sun[4:7].astype(np.float64) * (2.0 * math.pi * float(sun[3])) if len(sun) else np.zeros(3)
     light = light_of(turned, np.zeros(3) if to_sun is None else to_sun, beam, cloud_cover)
-    image = panorama_of(place, light, surroundings.floor_above_ground_m + EYE_M)
+    image = panorama_of(place, light, surroundings.floor_above_ground_m + EYE_M, np.roll(shown, turns * COLUMNS // 4))
     return np.ascontiguousarray(np.roll(image, -turns * COLUMNS // 4, axis=1))
 
 
@@ -98,13 +103,15 @@ def _directions() -> NDArray[np.float32]:
     return np.ascontiguousarray(map_directions(ROWS, COLUMNS), np.float32)
 
 
-def panorama_of(place: Neighbourhood, light: OutsideLight, eye_m: float) -> NDArray[np.float32]:
-    """Return the view all around (ROWS, COLUMNS, 3), in the neighbourhood's frame, from ``eye_m`` above its ground."""
+def panorama_of(
+    place: Neighbourhood, light: OutsideLight, eye_m: float, shown: NDArray[np.bool_] = ALL_AROUND
+) -> NDArray[np.float32]:
+    """Return the view all around (ROWS, COLUMNS, 3), in the neighbourhood's frame, from ``eye_m`` above ground; ``shown``: its columns."""
     directions, image = _directions(), np.zeros((ROWS, COLUMNS, 3), np.float32)
     tiles = tile_lists(place, eye_m)
 
     def draw(_: int, first: int) -> None:
-        draw_rows(place, light, tiles, np.float32(eye_m), directions, image, np.zeros(2, np.float32), first)
+        draw_rows(place, light, tiles, np.float32(eye_m), (directions, shown), image, np.zeros(2, np.float32), first)
 
     with closing(Workers(thread_count(0))) as workers:
         workers.run(draw, range(0, ROWS, TILE))

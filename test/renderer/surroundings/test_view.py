@@ -1,20 +1,17 @@
 """The view of a neighbourhood: light by known answers, turns, day and night."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from renderer.core.color import LUMINANCE
-from renderer.core.equirectangular import map_directions, pixel_solid_angles
+from renderer.core.equirectangular import map_directions
 from renderer.core.kernel import from_python
 from renderer.scene.daylight_sky import VERSINE, daylight_map, gradient_map
-from renderer.scene.flatten import build_sky
 from renderer.surroundings.neighbourhood import LOOK, PLANES, POST, Neighbourhood
 from renderer.surroundings.panorama import COLUMNS, ROWS, irradiance
 from renderer.surroundings.view import light_of, panorama_of, sky_harmonics, surroundings_map
-from scene_description import Daylight, Environment, Surroundings
+from scene_description import Daylight, Surroundings
 
 TO_SUN = (0.0, -math.cos(0.6), math.sin(0.6))
 DAY = Daylight(sun_direction=TO_SUN, cloud_cover=0.2)
@@ -96,28 +93,3 @@ def test_windows_are_lit_in_the_dark_only() -> None:
     day = surroundings_map(town, table, sun, 0.2)
     assert day.min() >= 0.0 and np.isfinite(day).all()
     assert day[: ROWS // 2].mean() > 100.0 * night[: ROWS // 2].mean()
-
-
-def test_the_environment_holds_the_view_where_surroundings_are_asked_for() -> None:
-    plain = Environment(zenith=(0.1,) * 3, horizon=(0.2,) * 3, ground=(0.1,) * 3, daylight=DAY)
-    bare, full = build_sky(plain), build_sky(replace(plain, surroundings=Surroundings(setting="country", seed=2)))
-    assert bare.table.shape == (96, 384, 3) and full.table.shape == (ROWS, COLUMNS, 3)
-    assert np.array_equal(bare.sun, full.sun)
-    # above the houses and hills the sky is the same but for clouds
-    assert luminance_above(full.table) == pytest.approx(luminance_above(bare.table), rel=0.15)
-
-
-def luminance_above(table: np.ndarray) -> float:
-    """Return the mean luminance of a map's upper quarter by solid angle."""
-    rows = len(table) // 4
-    return float(np.average((table[:rows] @ LUMINANCE).mean(axis=1), weights=pixel_solid_angles(*table.shape[:2])[:rows]))
-
-
-def test_rooms_of_one_environment_share_what_is_outside() -> None:
-    first, again, other = (
-        Environment(zenith=(0.1,) * 3, horizon=(0.2,) * 3, ground=(0.1,) * 3, surroundings=Surroundings(setting="country", seed=seed))
-        for seed in (2, 2, 3)
-    )
-    shared = build_sky(first)
-    assert build_sky(again) is shared
-    assert not np.array_equal(build_sky(other).table, shared.table)
