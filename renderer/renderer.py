@@ -37,8 +37,8 @@ from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
-from renderer.irradiance_cache.cache import IrradianceCache
-from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
+from renderer.irradiance_cache.cache import IrradianceCache, RoomLight
+from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_sums import blocked_share, indirect_part
@@ -95,8 +95,8 @@ class Renderer:
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
 
-        ``like``: another renderer, whose trees, guide and nodes of the irradiance cache are shared where the scenes have them in common;
-        images are the same without it.
+        ``like``: another renderer, whose trees, guide, nodes of the irradiance cache and what is known of their light are shared where the
+        scenes have them in common; images are the same without it.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
@@ -115,7 +115,9 @@ class Renderer:
         self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
         self._lights: Lights = same.lights if same else self._find_lights()
         self._closed = False
-        self._guide: RoomGuide = like._guide if same and like is not None and like._trees is self._trees else RoomGuide(flat)
+        alike = like if same is not None and like is not None and like._trees is self._trees else None
+        self._guide: RoomGuide = alike._guide if alike else RoomGuide(flat)
+        self._room_light: RoomLight = self._find_room_light(like, alike)
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
@@ -123,7 +125,6 @@ class Renderer:
         self._scene: TracedScene = TracedScene(
             flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self.tree, self._workers, self._scratch
         )
-        self._geometry: CacheGeometry | None = like._light.geometry if like is not None and like._light is not None else None
         self._light: IrradianceCache | None = None
         self._integrator: CachedIntegrator | None = None
         self._known: KnownLight | None = None
@@ -131,6 +132,15 @@ class Renderer:
     def _find_lights(self) -> Lights:
         lights = build_lights(self.flat)
         return lights._replace(patches=find_sun_patches(self.flat, lights.infinite, self.tree))
+
+    def _find_room_light(self, like: Renderer | None, alike: Renderer | None) -> RoomLight:
+        """Return the light of ``alike``, which is of the same scene, if it is computed in the same way, else with the nodes of ``like``."""
+        config = self._config
+        fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
+        light = alike._room_light if alike else None
+        if light is not None and (light.scene_key, light.config) == (self._scene_key, fine):
+            return light
+        return RoomLight(self._scene_key, fine, like._room_light.geometry if like else None)
 
     @property
     def tree(self) -> SceneHandle:
@@ -299,10 +309,7 @@ class Renderer:
 
     def _irradiance_cache(self) -> IrradianceCache:
         if self._light is None:
-            config, scene = self._config, replace(self._scene, tree=self._trees.for_light())
-            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
-            self._light = IrradianceCache(scene, self._scene_key, fine, self._geometry)
-            self._geometry = None
+            self._light = self._room_light.cache(replace(self._scene, tree=self._trees.for_light()))
         return self._light
 
     def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
