@@ -39,8 +39,8 @@ from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
-from renderer.irradiance_cache.cache import IrradianceCache
-from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
+from renderer.irradiance_cache.cache import IrradianceCache, RoomLight
+from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_sums import blocked_share, indirect_part
@@ -95,8 +95,8 @@ class Renderer:
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
 
-        ``like``: another renderer, whose trees, guide and nodes of the irradiance cache are shared where the scenes have them in common;
-        images are the same without it.
+        ``like``: another renderer, whose trees, guide, nodes of the irradiance cache and what is known of their light are shared where the
+        scenes have them in common; images are the same without it.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
@@ -114,12 +114,12 @@ class Renderer:
         same = like if like is not None and like.flat is flat and like._trees is self._trees else None
         self._tables: LightTables = same._tables if same else LightTables(flat, self.tree)
         self._guide: RoomGuide = same._guide if same else RoomGuide(flat)
+        self._room_light: RoomLight = self._find_room_light(like, same)
         self._closed = False
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._packets = [make_packet() for _ in range(self._workers.count)]
-        self._geometry: CacheGeometry | None = like._light.geometry if like is not None and like._light is not None else None
         self._light: IrradianceCache | None = None
         self._integrator: CachedIntegrator | None = None
         self._known: KnownLight | None = None
@@ -131,6 +131,15 @@ class Renderer:
         scratch = [make_scratch(len(lights.groups.area), len(lights.patches)) for _ in range(self._workers.count)]
         label = np.ascontiguousarray(self.flat.parts.label)
         return TracedScene(self.flat, label, self._tables.surfaces, lights, self.tree, self._workers, scratch)
+
+    def _find_room_light(self, like: Renderer | None, same: Renderer | None) -> RoomLight:
+        """Return the light of ``same``, which is of the same scene, if it is computed in the same way, else with the nodes of ``like``."""
+        config = self._config
+        fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
+        light = same._room_light if same else None
+        if light is not None and (light.scene_key, light.config) == (self._scene_key, fine):
+            return light
+        return RoomLight(self._scene_key, fine, like._room_light.geometry if like else None)
 
     @property
     def tree(self) -> SceneHandle:
@@ -303,10 +312,7 @@ class Renderer:
 
     def _irradiance_cache(self) -> IrradianceCache:
         if self._light is None:
-            config, scene = self._config, replace(self._scene, tree=self._trees.for_light())
-            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
-            self._light = IrradianceCache(scene, self._scene_key, fine, self._geometry)
-            self._geometry = None
+            self._light = self._room_light.cache(replace(self._scene, tree=self._trees.for_light()))
         return self._light
 
     def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:

@@ -126,7 +126,7 @@ def flow_to_color(flow_px: NDArray[np.float32]) -> NDArray[np.uint8]:
     known = np.isfinite(flow_px).all(axis=2)
     u, v = (np.where(known, flow_px[..., axis], 0.0) for axis in (0, 1))
     length = np.hypot(u, v)
-    most = max(float(np.percentile(length[known], 99.0)), 1e-6) if known.any() else 1.0
+    most = max(float(np.percentile(length[known].astype(np.float64), 99.0)), 1e-6) if known.any() else 1.0
     sector = (el.arctan2(v, u) / (2.0 * np.pi) % 1.0)[..., None] * 6.0 + np.array([5.0, 3.0, 1.0])
     hue = 1.0 - np.clip(np.minimum(sector % 6.0, 4.0 - sector % 6.0), 0.0, 1.0)
     color: NDArray[np.uint8] = np.rint(255.0 * (1.0 - np.clip(length / most, 0.0, 1.0)[..., None] * (1.0 - hue))).astype(np.uint8)

@@ -7,6 +7,7 @@ itself.  It is a pure function of the scene and its own number, so it does not m
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 
 import numpy as np
@@ -115,6 +116,12 @@ class IrradianceCache:
         tables = (*self.light, *self.source.bright[:4], self.luminance, self.even, self.leaving, self.rows, self._filled, self._smooth_done)
         return self.geometry.size_bytes + sum(array.nbytes for array in tables)
 
+    def shared(self, scene: TracedScene) -> IrradianceCache:
+        """Return this cache for another renderer of the same room, which computes with its own threads; what nodes one knows both know."""
+        other = copy.copy(self)
+        other._scene, other._memory = scene, [make_gather_scratch(scratch) for scratch in scene.scratch]
+        return other
+
     def rays_of(self, count: int) -> Rays:
         """Return how a place looks around it with so many rays."""
         return Rays(self._key, even_points(count), np.float32(self.config.spacing_m), MOST_BEHIND)
@@ -161,3 +168,29 @@ class IrradianceCache:
         light[:, :3] = np.float32(1.0 / np.pi) * (self.rows[:, LIGHT : LIGHT + 3] + self.light.sun[:, :3])
         light[:, 3] = np.where(self.light.filled > _NEAR_LAMP, np.float32(0.0), self.rows[:, VALID])
         return KnownLight(self.atlas, light, _STEPS_SPREAD * np.float32(self.config.spacing_m))
+
+
+class RoomLight:
+    """The irradiance cache of one room, made when a renderer first asks for it, for all that show the room.
+
+    Threading: one thread at a time.
+
+    Arguments are those of :class:`IrradianceCache`.
+    """
+
+    def __init__(self, scene_key: int, config: CacheConfig, geometry: CacheGeometry | None = None) -> None:
+        self.scene_key, self.config, self._geometry = scene_key, config, geometry
+        self._cache: IrradianceCache | None = None
+
+    @property
+    def geometry(self) -> CacheGeometry | None:
+        """Nodes and links of the cache, once it is made."""
+        return self._cache.geometry if self._cache is not None else None
+
+    def cache(self, scene: TracedScene) -> IrradianceCache:
+        """Return the cache for a renderer of the room, by which it computes what is not known yet."""
+        if self._cache is not None:
+            return self._cache.shared(scene)
+        self._cache = IrradianceCache(scene, self.scene_key, self.config, self._geometry)
+        self._geometry = None
+        return self._cache

@@ -158,7 +158,7 @@ def _pillows(rng: np.random.Generator, plan: BedPlan, height: float, depth: floa
         share = 1.0 if row == 0 else 0.94
         for i in range(count):
             soft = rotated(rotated(pillow(rng, share * depth, share * width, thick, 10), "y", lean), "z", rng.uniform(-0.04, 0.04))
-            low = soft.vertices.min(axis=0)
+            low = soft.vertices.min(axis=0).tolist()
             shift = (i - 0.5 * (count - 1)) * (2.0 * plan.half / count)
             pillows.append(moved(soft, front - low[0], shift + rng.uniform(-0.015, 0.015), plan.z_top - low[2] - 0.014))
         front += 0.10 + 0.45 * thick if rows > 1 else 0.0
@@ -166,7 +166,7 @@ def _pillows(rng: np.random.Generator, plan: BedPlan, height: float, depth: floa
     upright = min(math.radians(54.0), math.asin(min(1.0, 0.75 * room / small)))
     accent = rotated(pillow(rng, small, small * rng.uniform(1.0, 1.4), 0.14, 10, piped=True), "y", upright)
     accent = rotated(accent, "z", rng.uniform(-0.12, 0.12))
-    low = accent.vertices.min(axis=0)
+    low = accent.vertices.min(axis=0).tolist()
     place = moved(accent, x=front + 0.5 * depth - low[0], y=rng.uniform(-0.08, 0.08), z=plan.z_top - low[2] + 0.02)
     return {"pillows": merged(*pillows), "cushion": place}
 

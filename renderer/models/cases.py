@@ -272,7 +272,7 @@ def _upright(
         slant = 0.22
         if k == count - 1 and k > 0 and y + thick + tall * slant < right and rng.random() < 0.45:
             leaning.append((color, rotated(block(low, high, 0.002), "x", slant, (0.0, y + thick, floor))))
-            lowest = leaning[-1][1].vertices.min(axis=0)
+            lowest = leaning[-1][1].vertices.min(axis=0).tolist()
             leaning[-1] = (color, moved(leaning[-1][1], y=y - lowest[1], z=floor - lowest[2]))
             return y + thick + tall * slant + 0.01
         boxes.append((color, low, high))

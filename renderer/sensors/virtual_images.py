@@ -103,7 +103,7 @@ def pattern(u: float, v: float, dots: float, deviation: float) -> float:
 
 def white_of(light: NDArray[np.float32], device: Device) -> float:
     """Return the light that is white in both images."""
-    return max(float(np.percentile(light, _BRIGHT_PERCENT)) / _WHITE_SHARE, device.signal_min, 1e-9)
+    return max(float(np.percentile(light.astype(np.float64), _BRIGHT_PERCENT)) / _WHITE_SHARE, device.signal_min, 1e-9)
 
 
 @entry

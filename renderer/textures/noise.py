@@ -55,7 +55,8 @@ def noise(
     gain = _gain((height, width), low, high, slope, stretch)
     spectrum = rng.standard_normal((*gain.shape, 2), np.float32).view(np.complex64)[..., 0]
     spectrum *= gain
-    field: Field = np.fft.irfft2(spectrum, s=shape).astype(np.float32, copy=False)
+    # In double precision: numpy before 2.0 knows no other, and what the last digits of versions differ by is rounded off.
+    field: Field = np.fft.irfft2(spectrum.astype(np.complex128), s=shape).astype(np.float32)
     return field
 
 

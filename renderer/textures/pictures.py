@@ -137,7 +137,7 @@ def _ridge(rng: np.random.Generator, count: int, rough: float) -> Field:
     spectrum[1:] /= el.power(frequency[1:], rough)
     spectrum[0] = 0.0
     spectrum[60:] = 0.0
-    line = np.fft.irfft(spectrum, count)
+    line = np.fft.irfft(spectrum, count).astype(np.float32)  # versions of numpy differ in last digits
     skyline: Field = (line / max(float(line.std()), 1e-9))[None, :]
     return skyline
 

@@ -28,6 +28,7 @@ from scene_synth_ros.record.recording import Recording, describe_run, make_write
 from scene_synth_ros.record.room_progress import expect_frames
 from scene_synth_ros.record.senders import Origin
 from scene_synth_ros.record.topic_inputs import complete_qos, is_chosen
+from scene_synth_ros.render.room import RenderedRoom
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
@@ -96,7 +97,11 @@ class OfflineBag:
             raise
 
     def add_room(
-        self, scene: SceneDescription, metered: Callable[[str], Exposure] | None = None, rendered: Callable[[], None] = lambda: None
+        self,
+        scene: SceneDescription,
+        metered: Callable[[str], Exposure] | None = None,
+        rendered: Callable[[], None] = lambda: None,
+        former: RenderedRoom | None = None,
     ) -> str:
         """Render a room along its path and write it; return its description as it was written, JSON.
 
@@ -104,6 +109,7 @@ class OfflineBag:
             scene: the room; its frames come after those of the rooms before.
             metered: returns the exposure as it is metered for a renderer, by its name, where that is needed; None meters the room.
             rendered: called after every frame.
+            former: as of :class:`RenderedRoom`, for the first renderer; the others have the one's before them.
 
         Raises:
             SceneSynthError: the room cannot be made or rendered; a BagWriteError where it cannot be written.
@@ -111,7 +117,7 @@ class OfflineBag:
         renderers = {name: renderer for name, renderer in self._renderers.items() if renderer.renders(scene)}
         try:
             for name, renderer in renderers.items():
-                renderer.begin_room(scene, partial(metered, name) if metered else None)
+                former = renderer.begin_room(scene, partial(metered, name) if metered else None, former)
             text = scene_to_json(scene)
             room = scene_to_msgs(scene, text, self._floor_of(scene), self._settings.run.world_frame)
             self.rooms += 1

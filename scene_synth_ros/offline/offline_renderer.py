@@ -64,18 +64,21 @@ class OfflineRenderer:
         config: RendererNodeConfig = self._groups[""]
         return scene.index % config.share_count == config.share_index
 
-    def begin_room(self, scene: SceneDescription, metered: Callable[[], Exposure] | None = None) -> None:
-        """Take a room.
+    def begin_room(
+        self, scene: SceneDescription, metered: Callable[[], Exposure] | None = None, former: RenderedRoom | None = None
+    ) -> RenderedRoom:
+        """Take a room, and return it as it is rendered until it ends.
 
         Args:
             scene: the room.
             metered: returns its exposure as it is metered, where that is asked for; None meters the room.
+            former: as of :class:`RenderedRoom`.
 
         Raises:
             SceneSynthError: the room cannot be made.
         """
         self.end_room()
-        room = RenderedRoom(scene, room_settings(self._groups, self._catalog_dir))
+        room = RenderedRoom(scene, room_settings(self._groups, self._catalog_dir), former)
         self._held.callback(room.close)
         room.make()
         self._messages.begin_room(scene)
@@ -85,6 +88,7 @@ class OfflineRenderer:
         meter.begin_room(self._groups["render"], metered or (lambda: room.metered))
         body = RoomBody(scene, self._groups["camera"], self._streams, self._senses, room.lidar)
         self._work = _Work(scene, room, scans, body, path, meter.exposure(any(layer in PHOTOGRAPHS for layer in self._layers)))
+        return room
 
     def frame(self, index: int) -> Iterator[Message]:
         """Render a frame of the room's path; yield its messages, and those of the scans that begin and of what the body senses up to it.
@@ -138,12 +142,3 @@ class OfflineRenderer:
         """Release what the room has taken, so that no more than one is in memory; harmless when repeated."""
         self._held.close()
         self._work = None
-
-
-def meter_room(scene: SceneDescription, groups: Groups) -> Exposure:
-    """Return the exposure of a room as it is metered for a renderer, before compensation.
-
-    Raises:
-        SceneSynthError: the room cannot be made.
-    """
-    return RenderedRoom(scene, room_settings(groups, catalog_folder("renderer_node", groups))).metered

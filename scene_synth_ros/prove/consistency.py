@@ -12,7 +12,7 @@ from scene_synth_ros.dataset.camera import read_camera
 from scene_synth_ros.dataset.part import find_cameras
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
-from scene_synth_ros.prove.decode import TransformRows
+from scene_synth_ros.prove.decode import PoseRows
 from scene_synth_ros.prove.evidence import HEADED, NS, Evidence, Room
 from scene_synth_ros.prove.verdict import Verdict, at_most
 
@@ -91,7 +91,7 @@ def _cameras_in_tree(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         )
 
 
-def _told_twice(evidence: Evidence, room: Room, moving: TransformRows) -> Iterator[Verdict]:
+def _told_twice(evidence: Evidence, room: Room, moving: PoseRows) -> Iterator[Verdict]:
     """Yield whether ``/tf`` says of base and scanner what their own topics say, at the same stamps."""
     scanners = [topic for topic, stream in evidence.streams(roles.POSE).items() if stream.camera == roles.LASER]
     for topic in (evidence.first(roles.ODOM_IDEAL), *scanners):

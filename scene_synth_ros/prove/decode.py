@@ -49,16 +49,7 @@ class JointRows(NamedTuple):
 
 
 class PoseRows(NamedTuple):
-    """geometry_msgs/PoseStamped."""
-
-    stamps: NDArray[np.int64]
-    frames: NDArray[np.str_]
-    place: Floats
-    quaternion: Floats
-
-
-class TransformRows(NamedTuple):
-    """The transforms of tf2_msgs/TFMessage, each a row."""
+    """geometry_msgs/PoseStamped, whose children have no names, or the transforms of tf2_msgs/TFMessage; place (n, 3), quaternion (n, 4)."""
 
     stamps: NDArray[np.int64]
     frames: NDArray[np.str_]
@@ -86,34 +77,39 @@ class CloudRow(NamedTuple):
     points: NDArray[Any]
 
 
-def imu_row(reader: CdrReader) -> Row:
+def imu_rows(reader: CdrReader) -> list[Row]:
     """Read a sensor_msgs/Imu."""
     head, quaternion, _ = reader.header(), reader.numbers("d", 4), reader.numbers("d", 9)
     rate, rate_covariance = reader.numbers("d", 3), reader.numbers("d", 9)
-    return *head, quaternion, rate, rate_covariance, reader.numbers("d", 3), reader.numbers("d", 9)
+    return [(*head, quaternion, rate, rate_covariance, reader.numbers("d", 3), reader.numbers("d", 9))]
 
 
-def odometry_row(reader: CdrReader) -> Row:
+def odometry_rows(reader: CdrReader) -> list[Row]:
     """Read a nav_msgs/Odometry."""
-    head, child, place, turn = reader.header(), reader.text(), reader.numbers("d", 3), reader.numbers("d", 4)
-    return *head, child, place, turn, reader.numbers("d", 36), reader.numbers("d", 3), reader.numbers("d", 3)
+    placed = _placed(reader)
+    return [(*placed, reader.numbers("d", 36), reader.numbers("d", 3), reader.numbers("d", 3))]
 
 
-def joint_row(reader: CdrReader) -> Row:
+def joint_rows(reader: CdrReader) -> list[Row]:
     """Read a sensor_msgs/JointState."""
     head = reader.header()
     names = tuple(reader.text() for _ in range(reader.number("I")))
-    return *head, names, reader.numbers("d", reader.number("I"))
+    return [(*head, names, reader.numbers("d", reader.number("I")))]
 
 
-def pose_row(reader: CdrReader) -> Row:
+def pose_rows(reader: CdrReader) -> list[Row]:
     """Read a geometry_msgs/PoseStamped."""
-    return *reader.header(), reader.numbers("d", 3), reader.numbers("d", 4)
+    return [(*reader.header(), "", reader.numbers("d", 3), reader.numbers("d", 4))]
 
 
 def transform_rows(reader: CdrReader) -> list[Row]:
     """Read a tf2_msgs/TFMessage."""
-    return [(*reader.header(), reader.text(), reader.numbers("d", 3), reader.numbers("d", 4)) for _ in range(reader.number("I"))]
+    return [_placed(reader) for _ in range(reader.number("I"))]
+
+
+def _placed(reader: CdrReader) -> Row:
+    """Read header, child, place and quaternion."""
+    return *reader.header(), reader.text(), reader.numbers("d", 3), reader.numbers("d", 4)
 
 
 def scan_row(reader: CdrReader) -> ScanRow:

@@ -24,11 +24,10 @@ from scene_synth_ros.prove.decode import (
     OdometryRows,
     PoseRows,
     Row,
-    TransformRows,
     columns,
     cut,
-    odometry_row,
-    pose_row,
+    odometry_rows,
+    pose_rows,
     transform_rows,
 )
 from scene_synth_ros.prove.room_mesh import RoomMesh
@@ -171,20 +170,16 @@ class Evidence:
         """Return the first topic of a role; empty if there is none."""
         return next(iter(self.streams(role)), "")
 
-    def table(self, topic: str, read: Callable[[CdrReader], Row], kind: Callable[..., Any]) -> Any:
-        """Return the messages of a topic as rows; None where there are none."""
+    def table(self, topic: str, read: Callable[[CdrReader], list[Row]], kind: Callable[..., Any]) -> Any:
+        """Return what the messages of a topic say as rows; None where there are none."""
         if topic not in self._tables:
-            rows = [read(CdrReader(data)) for _, data in self.each(topic)] if topic else []
+            rows = [row for _, data in self.each(topic) for row in read(CdrReader(data))] if topic else []
             self._tables[topic] = columns(rows, kind) if rows else None
         return self._tables[topic]
 
-    def transforms(self, role: Role) -> TransformRows | None:
+    def transforms(self, role: Role) -> PoseRows | None:
         """Return the transforms of ``/tf`` or ``/tf_static``."""
-        topic = self.first(role)
-        if topic not in self._tables:
-            rows = [row for _, data in self.each(topic) for row in transform_rows(CdrReader(data))] if topic else []
-            self._tables[topic] = columns(rows, TransformRows) if rows else None
-        table: TransformRows | None = self._tables[topic]
+        table: PoseRows | None = self.table(self.first(role), transform_rows, PoseRows)
         return table
 
     @cached_property
@@ -199,7 +194,7 @@ class Evidence:
     @cached_property
     def base(self) -> str:
         """The frame that odometry is of; empty without a body."""
-        table = self.table(self.first(roles.ODOM_IDEAL), odometry_row, OdometryRows)
+        table = self.table(self.first(roles.ODOM_IDEAL), odometry_rows, OdometryRows)
         return "" if table is None else str(table.children[0])
 
     def mount(self, frame: str) -> Mount | None:
@@ -240,7 +235,7 @@ class Room:
     def __init__(self, evidence: Evidence, start_ns: int, end_ns: int, text: str) -> None:
         self.evidence, self.start_ns, self.end_ns, self._text = evidence, start_ns, end_ns, text
 
-    def table(self, role_or_topic: Role | str, read: Callable[[CdrReader], Row], kind: Callable[..., Any]) -> Any:
+    def table(self, role_or_topic: Role | str, read: Callable[[CdrReader], list[Row]], kind: Callable[..., Any]) -> Any:
         """Return the rows of a topic, or of the first of a role, that lie in the room; None where there are none."""
         topic = role_or_topic if isinstance(role_or_topic, str) else self.evidence.first(role_or_topic)
         table = self.evidence.table(topic, read, kind)
@@ -284,7 +279,7 @@ class Room:
     @cached_property
     def body(self) -> OdometryRows | None:
         """The rows of ``odom/ideal``; None where there are fewer than four."""
-        rows: OdometryRows | None = self.table(roles.ODOM_IDEAL, odometry_row, OdometryRows)
+        rows: OdometryRows | None = self.table(roles.ODOM_IDEAL, odometry_rows, OdometryRows)
         return rows if rows is not None and len(rows.stamps) >= 4 and (np.diff(rows.stamps) > 0).all() else None
 
     @cached_property
@@ -294,5 +289,5 @@ class Room:
 
     def poses(self, topic: str) -> PoseRows | None:
         """Return the rows of a topic of poses."""
-        rows: PoseRows | None = self.table(topic, pose_row, PoseRows)
+        rows: PoseRows | None = self.table(topic, pose_rows, PoseRows)
         return rows

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from scene_synth_ros.messages import streams as roles
-from scene_synth_ros.prove.decode import ImuRows, cut, imu_row
+from scene_synth_ros.prove.decode import ImuRows, cut, imu_rows
 from scene_synth_ros.prove.evidence import NS, Evidence, Floats, Room
 from scene_synth_ros.prove.verdict import Verdict, at_most
 
@@ -37,7 +37,7 @@ def motion(evidence: Evidence, room: Room) -> Iterator[Verdict]:
 def imu(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether ``imu/ideal`` integrates to the poses of the body, at the place where the device is fixed to it."""
     topic = evidence.first(roles.IMU_IDEAL)
-    rows: ImuRows | None = room.table(topic, imu_row, ImuRows)
+    rows: ImuRows | None = room.table(topic, imu_rows, ImuRows)
     mount = None if rows is None else evidence.mount(str(rows.frames[0]))
     if rows is None or mount is None or room.curve is None or len(rows.stamps) < _FEWEST or (np.diff(rows.stamps) <= 0).any():
         return
@@ -96,7 +96,7 @@ def _product(turns: Rotation) -> Rotation:
 def imu_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether ``imu/data`` follows ``imu/ideal``, with the white noise that its covariances say."""
     topic = evidence.first(roles.IMU_DATA)
-    data, ideal = (room.table(role, imu_row, ImuRows) for role in (roles.IMU_DATA, roles.IMU_IDEAL))
+    data, ideal = (room.table(role, imu_rows, ImuRows) for role in (roles.IMU_DATA, roles.IMU_IDEAL))
     if data is None or ideal is None or len(data.stamps) < _FEWEST:
         return
     told = data.stamps - round(float(room.group("imu").get("clock_offset_s", 0.0)) / NS)

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import read_text
-from scene_synth_ros.prove.decode import JointRows, OdometryRows, cut, joint_row, odometry_row
+from scene_synth_ros.prove.decode import JointRows, OdometryRows, cut, joint_rows, odometry_rows
 from scene_synth_ros.prove.evidence import NS, Evidence, Room
 from scene_synth_ros.prove.verdict import Verdict, at_most
 
@@ -27,7 +27,7 @@ _ENCODER = np.diag([1e-8, 1e-8, 1e-8])
 def odometry(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether the covariance of ``odom`` covers its error: its normalised square is chi-squared with three degrees (NEES)."""
     topic = evidence.first(roles.ODOM)
-    rows: OdometryRows | None = room.table(topic, odometry_row, OdometryRows)
+    rows: OdometryRows | None = room.table(topic, odometry_rows, OdometryRows)
     if rows is None or room.curve is None:
         return
     rows = cut(rows, room.curve.covers(rows.stamps))
@@ -48,8 +48,8 @@ def odometry(evidence: Evidence, room: Room) -> Iterator[Verdict]:
 def wheels(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether the angles of the wheels, with radius and track of the robot's description, add up to ``odom``."""
     topic = evidence.first(roles.JOINT_STATES)
-    joints: JointRows | None = room.table(topic, joint_row, JointRows)
-    told: OdometryRows | None = room.table(roles.ODOM, odometry_row, OdometryRows)
+    joints: JointRows | None = room.table(topic, joint_rows, JointRows)
+    told: OdometryRows | None = room.table(roles.ODOM, odometry_rows, OdometryRows)
     size = _wheels_of(evidence, room)
     if joints is None or told is None or size is None or joints.position.ndim != 2:
         return

@@ -85,13 +85,19 @@ def room_settings(values: Groups, catalog_dir: Path | None) -> RoomSettings:
     )
 
 
+def _made_of(settings: RoomSettings) -> tuple[Path | None, StandardName]:
+    """Return what a scene's geometry depends on beside the scene."""
+    return settings.catalog_dir, settings.semantic_classes
+
+
 class RenderedRoom:
     """A room's geometry, renderer, annotator and metered exposure, each made when it is first asked for, until it is closed.
 
     Threading: one thread at a time.
 
     Args:
-        former: the room before, which may be closed at any time: its trees and nodes are taken where they are the same.
+        former: the room before, which may be closed at any time: its trees, its nodes and, of the same scene, its geometry and light are
+            taken where they are the same.
     """
 
     def __init__(self, scene: SceneDescription, settings: RoomSettings, former: RenderedRoom | None = None) -> None:
@@ -104,6 +110,9 @@ class RenderedRoom:
     @cached_property
     def flat(self) -> FlatScene:
         """The geometry."""
+        former = self._former
+        if former is not None and former.scene == self.scene and _made_of(former.settings) == _made_of(self.settings):
+            return former.flat
         return with_classes(flatten(self.scene, self.settings.catalog_dir), self.scene, self.settings.semantic_classes)
 
     @cached_property
@@ -113,10 +122,10 @@ class RenderedRoom:
         Raises:
             SceneSynthError: the room cannot be made.
         """
-        settings = self.settings
+        settings, flat = self.settings, self.flat
         former, self._former = self._former, None
         renderer = Renderer(
-            self.flat,
+            flat,
             settings.camera,
             settings.render,
             scene_key(self.scene),

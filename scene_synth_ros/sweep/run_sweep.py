@@ -5,24 +5,27 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from itertools import groupby, islice
 from pathlib import Path
 from typing import NamedTuple
 
 from grammar.counterfactual import apply_change, as_base
-from renderer.film.tone import Exposure
 from scene_description import SceneSynthError, error_line
 from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.offline.offline_bag import OfflineBag
-from scene_synth_ros.offline.offline_renderer import meter_room
 from scene_synth_ros.offline.rules import rules_of
+from scene_synth_ros.render.renderer_config import catalog_folder
+from scene_synth_ros.render.room import RenderedRoom, room_settings
 from scene_synth_ros.sweep.sweep_file import SweepError
 from scene_synth_ros.sweep.sweep_json import SWEEP_NAME
 from scene_synth_ros.sweep.variant import RECORD_NAME, BaseRoom, SweepPlan, Variant, sweep_document
 from scene_synth_ros.workers.folder_lock import folder_lock
-from scene_synth_ros.workers.pool import WorkerPool
+from scene_synth_ros.workers.pool import Tell, WorkerPool
 
 
 class Outcome(NamedTuple):
@@ -58,10 +61,13 @@ def run_sweep(
         found = [variant.id for variant in chosen if is_done(variant, folder, exposure)]
         left = [variant for variant in chosen if variant.id not in found]
         made: list[Made] = []
+
+        def take(done: Made) -> None:
+            made.append(done)
+            tell(done, len(made), len(left))
+
         try:
-            for done in _make_all(left, folder, exposure, workers, lock):
-                made.append(done)
-                tell(done, len(made), len(left))
+            _make_all(left, folder, exposure, workers, lock, take)
         finally:
             there = [variant.id for variant in plan.variants if is_done(variant, folder, exposure)]
             refused = {done.id: done.refused for done in made if done.refused}
@@ -69,20 +75,73 @@ def run_sweep(
     return Outcome(tuple(found), tuple(made))
 
 
-def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int, lock: int) -> Iterator[Made]:
-    """Yield what becomes of the variants, as they are made."""
+def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int, lock: int, take: Callable[[Made], None]) -> None:
+    """Make the variants; ``take`` is called with what becomes of each."""
     if workers == 1 or len(variants) < 2:
-        yield from (make_variant(variant, folder, exposure) for variant in variants)
+        with closing(HeldRoom()) as held:
+            for variant in variants:
+                take(make_variant(variant, folder, exposure, held))
         return
     count = min(workers, len(variants))
     share = -(-len(os.sched_getaffinity(0)) // count)
     with WorkerPool(prepare_variants, (folder, exposure), count, share, [lock]) as pool:
-        yield from pool.results(variants)
+        deque(pool.results(tasks_of(variants, count), take), maxlen=0)
 
 
-def prepare_variants(setup: tuple[Path, str]) -> Callable[[Variant, object], Made]:
-    """Return what makes a variant in a worker process; ``setup`` is the folder of the sweep and its exposure."""
-    return lambda variant, _: make_variant(variant, *setup)
+_TASKS = 2
+"""Of a worker, at least."""
+
+
+def tasks_of(variants: Sequence[Variant], workers: int) -> Iterator[tuple[Variant, ...]]:
+    """Yield what a worker makes at a time: the variants of a base room, in parts where there are few rooms."""
+    most = -(-len(variants) // (_TASKS * workers))
+    for _, of_room in groupby(variants, lambda variant: id(variant.base)):
+        while task := tuple(islice(of_room, most)):
+            yield task
+
+
+def prepare_variants(setup: tuple[Path, str]) -> Callable[[Sequence[Variant], Tell], None]:
+    """Return what makes variants in a worker process, and tells of each; ``setup`` is the folder of the sweep and its exposure."""
+    held = HeldRoom()
+
+    def make(variants: Sequence[Variant], tell: Tell) -> None:
+        for variant in variants:
+            tell(make_variant(variant, *setup, held))
+
+    return make
+
+
+class HeldRoom:
+    """The base room of the variants at work, kept open: they have its exposure, and share with it what they have in common.
+
+    Threads: one calls every method.
+    """
+
+    def __init__(self) -> None:
+        self._base: BaseRoom | None = None
+        self._rooms: dict[str, RenderedRoom] = {}
+
+    def of(self, base: BaseRoom) -> Mapping[str, RenderedRoom]:
+        """Return a base room as each renderer has it, by their names; the one before is closed.
+
+        Raises:
+            SceneSynthError: the room cannot be made.
+        """
+        if self._base != base:
+            self.close()
+            scene, former = as_base(base.scene), None
+            for name, groups in base.settings.renderers.items():
+                former = RenderedRoom(scene, room_settings(groups, catalog_folder("renderer_node", groups)), former)
+                self._rooms[name] = former
+                former.make()
+            self._base = base
+        return self._rooms
+
+    def close(self) -> None:
+        """Release the room's threads and memory."""
+        for room in self._rooms.values():
+            room.close()
+        self._rooms, self._base = {}, None
 
 
 class Made(NamedTuple):
@@ -93,10 +152,10 @@ class Made(NamedTuple):
     refused: str
 
 
-def make_variant(variant: Variant, folder: Path, exposure: str) -> Made:
+def make_variant(variant: Variant, folder: Path, exposure: str, held: HeldRoom) -> Made:
     """Write the bag of a variant below the folder of its sweep.
 
-    The same random numbers, frame indices and stamps as of the base room; its exposure too, if that is ``held``.
+    The same random numbers, frame indices and stamps as of the base room; its exposure too, if ``exposure`` is ``held``.
 
     Raises:
         BagWriteError: the bag cannot be written.
@@ -105,13 +164,14 @@ def make_variant(variant: Variant, folder: Path, exposure: str) -> Made:
     bag = folder / variant.bag
     remove_stale(bag)
     rules = rules_of(variant.base.settings)
-    metered: Callable[[str], Exposure] | None = (lambda renderer: _held_exposure(variant.base, renderer)) if exposure == "held" else None
     try:
+        rooms = held.of(variant.base)
         scene = as_base(variant.base.scene)
         for change in variant.changes:
             scene = apply_change(scene, change, rules)
         with OfflineBag(bag, variant.settings, rules.floor_map, {RECORD_NAME: variant.record(exposure)}) as writer:
-            writer.add_room(scene, metered)
+            metered = (lambda renderer: rooms[renderer].metered) if exposure == "held" else None
+            writer.add_room(scene, metered, former=next(iter(rooms.values())))
     except BagWriteError:
         raise
     except SceneSynthError as error:
@@ -142,19 +202,6 @@ def remove_stale(bag: Path) -> None:
     if strangers:
         raise SweepError(f"{bag}: expected a bag of this sweep, got a folder that holds {strangers[0]}; choose another --out")
     shutil.rmtree(bag)
-
-
-_held: dict[str, Exposure] = {}
-"""Exposures of the base room at work, as they are metered, by its records and renderer."""
-
-
-def _held_exposure(base: BaseRoom, renderer: str) -> Exposure:
-    key = json.dumps([base.said, base.scene.id, renderer])
-    if key not in _held:
-        if len(_held) > 16:
-            _held.clear()
-        _held[key] = meter_room(base.scene, base.settings.renderers[renderer])
-    return _held[key]
 
 
 def _compared(record: Mapping[str, str]) -> dict[str, str]:

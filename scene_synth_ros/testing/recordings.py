@@ -123,7 +123,7 @@ def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
     """Return where the camera, or the body, was.
 
     Raises:
-        TestError: the bag does not tell, or of several cameras.
+        TestError: the bag does not tell, never, or of several cameras.
     """
     with BagReader(bag) as reader:
         role = roles.ODOM_IDEAL if test.truth == "body" else roles.POSE
@@ -133,6 +133,8 @@ def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
             expected = "a body: a rig with body.enabled" if test.truth == "body" else "one camera; name it with camera="
             raise TestError(f"{bag}: truth of {test.truth}: expected {expected}, got {', '.join(found) or 'none'}")
         rows = [_PLACES[role](message.data) for message in reader.messages(topics)]
+    if not rows:
+        raise TestError(f"{bag}: truth of {test.truth}: expected poses on {topics[0]}, got no message; record it")
     return _of_rows(rows)
 
 
@@ -166,8 +168,9 @@ def _of_rows(rows: Sequence[tuple[int, Position, Quaternion]]) -> Trajectory:
 def _at_true_stamps(found: Trajectory, true_ns: np.ndarray[Any, np.dtype[np.int64]]) -> Trajectory:
     """Return the poses of a trajectory that are of a true one, at its stamp; of several the first."""
     stamps = np.asarray(found.stamps_ns, np.int64)
-    after = np.clip(np.searchsorted(true_ns, stamps), 1, len(true_ns) - 1)
-    nearest = np.where(stamps - true_ns[after - 1] <= true_ns[after] - stamps, after - 1, after)
+    after = np.minimum(np.searchsorted(true_ns, stamps), len(true_ns) - 1)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(np.abs(stamps - true_ns[before]) <= np.abs(true_ns[after] - stamps), before, after)
     rows = np.flatnonzero(np.abs(true_ns[nearest] - stamps) <= _SAME_NS)
     _, first = np.unique(nearest[rows], return_index=True)
     chosen = rows[first]

@@ -41,9 +41,9 @@ WORDS = ["--rooms", str(ROOMS), "--frames", "2", "--seed", "5", "--shard-rooms",
 WORDS += ["-p", "renderer_node.camera.width:=64", "-p", "renderer_node.camera.height:=48"]
 LAYERS = ("color", "normals", "semantic", "instance")
 LARGE = ["--rooms", str(MANY), "--frames", "1", "--seed", "5", "--shard-rooms", "4", "--workers", str(WORKERS), "--params", "ground_truth"]
-LARGE += ["-p", "renderer_node.camera.width:=16", "-p", "renderer_node.camera.height:=12", "-p", "grammar_node.scene.room_type:=storage"]
+LARGE += ["-p", "renderer_node.camera.width:=16", "-p", "renderer_node.camera.height:=12", "-p", "grammar_node.scene.room_type:=hallway"]
 LARGE += [word for layer in LAYERS for word in ("-p", f"renderer_node.streams.{layer}:=false")]
-"""Depth alone, of the rooms that are sampled in the least time."""
+"""Depth alone, of the rooms that are sampled in the least time and have the fewest objects."""
 SCENE_SYNTH = [sys.executable, "-m", "scene_synth_ros"]
 
 

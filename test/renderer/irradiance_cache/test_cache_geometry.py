@@ -72,6 +72,20 @@ def test_renderers_of_other_lights_share_trees_and_nodes(is_closed):
         assert {name: image.tobytes() for name, image in ours.items()} == {name: image.tobytes() for name, image in theirs.items()}
 
 
+def test_renderers_of_one_scene_share_what_is_known_of_its_light():
+    flat, wide = room(), replace(SMALL, width=40)
+    with Renderer(flat, wide, CACHED, 5) as alone:
+        expected = alone.render(VIEW, 1, ("color_sensed", "radiance")).layers
+    with Renderer(flat, SMALL, CACHED, 5) as before:
+        before.render(VIEW, 0, ("color",))
+        with Renderer(flat, wide, CACHED, 5, like=before) as after, Renderer(flat, SMALL, CACHED, 6, like=before) as otherwise:
+            assert before.prepare(VIEW) == 0 and otherwise.prepare(VIEW) > 100
+            before.close()
+            assert after.prepare(VIEW) < 100, "more than what the wider view shows at its sides was not known"
+            got = after.render(VIEW, 1, ("color_sensed", "radiance")).layers
+    assert {name: image.tobytes() for name, image in got.items()} == {name: image.tobytes() for name, image in expected.items()}
+
+
 def test_solving_that_is_cancelled_again_and_again_comes_to_the_same():
     whole = filled(room())
     asked = 0

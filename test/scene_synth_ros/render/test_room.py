@@ -1,5 +1,7 @@
 """A room's geometry is made when somebody wants a layer of it, once."""
 
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -71,6 +73,17 @@ def test_an_annotator_is_made_when_annotations_are_wanted_and_then_once(renderer
     for index in (1, 2):
         room.render(POSE, index, ("annotations", "depth"))
     assert annotators.made == 1 and renderers.asked[1:] == [(index, ("depth",), {"annotator": annotators}) for index in (1, 2)]
+
+
+def test_geometry_is_that_of_the_room_before_if_it_is_the_same_scene_and_made_of_the_same() -> None:
+    before = RenderedRoom(sample_scene(), SETTINGS)
+    before.make()
+    other = replace(SETTINGS, sensor=SensorConfig(read_noise_e=3.0), camera=CameraConfig(width=32, height=24))
+    with closing(before), closing(RenderedRoom(sample_scene(), other, before)) as room:
+        room.make()
+        assert room.flat is before.flat and room.renderer.tree == before.renderer.tree
+        assert RenderedRoom(sample_scene(), replace(SETTINGS, semantic_classes="coco"), before).flat is not before.flat
+        assert RenderedRoom(replace(sample_scene(), seed=9), SETTINGS, before).flat is not before.flat
 
 
 def test_a_room_that_cannot_be_made_says_so_when_it_is_prepared(monkeypatch: pytest.MonkeyPatch) -> None:

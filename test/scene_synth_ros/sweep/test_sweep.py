@@ -17,6 +17,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from grammar.synthesize import SceneSynthesizer
+from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json, scene_to_json
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -25,6 +26,7 @@ from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
+from scene_synth_ros.render import room as room_module
 from scene_synth_ros.sweep import run_sweep
 from scene_synth_ros.sweep.plan import daylight_note
 from scene_synth_ros.sweep.sweep_file import read_sweep
@@ -192,6 +194,33 @@ def test_workers_change_no_byte(sweep: Path, tmp_path: Path) -> None:
     assert run(sweep, tmp_path / "out", "--workers", "2", "--only", "0001", "0004") == 1
     whole, made = digests(sweep / "out"), digests(tmp_path / "out")
     assert made.keys() == {"variants/0001/0001_0.mcap", "variants/0001/metadata.yaml"} and made.items() <= whole.items()
+
+
+def test_the_variants_of_a_room_come_to_one_worker_unless_there_are_few_rooms(sweep: Path) -> None:
+    variants = read_plan(sweep / "sweep.yaml").variants
+    assert [len(task) for task in run_sweep.tasks_of(variants, 1)] == [3, 2]
+    other = [replace(variant, base=variant.base._replace(file="other.json")) for variant in variants]
+    tasks = list(run_sweep.tasks_of([*variants, *other] * 2, 2))
+    assert [len(task) for task in tasks] == [5, 5, 5, 5] and all(len({id(v.base) for v in task}) == 1 for task in tasks[::2])
+
+
+def test_a_factor_of_the_sensor_makes_neither_geometry_nor_light_anew(sweep: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = {"flatten": 0, "solve": 0}
+    flatten_room, solve = room_module.flatten, IrradianceCache.solve
+
+    def counted(name: str, is_new: bool) -> None:
+        calls[name] += is_new
+
+    monkeypatch.setattr(room_module, "flatten", lambda *of: (counted("flatten", True), flatten_room(*of))[1])
+    of_solve = lambda cache, *of: (counted("solve", cache._coarse_light is not None), solve(cache, *of))[1]  # noqa: E731
+    monkeypatch.setattr(IrradianceCache, "solve", of_solve)
+    text = "base: {scenes: [room.json]}\nrun: {overlays: [realtime, stereo], frames: 1, parameters: {camera.width: 32}}\n"
+    (tmp_path / "sweep.yaml").write_text(text + "factors: {sensor.read_noise_e: {values: [0.0, 3.0, 9.0]}}\n", encoding="utf-8")
+    shutil.copy(sweep / "room.json", tmp_path)
+    assert run(tmp_path, tmp_path / "out") == 0
+    assert calls == {"flatten": 1, "solve": 1}
+    assert run(tmp_path, tmp_path / "alone", "--only", "0002") == 0
+    assert digests(tmp_path / "alone").items() <= digests(tmp_path / "out").items()
 
 
 def test_folders_of_others_are_left_alone(sweep: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

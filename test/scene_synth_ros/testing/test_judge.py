@@ -17,11 +17,12 @@ from scene_description.strict import read_value
 from scene_description.tum_trajectory import trajectory_to_tum
 from scene_description.yaml_text import read_yaml
 from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 from scene_synth_ros.suite.parameters import annotations_of
 from scene_synth_ros.testing.judge import GateFailure, Judge
-from scene_synth_ros.testing.recordings import Recording, TestError, estimated_trajectory
+from scene_synth_ros.testing.recordings import Recording, TestError, estimated_trajectory, true_trajectory
 from scene_synth_ros.testing.room import RoomTest, room
 
 SMALL = {
@@ -112,6 +113,16 @@ def test_estimates_are_taken_at_the_stamps_of_the_truth() -> None:
     assert found.stamps_ns.tolist() == [0, 100_000_000, 400_000_000] and found.positions_m[:, 0].tolist() == [0.0, 1.0, 4.0]
     with pytest.raises(TestError, match=r"estimate: expected the Path of a TUM file, CameraPoses or a Trajectory, got NoneType"):
         estimated_trajectory(None, true)
+    one = Trajectory(stamps_ns=true.stamps_ns[1:2], positions_m=true.positions_m[1:2], orientations=true.orientations[1:2])
+    alone = estimated_trajectory(said[1:4], one)
+    assert alone.stamps_ns.tolist() == [100_000_000] and alone.positions_m[:, 0].tolist() == [1.0]
+
+
+def test_a_bag_without_a_true_pose_is_refused_in_one_line(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic("/synth/camera/pose", "geometry_msgs/msg/PoseStamped")
+    with pytest.raises(TestError, match=r"expected poses on /synth/camera/pose, got no message; record it$"):
+        true_trajectory(tmp_path / "bag", RoomTest(seed=1, ate_m=1.0))
 
 
 @pytest.mark.parametrize(
