@@ -31,6 +31,9 @@ _MOST_PIXELS = 2 * _WIDTH * _WIDTH
 """Of the meter's image, which has 64 columns unless it would be more than twice as high."""
 _DEPTH = 32
 """Segments of the meter's paths: what a room's light loses there is below any step, whatever the pictures lose."""
+_AS_CONFIGURED = ("portable", "integrator", "cache_spacing_m", "cache_rays", "cache_light_samples")
+_BASE_COLORS = {"path": "albedo", "cached": "base_color"}
+"""Integrator -> the layer that tells colours of surfaces, of which it takes no kernels that pictures do not."""
 _DARKEST = 1e-3
 _BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
@@ -74,21 +77,31 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE), black)
 
 
+def metered_layers(config: RenderConfig) -> tuple[str, ...]:
+    """Return the layers that a meter asks a renderer for."""
+    return "radiance", _BASE_COLORS[config.integrator], "range"
+
+
 class LightMeter:
     """Meters a room from small renderings along a path: one answer for all its frames, whatever the quality of their light.
+
+    Light is that of the configured integrator, so that nothing is computed or compiled for the meter alone: looked up, the points of the
+    irradiance cache are those of the pictures; traced, paths are longer than theirs.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
     white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in
     steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen stay below.  Steps keep them the same on processors whose last
     bits differ; everything else makes them depend on the scene only.
 
-    ``config``: ``portable`` is taken from it; ``poses``: the path; a few of its views are metered.
+    ``config``: integrator, settings of the irradiance cache and ``portable`` are taken from it; ``poses``: the path; a few of its views are
+    metered.
     """
 
     def __init__(self, flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> None:
         self._flat, self._scene_key, self._poses = flat, scene_key, poses
         self._camera = _small_camera(camera)
-        self._config = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, portable=config.portable)
+        configured = {name: getattr(config, name) for name in _AS_CONFIGURED}
+        self._config = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, **configured)
         self._left = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
         self._seen: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
 
@@ -100,12 +113,13 @@ class LightMeter:
         Raises:
             RenderCancelled: ``cancelled`` returned True.
         """
+        layers = metered_layers(self._config)
         with Renderer(self._flat, self._camera, replace(self._config, threads=threads), self._scene_key, like=like) as renderer:
             while self._left:
-                frame = renderer.render(self._poses[self._left[0]], self._left[0], ("color", "albedo", "range"), cancelled=cancelled)
-                assert frame.radiance is not None
-                seen = ~np.isnan(frame.layers["range"])  # not beyond the circle of a fisheye
-                self._seen.append((frame.radiance[seen], frame.layers["albedo"][seen].astype(np.float32)))
+                frame = renderer.render(self._poses[self._left[0]], self._left[0], layers, cancelled=cancelled)
+                light, base, distance = (frame.layers[name] for name in layers)
+                seen = ~np.isnan(distance)  # not beyond the circle of a fisheye
+                self._seen.append((np.asarray(light[seen], np.float32), np.asarray(base[seen], np.float32)))
                 del self._left[0]
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
         luminance = matmul(light.astype(np.float64), LUMINANCE)

@@ -81,7 +81,8 @@ def _give_way() -> None:
 @cache
 def _compile_kernels() -> None:
     """Compile what most nodes need: the time-outs of the tests that wait for them are for what hangs."""
-    commands = [["-c", f"import renderer; renderer.warm_up(integrator={name!r})"] for name in ("path", "irradiance_cache")]
+    warm_up = "import renderer; renderer.warm_up"
+    commands = [["-c", f"{warm_up}()"], ["-c", f"{warm_up}(('color', *renderer.GEOMETRIC_LAYERS), integrator='cached')"]]
     commands.append(["-m", "scene_synth_ros", "sample", "--room", "hallway", "--out", tempfile.mkdtemp()])
     for process in [subprocess.Popen([sys.executable, *words], stdout=subprocess.DEVNULL) for words in commands]:
         process.wait()

@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from contextlib import closing
 
-from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, warm_up
+from renderer import RenderCancelled, RenderConfig, warm_up
 from renderer.annotations import warm_up as warm_up_annotations
+from renderer.exposure import metered_layers, needs_meter
+from renderer.film.layers import PHOTOGRAPHS
 from scene_description import SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
@@ -63,7 +65,9 @@ class Rendering:
         began = time.perf_counter()
         self.life.node.get_logger().info("loading kernels (the first run compiles them)")
         render: RenderConfig = self.life.settings["render"]
-        layers = {*WARM_LAYERS, *self.life.output.messages.layers}
+        layers = set(self.life.output.messages.layers)
+        if needs_meter(render) and any(layer in PHOTOGRAPHS for layer in layers):
+            layers |= set(metered_layers(render))
         warm_up(
             layers,
             self.life.settings["depth_sensor"],
