@@ -29,6 +29,8 @@ METER_CONSTANT = 12.5
 _WIDTH, _SAMPLES, _VIEWS, _STEPS_PER_EV = 64, 16, 3, 8
 _MOST_PIXELS = 2 * _WIDTH * _WIDTH
 """Of the meter's image, which has 64 columns unless it would be more than twice as high."""
+_ZONE = 4
+"""Side in pixels of the zones whose mean luminance is metered: noise of single pixels would lower logarithms and low quantiles."""
 _DEPTH = 32
 """Segments of the meter's paths: what a room's light loses there is below any step, whatever the pictures lose."""
 _AS_CONFIGURED = ("portable", "integrator", "cache_spacing_m", "cache_rays", "cache_light_samples")
@@ -88,9 +90,9 @@ class LightMeter:
     Light is that of the configured integrator, so that nothing is computed or compiled for the meter alone: looked up, the points of the
     irradiance cache are those of the pictures; traced, paths are longer than theirs.
 
-    The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
-    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in
-    steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen stay below.  Steps keep them the same on processors whose last
+    The exposure value is log2(100 L / K) of the log-average luminance L of zones, or what shows 92 % of them below 1.5 stops above white,
+    whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in steps of
+    1/8 EV too, is 0.8 of the luminance that 0.5 % of the zones stay below.  Steps keep them the same on processors whose last
     bits differ; everything else makes them depend on the scene only.
 
     ``config``: integrator, settings of the irradiance cache and ``portable`` are taken from it; ``poses``: the path; a few of its views are
@@ -104,6 +106,7 @@ class LightMeter:
         self._config = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, **configured)
         self._left = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
         self._seen: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
+        self._zones: list[NDArray[np.float64]] = []
 
     def read(self, threads: int = 0, *, like: Renderer | None = None, cancelled: Callable[[], bool] | None = None) -> Exposure:
         """Return the exposure; go on where a call that was cancelled has stopped.
@@ -117,18 +120,28 @@ class LightMeter:
         with Renderer(self._flat, self._camera, replace(self._config, threads=threads), self._scene_key, like=like) as renderer:
             while self._left:
                 frame = renderer.render(self._poses[self._left[0]], self._left[0], layers, cancelled=cancelled)
-                light, base, distance = (frame.layers[name] for name in layers)
+                light, base, distance = (np.asarray(frame.layers[name], np.float32) for name in layers)
                 seen = ~np.isnan(distance)  # not beyond the circle of a fisheye
-                self._seen.append((np.asarray(light[seen], np.float32), np.asarray(base[seen], np.float32)))
+                self._seen.append((light[seen], base[seen]))
+                self._zones.append(_zone_luminance(light, seen))
                 del self._left[0]
-        light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
-        luminance = matmul(light.astype(np.float64), LUMINANCE)
-        logs = np.mean([el.log2(np.maximum(matmul(view.astype(np.float64), LUMINANCE), _DARKEST)).mean() for view, _ in self._seen])
+        logs = np.mean([el.log2(np.maximum(zones, _DARKEST)).mean() for zones in self._zones])
+        luminance = np.concatenate(self._zones)
         bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
         ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
         ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
+        light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
         return Exposure(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100))
+
+
+def _zone_luminance(light: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the mean luminance (n,) of what is ``seen`` (h, w) of an image (h, w, 3), by zones; those that see nothing are left out."""
+    luminance = np.where(seen, matmul(light.astype(np.float64).reshape(-1, 3), LUMINANCE).reshape(seen.shape), 0.0)
+    rows, columns = (np.arange(0, side, _ZONE) for side in seen.shape)
+    images = luminance, seen.astype(np.float64)
+    total, count = (np.add.reduceat(np.add.reduceat(image, rows, axis=0), columns, axis=1) for image in images)
+    return np.asarray(total[count > 0.0] / count[count > 0.0])
 
 
 def _small_camera(camera: CameraConfig) -> CameraConfig:

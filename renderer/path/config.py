@@ -55,7 +55,7 @@ class RenderConfig:
     auto_exposure: Annotated[bool, Limits(description="Meter the exposure of each room")] = False
     exposure_compensation_ev: Annotated[
         float, Limits(ge=-10.0, le=10.0, unit="EV", description="Brightens a metered exposure; positive is brighter")
-    ] = 0.9
+    ] = 1.3
     white_balance: Annotated[
         Literal["none", "auto", "kelvin"],
         Limits(description="Which light looks white: that of the display (none), the room's as metered (auto), or that of white_balance_k"),

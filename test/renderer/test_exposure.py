@@ -117,3 +117,13 @@ def test_black_is_what_the_darkest_of_the_view_has_less_than_and_never_much() ->
     by_hand = exposed(RenderConfig(exposure_ev100=metered.ev100 + 1.0), metered)
     assert by_hand.black == pytest.approx(0.5 * metered.black)
     assert exposed(RenderConfig(exposure_ev100=metered.ev100 - 4.0), metered).black == MOST_BLACK
+
+
+def test_noise_of_paths_makes_no_room_brighter() -> None:
+    """A small lamp behind a screen: single pixels of few samples, nearly black or far too bright, have a log-average that is 1.2 EV lower."""
+    shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.7, 0.7, 0.7))
+    lamp = box((1.7, 1.7, 0.1), (1.75, 1.75, 0.15), emission=(90000.0,) * 3)
+    room = scene(shell, lamp, quad((1.2, 0.6, 0.0), (0.0, 1.4, 0.0), (0.0, 0.0, 1.6)))
+    path = [pose((-1.8, -1.8, 1.0), (1.0, 1.0, 1.0))]
+    traced, looked_up = (meter(room, CAMERA, RenderConfig(threads=2, integrator=name), 5, path) for name in ("path", "cached"))
+    assert abs(traced.ev100 - looked_up.ev100) <= 0.375
