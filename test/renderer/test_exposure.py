@@ -120,7 +120,7 @@ def test_black_is_what_the_darkest_of_the_view_has_less_than_and_never_much() ->
 
 
 def test_noise_of_paths_makes_no_room_brighter() -> None:
-    """A small lamp behind a screen: single pixels of few samples, nearly black or far too bright, have a log-average that is 1.2 EV lower."""
+    """A small lamp behind a screen: single pixels of few samples, nearly black or far too bright, have a log-average 1.2 EV lower."""
     shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.7, 0.7, 0.7))
     lamp = box((1.7, 1.7, 0.1), (1.75, 1.75, 0.15), emission=(90000.0,) * 3)
     room = scene(shell, lamp, quad((1.2, 0.6, 0.0), (0.0, 1.4, 0.0), (0.0, 0.0, 1.6)))
