@@ -120,7 +120,7 @@ FACTORS: dict[str, Factor] = {
         ("object_added", "objects added", None, "how many objects of the target's category are put into the room, 0 to 50",
          addition.add, _always(0)),
         ("object_placed", "object put in place", None,
-         "{at_m: [x, y, z], yaw_rad, style, seed}: one object of the target's category is put there, on what carries it; seed is its model's",
+         "{at_m: [x, y, z], yaw_rad, style, seed}: one of the target's category is put there, on what carries it; seed is its model's",
          placement.place, _NONE),
     ),
     **_factors(

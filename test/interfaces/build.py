@@ -2,8 +2,8 @@
 
 ``python test/interfaces/build.py`` reads the definitions of ``PACKAGES``, of which the recorder writes some into bags, has the wheels' own
 rosidl generators write C, C++ and Python from them, compiles that and installs the result into the virtual environment, where the wheels
-have theirs: Python modules, ``lib/lib<package>__rosidl_typesupport_*.so``, ``share/<package>/msg`` and ``srv``, and the ament index.  A second run finds
-nothing to do until an input changes.  It needs a C and a C++ compiler and Python's headers.
+have theirs: Python modules, ``lib/lib<package>__rosidl_typesupport_*.so``, ``share/<package>/msg`` and ``srv``, and the ament index.  A
+second run finds nothing to do until an input changes.  It needs a C and a C++ compiler and Python's headers.
 
 CMake would make six libraries of a package.  Here all its C is one Python extension, which the type support finds under the two names
 that it looks for.  Only Python can load it, and it has no actions.
