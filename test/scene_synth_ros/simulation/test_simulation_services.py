@@ -20,7 +20,12 @@ from scene_synth_ros.suite.qos import latched_qos, stream_qos
 pytest.importorskip("simulation_interfaces")
 FRAMES = 4
 WORDS = ["--rooms", 3, "--frames", FRAMES, "--seed", 9, "-p", "grammar_node.scene.room_type:=bedroom"]
-PARAMETERS = ["grammar_node.lock_step:=true", "grammar_node.start_stopped:=true", "grammar_node.rate_hz:=10.0", "renderer_node.realtime:=false"]
+PARAMETERS = [
+    "grammar_node.lock_step:=true",
+    "grammar_node.start_stopped:=true",
+    "grammar_node.rate_hz:=10.0",
+    "renderer_node.realtime:=false",
+]
 WORDS += [word for override in (*PARAMETERS, *SMALL) for word in ("-p", override)]
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 
