@@ -75,7 +75,7 @@ class Inbox:
             elif status.role == "renderer" and status.node != self._name:
                 self._renderers[status.node] = status
             elif status.role == "grammar":
-                if self._run not in ("", status.run) and not self._recorders:
+                if status.lock_step and self._run not in ("", status.run) and not self._recorders:
                     self._abandoned = True
                 self._run, self.finished_scene, self._lock_step = status.run, status.done_scene, status.lock_step
                 self.wall_clock, self.until_ns = status.clock == "wall", status.until_ns
@@ -121,7 +121,7 @@ class Inbox:
     def must_leave(self, on_path: bool, shown: bool = True) -> bool:
         """Return whether the room must be left: for the end, or for the next room, unless that waits until the camera path is done.
 
-        It is left, too, when the run has begun again meanwhile, where no recorder would have a part of it in a bag.
+        In lock-step it is left, too, when the run has begun again meanwhile, where no recorder would have a part of it in a bag.
         A room of whose path nothing was shown yet is left for the end only: where rooms come faster than they can be made, nothing would
         ever be seen.
         """

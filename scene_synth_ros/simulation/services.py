@@ -104,14 +104,15 @@ class SimulationServices:
 
     def _on_text(self, text: str) -> None:
         """Answer a request in JSON; a text that is none is answered without a service."""
-        service, identifier = "", None
+        service, identifier = "", None  # type: str, int | str | None
         try:
             if len(text) > MOST_TEXT:
                 raise ValueError(f"expected at most {MOST_TEXT} characters, got {len(text)}")
             asked = json.loads(text)
             if not isinstance(asked, dict) or not isinstance(asked.get("request", {}), dict):
                 raise ValueError(f'expected {{"service", "id", "request"}}, got {shorten(asked)}')
-            service, identifier = str(asked.get("service"))[:100], asked.get("id")
+            service, told = str(asked.get("service"))[:100], asked.get("id")
+            identifier = told if isinstance(told, int) else str(told)[:100] if told is not None else None
             if service not in SERVICES:
                 raise ValueError(f"service: expected one of {', '.join(SERVICES)}, got '{service}'")
             found = self._answer(service, asked.get("request", {}))
