@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -34,13 +35,17 @@ class World:
     def scene(self, sampled: SceneDescription, times: CameraTimes, rules: SceneSynthesizer) -> SceneDescription:
         """Return the first room: the one that was sampled, or the one that was loaded, at ``times`` of frames; changed.
 
+        A changed room has an id of its own, by its changes: a bag may have it beside the one that it was.
+
         Raises:
             ChangeError: a change does not fit the room any more.
         """
         scene = sampled if self.loaded is None else _in_place(self.loaded, sampled.index, times)
         for change in self.changes:
             scene = apply_change(as_base(scene), change, rules)
-        return scene
+        if not self.changes:
+            return scene
+        return replace(scene, id=f"{scene.id[:100]}-{zlib.crc32(repr(self.changes).encode()):08x}")
 
     def after(self, change: Change) -> World:
         """Return the world with one more change."""

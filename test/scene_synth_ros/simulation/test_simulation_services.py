@@ -6,14 +6,20 @@ import hashlib
 import json
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
-from scene_synth_ros_suite import SMALL, Child, Peer, command, dds_context, environment, stop
+from rclpy.serialization import deserialize_message
+from scene_synth_ros_suite import SMALL, Child, Peer, command, dds_context, environment, record_command, stop
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from scene_description import scene_from_json
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_verify import verify_bag
+from scene_synth_ros.prove.prove import prove_bag
 from scene_synth_ros.simulation.services import service_class
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
@@ -65,6 +71,12 @@ class Simulator(Peer):
     @property
     def state(self) -> int:
         return int(self.ask("get_simulation_state").state.state)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the first room is there."""
+        kind = service_class("get_entities")
+        return bool(self.call(kind, "get_entities", kind.Request()).result.result == 1)
 
     def ask_in_json(self, service: str, **fields: Any) -> dict[str, Any]:
         self.spin_until(self._asking.get_subscription_count, 60, "simulation/request")
@@ -193,3 +205,37 @@ def test_another_room_is_loaded_and_the_same_is_said_in_json(simulator: Simulato
     assert simulator.ask_in_json("step_simulation", steps="two")["result"]["error_message"].startswith("step_simulation.steps")
     assert "expected one of get_simulator_features" in simulator.ask_in_json("dance")["result"]["error_message"]
     assert simulator.state == PAUSED
+
+
+def test_a_bag_of_a_steered_run_is_whole_and_its_changed_room_is_made_again(tmp_path: Path) -> None:
+    from simulation_interfaces.msg import Resource
+
+    bag, env = tmp_path / "bag", environment()
+    words = ["--rooms", 2, "--frames", FRAMES, "--seed", 9, "-p", "grammar_node.scene.room_type:=bedroom"]
+    process = Child(record_command(bag, *words, "-p", "grammar_node.start_stopped:=true"), env=env)
+    try:
+        with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
+            simulator = Simulator(context)
+            simulator.find(service_class("get_entities"), "get_entities")
+            simulator.spin_until(lambda: process.poll() is not None or simulator.is_there, 240, "the first room")
+            assert process.poll() is None, process.said()
+            spawned(simulator, Resource(uri="model://waste_bin"))
+            simulator.go_to(PAUSED)
+            simulator.ask("step_simulation", steps=2)
+            simulator.ask("reset_simulation", code=4)
+            simulator.ask("reset_simulation", scope=6)  # the room at work is finished first, then comes again without the bin
+            simulator.go_to(PLAYING)
+            assert process.wait(240) == 0, process.said()
+    finally:
+        stop(process)
+    report = inspect_bag(bag)
+    assert not report.faults, report.faults
+    with BagReader(bag) as reader:
+        rooms = [scene_from_json(deserialize_message(message.data, String).data) for message in reader.messages(["/synth/scene"])]
+    assert [room.index for room in rooms] == [0, 0, 1] and len({room.id for room in rooms}) == 3
+    assert [any(item.category == "waste_bin" and item.id == rooms[0].objects[-1].id for item in room.objects) for room in rooms[:2]] == [
+        True,
+        False,
+    ]
+    assert {topic.count for topic in report.topics if topic.name == "/synth/camera/depth/image_raw"} == {3 * FRAMES}
+    assert verify_bag(bag).good and prove_bag(bag).good
