@@ -91,7 +91,7 @@ setup(
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
         "bench-physics": ["mujoco>=3.3"],
-        "bench-lidar": ["kiss-icp>=1.3", "rosbags>=0.10"],
+        "bench-lidar": ["kiss-icp>=1.3", "rko_lio>=0.4", "small_gicp>=1.0", "rosbags>=0.10"],
         "bench-reference": ["mitsuba>=3.9"],
         "bench-perception": ["open3d==0.19.0", "opencv-python-headless>=4.10"],
         "bench-alignment": ["open3d==0.19.0", "rosbags>=0.10"],

@@ -1,12 +1,14 @@
-"""Somebody else's lidar odometry on bags of rooms that nobody has looked at: KISS-ICP, unmodified, judged by the true poses.
+"""Other people's lidar odometry on bags of rooms that nobody has looked at, unmodified, judged by the true poses.
 
-python -m benchmarks.lidar_bench [--rooms N] [--frames N] [--seed S] [--overlay RIG] [--write]
+python -m benchmarks.lidar_bench [--rooms N] [--frames N] [--seed S] [--overlay RIG] [--bags DIR] [--write]
 
-Each room is made offline with a robot that carries a lidar.  KISS-ICP (I. Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP",
-RA-L 2023; the extra ``bench-lidar``) reads ``lidar/points`` and, for comparison, ``lidar/points_ideal``; with its deskewing by the times of
-points, and without.  Its settings are for rooms: voxels of 10 cm.  What it says of a sweep is where the lidar is at its end, or in its
-middle where it does not deskew.  The absolute trajectory error is the root mean square of what is left of positions after the best rotation
-and shift (S. Umeyama, 1991, without scale); the true ones come from ``odom/ideal`` and ``/tf_static``.
+Each room is made offline with a robot that carries a lidar.  Each of ``JUDGES`` (the extra ``bench-lidar``) reads ``lidar/points`` and,
+for comparison, ``lidar/points_ideal``: KISS-ICP (I. Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP", RA-L 2023) with its
+deskewing by the times of points, and without; RKO-LIO (M. Malladi et al., 2025) with ``imu/data`` or ``imu/ideal``; small_gicp (K. Koide,
+JOSS 2024), each sweep onto the map of those before, which does not deskew.  Settings are for rooms: voxels of 10 cm.  What is said of a
+sweep is where the lidar is at its end, or in its middle where it is not deskewed.  The absolute trajectory error is the root mean square
+of what is left of positions after the best rotation and shift (S. Umeyama, 1991, without scale); the true ones come from ``odom/ideal``
+and ``/tf_static``.
 """
 
 from __future__ import annotations
@@ -16,71 +18,152 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
-from scene_synth_ros.bags.indexed_bag import open_bag
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
-from scene_synth_ros.prove.decode import cloud_row
+from scene_synth_ros.prove.bag import ReadBag
+from scene_synth_ros.prove.decode import CloudRow, ImuRows, cloud_row, imu_row
 from scene_synth_ros.prove.evidence import Evidence, Room
 
 Floats = NDArray[np.float64]
 
 _QUICK = ("camera.width:=64", "camera.height:=48", *(f"streams.{layer}:=false" for layer in ("color", "normals", "semantic", "instance")))
-_VOXEL_M, _LIMIT_M = 0.1, 0.05
+_VOXEL_M, _COARSE_M, _NEAR_M, _FAR_M, _LIMIT_M = 0.1, 0.3, 0.2, 30.0, 0.05
+
+
+class Sensed(NamedTuple):
+    """What a judge reads of a room: sweeps, how long one takes, and the IMU with its pose in the lidar's frame (4, 4)."""
+
+    sweeps: list[CloudRow]
+    period_s: float
+    imu: ImuRows | None
+    lidar_from_imu: Floats
+
+
+class Judge(NamedTuple):
+    """Somebody's odometry: where it says that the lidar is in each sweep, (n, 3), and at which share of a sweep that is."""
+
+    places: Callable[[Sensed], Floats]
+    at: float
 
 
 class Ride(NamedTuple):
-    """One room: name; way gone (m) and turn made (rad); error (m) by whether the points err and whether KISS-ICP deskews them."""
+    """One room: name; way gone (m) and turn made (rad); error (m) by the judge's name and whether what is sensed errs."""
 
     name: str
     way_m: float
     turned_rad: float
-    errors_m: dict[tuple[bool, bool], float]
+    errors_m: dict[tuple[str, bool], float]
 
 
 def rides(bag: Path) -> Iterator[Ride]:
-    """Yield what KISS-ICP makes of each room of a bag."""
-    evidence = Evidence(open_bag(bag))
+    """Yield what each judge makes of each room of a bag."""
+    with closing(ReadBag(bag, print)) as messages:
+        yield from _rides(bag.name, Evidence(messages))
+
+
+def _rides(name: str, evidence: Evidence) -> Iterator[Ride]:
     for number, room in enumerate(evidence.rooms):
         if room.curve is None or room.body is None:
             continue
         way = float(np.linalg.norm(np.diff(room.body.place, axis=0), axis=1).sum())
         turned = float(np.abs(room.body.spin[:-1, 2] * np.diff(room.body.stamps) * 1e-9).sum())
-        errors = {
-            (errs, deskewed): _error(evidence, room, roles.LIDAR_POINTS if errs else roles.LIDAR_IDEAL, deskewed)
-            for errs in (True, False)
-            for deskewed in (True, False)
-        }
-        yield Ride(f"{bag.name}, room {number}", way, turned, errors)
+        errors = {}
+        for errs in (True, False):
+            sensed = _sensed(evidence, room, errs)
+            for name, judge in JUDGES.items():
+                true = _true_places(evidence, room, sensed, judge.at)
+                errors[name, errs] = trajectory_error_m(judge.places(sensed), true)
+        yield Ride(f"{name}, room {number}", way, turned, errors)
 
 
-def _error(evidence: Evidence, room: Room, role: roles.Role, deskewed: bool) -> float:
+def _sensed(evidence: Evidence, room: Room, errs: bool) -> Sensed:
+    """Return what the lidar and the IMU read, or would without any error."""
+    cloud, imu = (roles.LIDAR_POINTS, roles.IMU_DATA) if errs else (roles.LIDAR_IDEAL, roles.IMU_IDEAL)
+    sweeps = [cloud_row(CdrReader(message)) for _, message in room.each(evidence.first(cloud))]
+    rows: ImuRows | None = room.table(imu, imu_row, ImuRows)
+    between = np.eye(4)
+    lidar, device = evidence.mount(sweeps[0].frame), evidence.mount(str(rows.frames[0])) if rows is not None else None
+    if lidar is not None and device is not None:
+        between[:3, :3] = (lidar.turn.inv() * device.turn).as_matrix()
+        between[:3, 3] = lidar.turn.inv().apply(device.place - lidar.place)
+    return Sensed(sweeps, 1e-9 * float(np.diff([sweep.stamp_ns for sweep in sweeps]).min()), rows, between)
+
+
+def _true_places(evidence: Evidence, room: Room, sensed: Sensed, at: float) -> Floats:
+    mount = evidence.mount(sensed.sweeps[0].frame)
+    assert mount is not None and room.curve is not None
+    return np.array([mount.on(*room.curve.at(sweep.stamp_ns, at * sensed.period_s))[0][0] for sweep in sensed.sweeps])
+
+
+def _places(points: NDArray[Any]) -> Floats:
+    return np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
+
+
+def _by_kiss_icp(sensed: Sensed, *, deskewed: bool) -> Floats:
     from kiss_icp.config import KISSConfig
     from kiss_icp.config.config import DataConfig, MappingConfig
     from kiss_icp.kiss_icp import KissICP
 
-    data = DataConfig(min_range=0.2, max_range=30.0, deskew=deskewed)
-    odometry = KissICP(KISSConfig(data=data, mapping=MappingConfig(voxel_size=_VOXEL_M)))
-    said, true = [], []
-    assert room.curve is not None
-    clouds = [cloud_row(CdrReader(message)) for _, message in room.each(evidence.first(role))]
-    period_s = 1e-9 * float(np.diff([cloud.stamp_ns for cloud in clouds]).min())
-    for cloud in clouds:
-        points = cloud.points.ravel()
-        mount = evidence.mount(cloud.frame)
-        assert mount is not None
-        xyz = np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
-        odometry.register_frame(xyz, points["time"].astype(np.float64) / period_s)
+    data = DataConfig(min_range=_NEAR_M, max_range=_FAR_M, deskew=deskewed)
+    odometry, said = KissICP(KISSConfig(data=data, mapping=MappingConfig(voxel_size=_VOXEL_M))), []
+    for sweep in sensed.sweeps:
+        points = sweep.points.ravel()
+        odometry.register_frame(_places(points), points["time"].astype(np.float64) / sensed.period_s)
         said.append(odometry.last_pose[:3, 3])
-        true.append(mount.on(*room.curve.at(cloud.stamp_ns, period_s if deskewed else 0.5 * period_s))[0][0])
-    return trajectory_error_m(np.array(said), np.array(true))
+    return np.array(said)
+
+
+def _by_rko_lio(sensed: Sensed) -> Floats:
+    from rko_lio.config import LIOConfig
+    from rko_lio.lio import LIO
+
+    assert sensed.imu is not None
+    odometry = LIO(LIOConfig(voxel_size=_VOXEL_M, min_range=_NEAR_M, max_range=_FAR_M, max_num_threads=1, initialization_phase=True))
+    said, fed = [], 0
+    for sweep in sensed.sweeps:
+        points = sweep.points.ravel()
+        end_ns = sweep.stamp_ns + round(sensed.period_s * 1e9)
+        while fed < len(sensed.imu.stamps) and sensed.imu.stamps[fed] <= end_ns:
+            odometry.add_imu_measurement(sensed.imu.force[fed], sensed.imu.rate[fed], int(sensed.imu.stamps[fed]), sensed.lidar_from_imu)
+            fed += 1
+        times = sweep.stamp_ns + np.rint(points["time"].astype(np.float64) * 1e9).astype(np.int64)
+        odometry.register_scan(_places(points), times, np.eye(4), sweep.stamp_ns, end_ns)
+        said.append(odometry.pose()[:3, 3])
+    return np.array(said)
+
+
+def _by_small_gicp(sensed: Sensed) -> Floats:
+    import small_gicp
+
+    model, pose, step, said = small_gicp.GaussianVoxelMap(_COARSE_M), np.eye(4), np.eye(4), []
+    for number, sweep in enumerate(sensed.sweeps):
+        cloud, _ = small_gicp.preprocess_points(_places(sweep.points.ravel()), downsampling_resolution=_VOXEL_M)
+        if number:
+            found = small_gicp.align(model, cloud, init_T_target_source=pose @ step).T_target_source
+            step, pose = np.linalg.inv(pose) @ found, found
+        model.insert(cloud, pose)
+        said.append(pose[:3, 3])
+    return np.array(said)
+
+
+JUDGES: dict[str, Judge] = {
+    "KISS-ICP": Judge(partial(_by_kiss_icp, deskewed=True), 1.0),
+    "KISS-ICP, not deskewed": Judge(partial(_by_kiss_icp, deskewed=False), 0.5),
+    "RKO-LIO": Judge(_by_rko_lio, 1.0),
+    "small_gicp, not deskewed": Judge(_by_small_gicp, 0.5),
+}
+HELD = ("KISS-ICP", "RKO-LIO")
+"""Judges whose median error is held to a limit."""
 
 
 def trajectory_error_m(said: Floats, true: Floats) -> float:
@@ -91,26 +174,25 @@ def trajectory_error_m(said: Floats, true: Floats) -> float:
     return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
 
 
-def measure(rooms: int, frames: int, seed: int, overlay: str) -> list[Row]:
-    """Return the figures of rooms that are made for it."""
-    with tempfile.TemporaryDirectory() as folder:
-        words = [f"--rooms={rooms}", f"--frames={frames}", f"--seed={seed}", f"--overlay={overlay}", f"--out={folder}/bags"]
-        words += [word for value in _QUICK for word in ("-p", f"renderer_node.{value}")]
-        subprocess.run([sys.executable, "-m", "scene_synth_ros", "generate", *words], check=True, stdout=subprocess.DEVNULL)
-        found = [ride for shard in sorted(Path(folder, "bags", "shards").iterdir()) if shard.is_dir() for ride in rides(shard)]
+def make_bags(rooms: int, frames: int, seed: int, overlay: str, folder: Path) -> None:
+    """Make bags of rooms in a folder that is not there yet."""
+    words = [f"--rooms={rooms}", f"--frames={frames}", f"--seed={seed}", f"--overlay={overlay}", f"--out={folder}"]
+    words += [word for value in _QUICK for word in ("-p", f"renderer_node.{value}")]
+    subprocess.run([sys.executable, "-m", "scene_synth_ros", "generate", *words], check=True, stdout=subprocess.DEVNULL)
+
+
+def measure(bags: Path) -> list[Row]:
+    """Return the figures of the rooms of a folder of bags."""
+    found = [ride for shard in sorted((bags / "shards").iterdir()) if shard.is_dir() for ride in rides(shard)]
     rows = [Row("rooms", len(found), "")]
     rows += [Row("way gone in a room, mean", float(np.mean([ride.way_m for ride in found])), "m")]
     rows += [Row("turned in a room, mean", float(np.mean([ride.turned_rad for ride in found])), "rad")]
-    for (errs, deskewed), name in (
-        ((True, True), "as the lidar reads, deskewed"),
-        ((True, False), "as the lidar reads, not deskewed"),
-        ((False, True), "without noise and losses, deskewed"),
-        ((False, False), "without noise and losses, not deskewed"),
-    ):
-        errors, judged = np.array([ride.errors_m[errs, deskewed] for ride in found]), errs and deskewed
-        median, title = float(np.median(errors)), f"{name}: ATE, median"
-        rows.append(at_most(title, median, "m", _LIMIT_M) if judged else Row(title, median, "m"))
-        rows.append(Row(f" {name}: ATE, greatest", float(errors.max()), "m"))
+    for errs, of in ((True, "as the devices read"), (False, "without noise and losses")):
+        for judge in JUDGES:
+            errors = np.array([ride.errors_m[judge, errs] for ride in found])
+            median, title = float(np.median(errors)), f"{judge}, {of}: ATE, median"
+            rows.append(at_most(title, median, "m", _LIMIT_M) if errs and judge in HELD else Row(title, median, "m"))
+            rows.append(Row(f" {judge}, {of}: ATE, greatest", float(errors.max()), "m"))
     return rows
 
 
@@ -121,10 +203,15 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=300)
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**31, help="default: by the clock")
     parser.add_argument("--overlay", default="lidar_robot")
+    parser.add_argument("--bags", type=Path, help="folder of bags that are there already; then nothing is made")
     parser.add_argument("--write", action="store_true", help="put the table into docs/lidar.md")
     arguments = parser.parse_args()
-    rows = measure(arguments.rooms, arguments.frames, arguments.seed, arguments.overlay)
-    print(render_table(f"KISS-ICP on {arguments.overlay}, seed {arguments.seed}, {arguments.frames} frames a room", rows))
+    with tempfile.TemporaryDirectory() as folder:
+        bags = arguments.bags or Path(folder, "bags")
+        if arguments.bags is None:
+            make_bags(arguments.rooms, arguments.frames, arguments.seed, arguments.overlay, bags)
+        rows = measure(bags)
+    print(render_table(f"Lidar odometry on {arguments.overlay}, seed {arguments.seed}, {arguments.frames} frames a room", rows))
     if arguments.write:
         told = f"Seed {arguments.seed}, {arguments.frames} frames a room.\n\n{markdown_table(rows)}"
         write_section(DOCS / "lidar.md", "odometry", told)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-from grammar.counterfactual import addition, cameras, clutter, light, rearrangement, room_size, surfaces
+from grammar.counterfactual import addition, cameras, clutter, light, placement, rearrangement, room_size, surfaces
 from grammar.counterfactual.change import Attribute, Change, ChangeError, Factor, Outcome, Touches, Work
 from grammar.counterfactual.targets import OBJECTS, check_keys, chosen_objects
 from grammar.synthesize import SceneSynthesizer
@@ -119,6 +119,9 @@ FACTORS: dict[str, Factor] = {
         "objects", "geometry", ("category",),
         ("object_added", "objects added", None, "how many objects of the target's category are put into the room, 0 to 50",
          addition.add, _always(0)),
+        ("object_placed", "object put in place", None,
+         "{at_m: [x, y, z], yaw_rad, style, seed}: one of the target's category is put there, on what carries it; seed is its model's",
+         placement.place, _NONE),
     ),
     **_factors(
         "objects", "geometry", OBJECTS,

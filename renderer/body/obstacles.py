@@ -75,10 +75,10 @@ def _cut_triangles(triangles: Floats, low: float, high: float, corners: Floats) 
                 continue
             for share in (begin, end):  # an edge's end is the next one's beginning, unless either was cut
                 x, y = (b[0], b[1]) if share == 1.0 else (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]))
-                if count < 5 and (count == 0 or x != corners[i, count - 1, 0] or y != corners[i, count - 1, 1]):
+                if count < _CORNERS and (count == 0 or x != corners[i, count - 1, 0] or y != corners[i, count - 1, 1]):
                     corners[i, count, 0], corners[i, count, 1] = x, y
                     count += 1
-        for k in range(max(count, 1), 5):
+        for k in range(max(count, 1), _CORNERS):
             corners[i, k, 0], corners[i, k, 1] = corners[i, max(count, 1) - 1, 0], corners[i, max(count, 1) - 1, 1]
 
 
@@ -90,9 +90,9 @@ def _distances(corners: Floats, places: Floats, found: NDArray[np.float64]) -> N
         least = np.inf
         for i in range(corners.shape[0]):
             lefts, rights = 0, 0
-            for k in range(5):
+            for k in range(_CORNERS):
                 ax, ay = corners[i, k, 0], corners[i, k, 1]
-                bx, by = corners[i, (k + 1) % 5, 0] - ax, corners[i, (k + 1) % 5, 1] - ay
+                bx, by = corners[i, (k + 1) % _CORNERS, 0] - ax, corners[i, (k + 1) % _CORNERS, 1] - ay
                 length = bx * bx + by * by
                 share = min(max(((x - ax) * bx + (y - ay) * by) / length, 0.0), 1.0) if length > 0.0 else 0.0
                 dx, dy = x - ax - share * bx, y - ay - share * by

@@ -126,10 +126,15 @@ class IndexedBag:
         place = int(np.searchsorted(found.stamps, message[1]))
         return place < len(found.stamps) and int(found.stamps[place]) == message[1]
 
-    def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
-        """Yield stamp and message of a topic by stamp, equal ones as files have them; damaged ones are reported and left out."""
+    def messages(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
+        """Yield stamp and message of a topic by stamp, equal ones as files have them; damaged ones are reported and left out.
+
+        ``wanted``: stamps of those that are asked for, None for all.
+        """
         found = self._found(topic)
         for number, stamp in enumerate(found.stamps):
+            if wanted is not None and int(stamp) not in wanted:
+                continue
             try:
                 yield int(stamp), self._message(found, number, topic, int(stamp))
             except MessageReadError as error:

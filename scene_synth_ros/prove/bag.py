@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -30,9 +30,9 @@ class ReadBag:
         """Topic -> type."""
         return self._index.types
 
-    def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
-        """Yield log time and bytes of each message of a topic."""
-        return self._index.messages(topic)
+    def messages(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of each message of a topic, or of those log times that are wanted."""
+        return self._index.messages(topic, wanted)
 
     def all(self) -> Iterator[tuple[str, int, memoryview]]:
         """Yield topic, log time and bytes of every message, as they stand in the files.

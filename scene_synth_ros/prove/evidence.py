@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -16,7 +18,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 from renderer.camera.config import CameraConfig
 from renderer.export.scene_glb import scene_to_glb
 from renderer.scene.flatten import flatten
-from scene_description import scene_from_json
+from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader, read_text
 from scene_synth_ros.messages.streams import Role, Stream, find_streams
@@ -44,8 +46,8 @@ class Messages(Protocol):
     def types(self) -> Mapping[str, str]:
         """Topic -> type."""
 
-    def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
-        """Yield log time and bytes of each message of a topic."""
+    def messages(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of each message of a topic, or of those log times that are wanted."""
 
     def all(self) -> Iterator[tuple[str, int, memoryview]]:
         """Yield topic, log time and bytes of every message."""
@@ -109,10 +111,16 @@ class Mount(NamedTuple):
 
 @lru_cache(maxsize=2)
 def _mesh_of(text: str, catalog_dir: Path | None) -> RoomMesh:
-    scene = scene_from_json(text)
+    scene = _bare(scene_from_json(text))
     flat = flatten(scene, catalog_dir)
-    plain = flat._replace(part_texture=np.full_like(flat.part_texture, -1))  # pictures on surfaces say nothing of where they are
+    plain = flat._replace(part_texture=np.full_like(flat.part_texture, -1))  # those of model files are left
     return RoomMesh(scene_to_glb(scene, plain, CameraConfig()))
+
+
+def _bare(scene: SceneDescription) -> SceneDescription:
+    """Return a room without what says nothing of where its surfaces are: patterns, traces of use, and the view from its windows."""
+    materials = tuple(replace(material, texture=None) for material in scene.materials)
+    return replace(scene, materials=materials, wear=(), environment=replace(scene.environment, surroundings=None, daylight=None, map=None))
 
 
 def _head(log_ns: int, data: memoryview, type_name: str) -> Head:
@@ -134,29 +142,47 @@ HEADED = (
 """Roles whose messages begin with a header, and are logged at its stamp."""
 
 
-class Evidence:
-    """The streams of a bag: its small messages, and of large ones how they begin; these are read again where they are looked at."""
+Digest = Callable[[memoryview], Any]
+NOTHING_DIGESTED: Mapping[Role, Digest] = MappingProxyType({})
 
-    def __init__(self, messages: Messages, catalog_dir: Path | None = None) -> None:
+
+class Evidence:
+    """The streams of a bag: its small messages, and of large ones how they begin; these are read again where they are looked at.
+
+    Args:
+        messages: of the bag.
+        catalog_dir: folder of the user's models.
+        digest: role -> what is kept of each of its messages, which are large and looked at once: all are decompressed only once for that.
+    """
+
+    def __init__(self, messages: Messages, catalog_dir: Path | None = None, digest: Mapping[Role, Digest] = NOTHING_DIGESTED) -> None:
         self.types, self.catalog_dir = messages.types, catalog_dir
         self._messages = messages
         self._tables: dict[str, Any] = {}
         self._mounts: dict[str, Mount | None] = {}
         self._kept: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *_KEPT)}
         self.heads: dict[str, list[Head]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
+        digests = {topic: keep for role, keep in digest.items() for topic in find_streams(self.types, role)}
+        self._digested: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in digests}
         for topic, log_ns, data in messages.all():
+            if topic in digests:
+                self._digested[topic].append((log_ns, digests[topic](data)))
             if topic in self._kept:
                 self._kept[topic].append((log_ns, data))
             if topic in self.heads:
                 self.heads[topic].append(_head(log_ns, data, self.types[topic]))
-        for rows in self._kept.values():
+        for rows in (*self._kept.values(), *self._digested.values()):
             rows.sort(key=lambda row: row[0])
         for heads in self.heads.values():
             heads.sort(key=lambda head: head.log_ns)
 
-    def each(self, topic: str) -> Iterator[tuple[int, memoryview]]:
-        """Yield log time and bytes of each message of a topic."""
-        return iter(self._kept[topic]) if topic in self._kept else self._messages.messages(topic)
+    def each(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of each message of a topic; of one whose messages are large those log times that are wanted."""
+        return iter(self._kept[topic]) if topic in self._kept else self._messages.messages(topic, wanted)
+
+    def digested(self, topic: str) -> list[tuple[int, Any]]:
+        """Return log time and what was kept of each message of a topic."""
+        return self._digested[topic]
 
     def streams(self, role: Role) -> dict[str, Stream]:
         """Return topic -> stream of a role."""
@@ -248,9 +274,13 @@ class Room:
         """Return how the messages of a topic in the room begin."""
         return [head for head in self.evidence.heads.get(topic, ()) if self.start_ns <= head.log_ns < self.end_ns]
 
-    def each(self, topic: str) -> Iterator[tuple[int, memoryview]]:
-        """Yield log time and bytes of the messages of a topic in the room."""
-        for log_ns, data in self.evidence.each(topic):
+    def digested(self, topic: str) -> list[Any]:
+        """Return what was kept of the messages of a topic in the room."""
+        return [kept for log_ns, kept in self.evidence.digested(topic) if self.start_ns <= log_ns < self.end_ns]
+
+    def each(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
+        """Yield log time and bytes of the messages of a topic in the room, as :meth:`Evidence.each` does."""
+        for log_ns, data in self.evidence.each(topic, wanted):
             if self.start_ns <= log_ns < self.end_ns:
                 yield log_ns, data
 

@@ -101,7 +101,7 @@ def color(evidence: Evidence, room: Room) -> Iterator[Verdict]:
             continue
         wanted = inner[:: max(len(inner) // _MOST_PAIRS, 1)]
         needed = {film.views[k + j].stamp_ns for k in wanted for j in (-1, 0, 1, 2)}
-        shown = {stamp: bytes(data) for _, data in room.each(topic) if (stamp := CdrReader(data).header().stamp_ns) in needed}
+        shown = {stamp: bytes(data) for _, data in room.each(topic, needed) if (stamp := CdrReader(data).header().stamp_ns) in needed}
         errors: dict[int, list[Floats]] = {-1: [], 0: [], 1: []}
         for k in wanted:
             old, new = film.pairs[k].old, film.pairs[k].new

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from scene_description import SceneSynthError
+from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.prove import consistency, inertia, pictures, ranges, wheels
 from scene_synth_ros.prove.bag import ReadBag
 from scene_synth_ros.prove.evidence import Evidence, Messages, Room
@@ -83,7 +84,7 @@ def prove_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[st
 def prove_messages(messages: Messages, catalog_dir: Path | None = None, progress: Callable[[str], None] = lambda _: None) -> Proof:
     """Check messages, all but whether files hold what they say; a check that cannot read them says so in a note."""
     progress("reading")
-    evidence = Evidence(messages, catalog_dir)
+    evidence = Evidence(messages, catalog_dir, {roles.LIDAR_IDEAL: ranges.read_sweep})
     rooms, notes = _found("scene", lambda: evidence.rooms)
     verdicts: list[Verdict] = []
     for number, room in enumerate(rooms, 1):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from scene_description import SceneSynthError
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.messages.streams import LASER, POSE
@@ -20,8 +22,10 @@ SAMPLES = 150
 """Rays that are looked at in a scan or sweep."""
 _EXACT_M, _EXACT_SHARE = 1e-3, 1e-4
 _LOOSE = 2.0
-_SWEEPS = 40
-"""Sweeps of a room whose points are compared, all of them, with the true ones."""
+_RUNS, _SWEEPS = 8, 5
+"""Sweeps of a room whose points are compared with the true ones: so many in a row, so often; neighbours are decompressed together."""
+_STRIDE = 4
+"""Of their points, one of so many."""
 _FEWEST = 100
 
 
@@ -68,19 +72,22 @@ def lidar(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     if not topic or room.curve is None or room.mesh is None:
         return
     rays, ranges, stamps, angles = [], [], [], []
-    for cloud in (cloud_row(CdrReader(data)) for _, data in room.each(topic)):
-        points, mount = cloud.points.ravel(), evidence.mount(cloud.frame)
-        if mount is None or not len(points):
+    for sweep in room.digested(topic):
+        if isinstance(sweep, Exception):
+            raise sweep
+        mount, chosen = evidence.mount(sweep.frame), sweep.chosen
+        if mount is None or not len(chosen):
             continue
-        yield from _times(topic, cloud, points)
-        chosen = points[_some(len(points), cloud.stamp_ns)]
-        place, turn = mount.on(*room.curve.at(cloud.stamp_ns, chosen["time"].astype(np.float64)))
+        yield at_most("lidar", topic, "points before their stamp, or not in their order", [sweep.back_s], 1e-9, "s", [sweep.stamp_ns])
+        if sweep.off_turn is not None:
+            yield at_most("lidar", topic, "azimuth off a steady turn", [sweep.off_turn], 0.5, "deg", [sweep.stamp_ns])
+        place, turn = mount.on(*room.curve.at(sweep.stamp_ns, chosen["time"].astype(np.float64)))
         xyz = _places(chosen)
         far = np.maximum(np.linalg.norm(xyz, axis=1), 1e-9)
         rays.append(np.column_stack([place, turn.apply(xyz / far[:, None])]))
         ranges.append(far)
-        stamps.append(np.full(len(far), cloud.stamp_ns))
-        if "ring" in (points.dtype.names or ()):
+        stamps.append(np.full(len(far), sweep.stamp_ns))
+        if "ring" in (chosen.dtype.names or ()):
             angles.append(np.column_stack([chosen["ring"], np.degrees(np.arcsin(xyz[:, 2] / far))]))
     if rays:
         yield from _on_mesh("lidar", topic, room, np.concatenate(rays), np.concatenate(ranges), np.concatenate(stamps))
@@ -90,16 +97,41 @@ def lidar(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         yield at_most("lidar", topic, "spread of elevations of a ring", spread, 0.05, "deg")
 
 
-def _times(topic: str, cloud: CloudRow, points: NDArray[Any]) -> Iterator[Verdict]:
-    """Yield whether times are those of beams that turn steadily, where they do."""
-    times = points["time"].astype(np.float64)
-    yield at_most("lidar", topic, "points before their stamp, or not in their order", -np.diff(times, prepend=0.0), 1e-9, "s")
-    if "ring" in (points.dtype.names or ()):
-        ring = points["ring"] == points["ring"][0]
+class Sweep(NamedTuple):
+    """What is looked at of a cloud of true points.
+
+    Attributes:
+        stamp_ns, frame: as its header has them.
+        chosen: some of its points.
+        back_s: how far a point's time lies before that of the one ahead of it, or before the stamp; the most of them.
+        off_turn: greatest angle (deg) between its beams and beams that turn steadily; None where they do not turn.
+    """
+
+    stamp_ns: int
+    frame: str
+    chosen: NDArray[Any]
+    back_s: float
+    off_turn: float | None
+
+
+def read_sweep(data: memoryview) -> Sweep | Exception:
+    """Return what is looked at of a PointCloud2, or why it cannot be read."""
+    try:
+        return _sweep(cloud_row(CdrReader(data)))
+    except (ValueError, LookupError, TypeError, ArithmeticError, SceneSynthError, struct.error) as error:
+        return error
+
+
+def _sweep(cloud: CloudRow) -> Sweep:
+    points = cloud.points.ravel()
+    times, off = points["time"].astype(np.float64), None
+    back_s = float(-np.diff(times, prepend=0.0).min(initial=0.0))
+    if len(points) and "ring" in (points.dtype.names or ()):
+        ring = np.flatnonzero(points["ring"] == points["ring"][0])
         azimuth = np.arctan2(points["y"][ring].astype(np.float64), points["x"][ring])
-        if ring.sum() > _FEWEST and np.ptp(np.unwrap(azimuth)) > 1.0:
-            off = np.degrees(_off_turn(azimuth, times[ring]))
-            yield at_most("lidar", topic, "azimuth off a steady turn", off, 0.5, "deg", [cloud.stamp_ns] * len(off))
+        if len(ring) > _FEWEST and np.ptp(np.unwrap(azimuth)) > 1.0:
+            off = float(np.degrees(_off_turn(azimuth, times[ring]).max()))
+    return Sweep(cloud.stamp_ns, cloud.frame, points[_some(len(points), cloud.stamp_ns)].copy(), back_s, off)
 
 
 def _off_turn(azimuth: Floats, times: Floats) -> Floats:
@@ -122,13 +154,13 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     topic, ideal = evidence.first(roles.LIDAR_POINTS), evidence.first(roles.LIDAR_IDEAL)
     if not topic or not ideal:
         return
-    true = Reel(room.each(ideal))
     read, known = [np.zeros(0)], [np.zeros(0)]
     alone = aside = 0
-    stamps = [head.stamp_ns for head in room.heads(topic)]
-    chosen = set(stamps[:: max(len(stamps) // _SWEEPS, 1)])
-    messages = (data for _, data in room.each(topic) if CdrReader(data).header().stamp_ns in chosen)
-    for cloud in (cloud_row(CdrReader(data)) for data in messages):
+    logged = [head.log_ns for head in room.heads(topic)]
+    firsts = np.linspace(0, max(len(logged) - _SWEEPS, 0), _RUNS).astype(int).tolist()
+    chosen = {log_ns for first in firsts for log_ns in logged[first : first + _SWEEPS]}
+    true = Reel(room.each(ideal, chosen))
+    for cloud in (cloud_row(CdrReader(data)) for _, data in room.each(topic, chosen)):
         beside = true.at(cloud.stamp_ns)
         if beside is None:
             alone += 1
@@ -136,7 +168,7 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         points, exact = cloud.points.ravel(), cloud_row(CdrReader(beside)).points.ravel()
         if "return" in (points.dtype.names or ()):
             points = points[points["return"] == 1]
-        _, mine, its = np.intersect1d(_ray_numbers(points), _ray_numbers(exact), return_indices=True)
+        mine, its = _same_rays(points := points[::_STRIDE], exact)
         one, other = _places(points[mine]), _places(exact[its])
         lengths = np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1)
         aside += int((np.linalg.norm(np.cross(one, other), axis=1) > 1e-4 * lengths[0] * lengths[1]).sum())
@@ -145,6 +177,15 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     yield at_most("lidar_noise", topic, "sweeps without a true one", [alone], 0.0)
     yield at_most("lidar_noise", topic, "points that lie in another direction than the true ones", [aside], 0.0)
     yield from _noise("lidar_noise", topic, np.concatenate(read), np.concatenate(known), room.group("lidar"))
+
+
+def _same_rays(points: NDArray[Any], exact: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the places of rays that are in both clouds, in the one and in the other."""
+    mine, its = _ray_numbers(points), _ray_numbers(exact)
+    order = np.arange(len(its)) if (np.diff(its) >= 0).all() else np.argsort(its, kind="stable")
+    place = order[np.minimum(np.searchsorted(its, mine, sorter=order), len(its) - 1)] if len(its) else np.zeros(len(mine), np.int64)
+    found = np.flatnonzero(its[place] == mine) if len(its) else np.zeros(0, np.int64)
+    return found, place[found]
 
 
 def _ray_numbers(points: NDArray[Any]) -> NDArray[np.int64]:

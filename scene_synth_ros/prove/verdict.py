@@ -58,14 +58,15 @@ _FEWEST = 12
 
 
 def share_off(check: str, topic: str, detail: str, off: ArrayLike, stamps: ArrayLike) -> Iterator[Verdict]:
-    """Yield whether at most a hundredth of all values, and a fifth of any frame's, are off: rays that graze an edge may be.
+    """Yield whether at most a hundredth of all values, or one, and a fifth of any frame's, are off: rays that graze an edge may be.
 
     ``off``: (n,) bool; ``stamps``: (n,) of the frame of each.
     """
     wrong, of = np.asarray(off, bool).ravel(), np.asarray(stamps, np.int64).ravel()
     if not len(wrong):
         return
-    yield Verdict(check, topic, wrong.mean() <= _MOST_OF_ALL, float(wrong.mean()), _MOST_OF_ALL, "", len(wrong), f"share of {detail}")
+    share, most = float(wrong.mean()), max(_MOST_OF_ALL, 1.0 / len(wrong))
+    yield Verdict(check, topic, share <= most, share, most, "", len(wrong), f"share of {detail}")
     frames, number = np.unique(of, return_inverse=True)
     counts = np.bincount(number)
     shares = np.where(counts >= _FEWEST, np.bincount(number, wrong) / counts, 0.0)

@@ -39,15 +39,19 @@ def matching_qos(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     )
 
 
+_PASSING = ("scene/next", "simulation/request", "simulation/response")
+"""Topics of the suite that say nothing of a room."""
+
+
 def is_chosen(topic: str, config: RecorderConfig, namespace: str, is_published: Callable[[str], object]) -> bool:
     """Return whether the parameters ask for a topic.
 
-    What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that
-    ``images.*`` asks for, of labels the LabelInfo, of annotations the detections.
+    What comes next is left out, as it will come on ``scene``, how the run is steered, and what the recorder makes itself: of the suite's
+    images the form that ``images.*`` asks for, of labels the LabelInfo, of annotations the detections.
     """
     if topic in ("/tf", "/tf_static", f"{namespace}status"):
         return False
-    if not config.topics and (topic.endswith("/transition_event") or topic == f"{namespace}scene/next"):
+    if not config.topics and (topic.endswith("/transition_event") or topic.removeprefix(namespace) in _PASSING):
         return False
     source = made_of(topic) if topic.startswith(namespace) else ""
     if source and is_published(source) and is_chosen(source, config, namespace, is_published):

@@ -30,6 +30,7 @@ class Inbox:
         is_expected: whether the grammar node, where it waits for its peers, takes this renderer for one of them.
         finished_scene: the last room of the run that the grammar node knows to be finished by all.
         wall_clock: whether stamps are the time of day, so that every frame is due at its stamp.
+        until_ns: stamp of the last frame that may go out, -1 for no limit.
     """
 
     def __init__(self, name: str, topic: str, share_count: int, token: str = "") -> None:
@@ -40,10 +41,10 @@ class Inbox:
         self._renderers: dict[str, NodeStatus] = {}
         self._offsets: dict[str, int] = {}
         self._run = ""
-        self._lock_step = self._stopped = False
+        self._lock_step = self._stopped = self._abandoned = False
         self._rooms: deque[str] = deque(maxlen=MAX_ROOMS_WAITING)
         self._announced: str | None = None
-        self.finished_scene = -1
+        self.finished_scene = self.until_ns = -1
         self.wall_clock = False
 
     def put_room(self, text: str) -> None:
@@ -74,8 +75,10 @@ class Inbox:
             elif status.role == "renderer" and status.node != self._name:
                 self._renderers[status.node] = status
             elif status.role == "grammar":
+                if status.lock_step and self._run not in ("", status.run) and not self._recorders:
+                    self._abandoned = True
                 self._run, self.finished_scene, self._lock_step = status.run, status.done_scene, status.lock_step
-                self.wall_clock = status.clock == "wall"
+                self.wall_clock, self.until_ns = status.clock == "wall", status.until_ns
                 self.is_expected = not status.lock_step or status.token in ("", self._token)
                 if not self.is_expected:
                     self._rooms.clear()
@@ -112,16 +115,20 @@ class Inbox:
             self._changed.wait_for(lambda: self._stopped or self._rooms)
             while len(self._rooms) > 1 and not self.rooms_wait:
                 self._rooms.popleft()
+            self._abandoned = False
             return None if self._stopped else self._rooms.popleft()
 
     def must_leave(self, on_path: bool, shown: bool = True) -> bool:
         """Return whether the room must be left: for the end, or for the next room, unless that waits until the camera path is done.
 
+        In lock-step it is left, too, when the run has begun again meanwhile, where no recorder would have a part of it in a bag.
         A room of whose path nothing was shown yet is left for the end only: where rooms come faster than they can be made, nothing would
         ever be seen.
         """
         with self._changed:
-            return self._stopped or not self.is_expected or (bool(self._rooms) and not (on_path and (self.rooms_wait or not shown)))
+            if self._stopped or self._abandoned or not self.is_expected:
+                return True
+            return bool(self._rooms) and not (on_path and (self.rooms_wait or not shown))
 
     def is_turn(self, room: int, first: bool) -> bool:
         """Return whether a room may be published now; ``first`` marks the first one of this life, before which nothing counts."""

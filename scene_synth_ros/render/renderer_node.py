@@ -138,7 +138,7 @@ class RendererNode(SuiteNode):
                 self.refuse("the run of another command is in this namespace; its rooms are left alone")
             return
         if status.role == "grammar" and status.run != self._output.status.run:
-            self._output.tell(run=status.run, done_scene=-1, refused_scene=-1)
+            self._output.tell(run=status.run, done_scene=-1, refused_scene=-1, shown_ns=-1)
         if status.role == "grammar" and status.state in ("finished", "failed") and self._ends_with_run:
             self.exit_code = 0 if status.state == "finished" else 1
         self._tick()

@@ -121,6 +121,8 @@ class RoomLoop:
         """Render the path, say that it is done, then serve requests until the room must be left."""
         self._began_s = time.perf_counter()
         self._output.messages.begin_room(self._scene)
+        start_ns = self._scene.camera_path[0].stamp_ns
+        self._life.sent = {topic: sent_ns for topic, sent_ns in self._life.sent.items() if sent_ns < start_ns}  # time may have been reset
         self._requests.begin_room()
         self._life.place.begin_room()
         self._life.meter.begin_room(self._room.settings.render, lambda: self._room.metered)
@@ -133,7 +135,7 @@ class RoomLoop:
         start_ns = path[0].stamp_ns
         began = self._beginning(start_ns)
         for index, pose in enumerate(path):
-            waited_s = self._wait_while_paused()
+            waited_s = self._wait_while_paused(pose.stamp_ns)
             began += 0.0 if self._pace().wall_clock else waited_s
             self._serve_requests()
             if self._interrupted():
@@ -285,7 +287,7 @@ class RoomLoop:
     def _finish_path(self) -> None:
         """Say that the room is finished."""
         self._on_path = self._life.first_room = False
-        self._output.tell(done_scene=self._scene.index)
+        self._output.tell(done_scene=self._scene.index, shown_ns=self._last_ns)
         seconds = time.perf_counter() - self._began_s
         self._life.node.get_logger().info(f"room {self._scene.index}: {self._published} frames rendered in {seconds:.1f} s")
 
@@ -320,10 +322,18 @@ class RoomLoop:
         """Wait for so long, or until a message has come."""
         self._inbox.wait(seconds, unless=lambda: self._interrupted() or self._requests.waiting)
 
-    def _wait_while_paused(self) -> float:
-        """Wait; return for how long (s)."""
+    def _is_held(self, stamp_ns: int) -> bool:
+        """Return whether the run holds back a frame of the path; it is told then up to where frames have gone out."""
+        if not 0 <= self._inbox.until_ns < stamp_ns:
+            return False
+        if self._last_ns > self._output.status.shown_ns:
+            self._output.tell(shown_ns=self._last_ns)
+        return True
+
+    def _wait_while_paused(self, stamp_ns: int = 0) -> float:
+        """Wait until a frame may go out, 0 for one beyond the path; return for how long (s)."""
         began = time.perf_counter()
-        while self._paused() and not self._interrupted():
+        while (self._paused() or self._is_held(stamp_ns)) and not self._interrupted():
             self._wait(_IDLE_S)
         return time.perf_counter() - began
 
@@ -332,8 +342,11 @@ class RoomLoop:
             time.sleep(min(left, _IDLE_S))
 
     def _is_too_late(self, index: int, began: float) -> bool:
-        """Return whether, in real time, the frame after this one is already due; the last frame of a room is never skipped."""
+        """Return whether, in real time, the frame after this one is already due; the last frame of a room is never skipped.
+
+        Nor is one that was let out of a run that is held: somebody waits for each.
+        """
         path = self._scene.camera_path
-        if not self._pace().realtime or index + 1 == len(path):
+        if not self._pace().realtime or index + 1 == len(path) or self._inbox.until_ns >= 0:
             return False
         return time.perf_counter() - began > (path[index + 1].stamp_ns - path[0].stamp_ns) / NANOSECONDS

@@ -9,8 +9,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.impl.rcutils_logger import RcutilsLogger as Logger
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
+from rclpy.service import Service
 
-__all__ = ["RCL_ERRORS", "ChangeState", "Logger", "overrides_of", "wrap_change_state"]
+__all__ = ["RCL_ERRORS", "ChangeState", "LateAnswer", "Logger", "overrides_of", "wrap_change_state"]
 
 RCL_ERRORS: tuple[type[Exception], ...] = (
     rclpy_implementation.RCLError,
@@ -35,3 +36,33 @@ def wrap_change_state(node: LifecycleNode, wrap: Callable[[ChangeState], ChangeS
     """Put something around the callback of a managed node's service ``~/change_state``."""
     service = node._service_change_state
     service.callback = wrap(service.callback)
+
+
+class LateAnswer:
+    """What the callback of a service may return in place of a response, to send that later: an executor has no other way to wait for it.
+
+    A coroutine that waits would keep the executor of this release busy meanwhile.
+    """
+
+    def __init__(self, service: Service) -> None:
+        self._send: Callable[[Any], None] | None = None
+        if "send_response" not in service.__dict__:
+            send = service.send_response
+
+            def send_or_keep(response: Any, header: Any) -> None:
+                if isinstance(response, LateAnswer):
+                    response._send = lambda answer: send(answer, header)
+                else:
+                    send(response, header)
+
+            service.send_response = send_or_keep
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the executor has taken note that the response comes later."""
+        return self._send is not None
+
+    def send(self, response: Any) -> None:
+        """Send the response, once it is due."""
+        assert self._send is not None
+        self._send(response)

@@ -30,6 +30,9 @@ class NodeStatus:
     topic reaches a recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
     ``clock``: what the stamps of the grammar node's rooms follow.
 
+    ``until_ns``: of a run whose frames are held, the stamp of the last frame that may go out; -1 lets all out.  ``shown_ns`` is the stamp
+    of the last frame of a path that a renderer has published in this run, told when it holds frames back and when a room is finished.
+
     ``token`` is that of the command or launch that has started the node; empty where it was started by itself.
 
     ``run`` names the run that the indices of rooms belong to.  The grammar node gives a new name whenever a run begins, the others repeat
@@ -47,6 +50,8 @@ class NodeStatus:
     connected: Annotated[tuple[Annotated[str, Limits(max_length=64)], ...], Limits(max_length=500)] = ()
     lock_step: bool = False
     clock: Literal["simulated", "wall"] = "simulated"
+    until_ns: Annotated[int, Limits(ge=-1, le=2**62)] = -1
+    shown_ns: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     run: Annotated[str, Limits(max_length=64)] = ""
     token: Annotated[str, Limits(max_length=64)] = ""
 

@@ -16,6 +16,8 @@ from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneSynthError, error_line
 from scene_description.strict import shorten
+from scene_synth_ros.simulation.services import SimulationServices
+from scene_synth_ros.simulation.world import UNCHANGED
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.suite.parameters import Parameters
@@ -29,7 +31,9 @@ from scene_synth_ros.synthesize.room_ahead import Prepared, RoomAhead, RoomJob
 from scene_synth_ros.synthesize.room_schedule import ROOM_CHANGE_S, RoomSchedule, Step, waiting_line
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
+from scene_synth_ros.synthesize.simulated_run import SimulatedRun
 
+_LAST_WORDS_S = 0.3
 _TICK_S = 0.1
 """How often the node looks at the clock for the next step; a status, or a room that is prepared, makes it look at once."""
 
@@ -41,11 +45,12 @@ class GrammarNode(SuiteNode):
 
     Publishes (all latched): ``scene`` (std_msgs/String, JSON ``scene_synth/1``), ``scene/next`` (the same, of the room that will come next,
     as soon as it is synthesised), ``scene/markers`` (MarkerArray), ``scene/map`` (OccupancyGrid of the free floor), ``status``
-    (std_msgs/String); ``/diagnostics``.
-    Subscribes: ``status`` of renderers and recorders.
+    (std_msgs/String); ``/diagnostics``; ``simulation/response`` (std_msgs/String, JSON).
+    Subscribes: ``status`` of renderers and recorders; ``simulation/request`` (std_msgs/String, JSON).
     Services (std_srvs/Trigger): ``~/next_room`` (in lock-step once the peers have finished theirs), ``~/pause`` and ``~/resume`` (no rooms
     go out in between), ``~/reset`` (the run begins again with its first room, in lock-step when the present one is finished; simulated time
-    goes on).
+    goes on); ``~/play``, ``~/hold``, ``~/stop`` and ``~/step`` (one frame), and the services of simulation_interfaces where that is
+    installed: see :class:`SimulationServices`.
     Parameters: the fields of ``RunConfig``, of ``SceneRequest`` under ``scene.``, of ``MotionConfig`` under ``motion.``; those that change
     live take effect with the next room that is synthesised: the one prepared ahead is made again.
     """
@@ -57,15 +62,16 @@ class GrammarNode(SuiteNode):
         own = self._override("grammar_file")
         self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
         self._settings = Parameters(self, GRAMMAR_GROUPS, self._on_change, self._check)
-        self.begin(self._config.autostart)
+        self.begin(self.config.autostart)
 
     @property
-    def _config(self) -> RunConfig:
+    def config(self) -> RunConfig:
+        """The node's own parameters."""
         config: RunConfig = self._settings[""]
         return config
 
     @property
-    def _run(self) -> RoomSchedule:
+    def run(self) -> RoomSchedule:
         """The run of this life of the node, between *configure* and *cleanup*."""
         assert self._present is not None
         return self._present
@@ -82,17 +88,19 @@ class GrammarNode(SuiteNode):
     def open(self) -> None:
         """Make publishers and services; the run begins with its first room."""
         self._state: NodeState = "ready"
-        self._obstacle = ""
-        self._newest_room: Prepared | None = None
+        self.obstacle = ""
+        self.newest_room: Prepared | None = None
         self._announced: Prepared | None = None
-        depth = latched_qos(self._config.rooms_ahead)
+        depth = latched_qos(self.config.rooms_ahead)
         self._room = {name: self.create_publisher(kind, name, depth) for name, kind in SCENE_TOPICS.items()}
         self._next = self.create_publisher(String, "scene/next", latched_qos())
         self._status = self.create_publisher(String, "status", latched_qos(10))
-        self._present = RoomSchedule(self._config, time.monotonic(), identity_of(self, self._status))
+        self._present = RoomSchedule(self.config, time.monotonic(), identity_of(self, self._status))
         self.hear_status(self._on_status, self.warn)
         for name, work in {"next_room": self._next_room, "pause": self._hold, "resume": self._go_on, "reset": self._reset}.items():
             serve_trigger(self, name, work)
+        self._simulated = SimulatedRun(self, self._ahead, self._synthesizer)
+        self._steering = SimulationServices(self, self._simulated)
         self._diagnostics = Diagnostics(self, self._report)
         self._tell("ready")
         self.get_logger().info("synthesising the first room (the first run compiles kernels)")
@@ -106,58 +114,73 @@ class GrammarNode(SuiteNode):
 
     def pause(self) -> None:
         """Let no more rooms out."""
-        self._run.pause(time.monotonic())
+        self.run.pause(time.monotonic())
 
     def resume(self) -> None:
         """Let rooms out again."""
-        self._run.resume(time.monotonic())
+        self.run.resume(time.monotonic())
 
     def fail(self, reason: str) -> None:
         """Tell the peers why the run ends."""
         if self._present is not None:
-            self._obstacle = reason
+            self.obstacle = reason
             self._diagnostics.publish()
             self._tell("failed", reason)
             self._status.wait_for_all_acked(Duration(seconds=1.0))
 
     def at_work(self) -> str:
         """Return the room that is prepared or goes out next."""
-        return _room_name(self._run.next_index, self._config.seed) if self._present is not None else ""
+        return _room_name(self.run.next_index, self.config.seed) if self._present is not None else ""
 
     def _next_room(self) -> str:
-        index = self._run.next_index
-        return f"room {index} goes out{_after(self._run.ask_for_one())}"
+        index = self.run.next_index
+        return f"room {index} goes out{_after(self.run.ask_for_one())}"
 
     def _hold(self) -> str:
         self.pause()
-        return f"paused before room {self._run.next_index}"
+        return f"paused before room {self.run.next_index}"
 
     def _go_on(self) -> str:
         self.resume()
-        return f"going on with room {self._run.next_index}"
+        return f"going on with room {self.run.next_index}"
 
     def _reset(self) -> str:
-        again = f"the run begins again with room {self._config.first_index} of seed {self._config.seed}"
-        return again + _after(self._run.ask_for_reset())
+        again = f"the run begins again with room {self.config.first_index} of seed {self.config.seed}"
+        return again + _after(self.run.ask_for_reset())
 
     def _on_change(self, _prefixes: set[str]) -> None:
         if self._present is not None:
-            self._run.change(self._config)
-            self._obstacle = ""
+            self.run.change(self.config)
+            self.obstacle = ""
             self._tell(self._state)
 
     def _on_status(self, status: NodeStatus) -> None:
         if status.role != "grammar":
-            if self._run.take_status(status):
-                self._tell(self._state, self._obstacle)
+            if self.run.take_status(status) or self.run.until_ns != self._told_until_ns:
+                self._tell(self._state, self.obstacle)
             self._tick()
+
+    def tell_change(self) -> None:
+        """Tell the peers how the run is steered, and do what is due."""
+        self._tell(self._state, self.obstacle)
+        self._tick()
+
+    def end_soon(self) -> None:
+        """End the run, and the process, in a moment: answers that were sent are on their way till then."""
+        self.create_timer(_LAST_WORDS_S, self._end)
+
+    def _end(self) -> None:
+        """End the run, and the process."""
+        self._tell("finished")
+        self._status.wait_for_all_acked(Duration(seconds=2.0))
+        self.exit_code = 0
 
     def _look_for_peers(self) -> None:
         """Notice nodes that have died: they publish no status any more; say once whom the next room waits for."""
         present = {endpoint.node for endpoint in publishers_of(self, self.resolve_topic_name("status"))}
-        for name in self._run.drop_missing(present):
+        for name in self.run.drop_missing(present):
             self.warn(f"{name} is gone")
-        line = self._run.long_wait(time.monotonic())
+        line = self.run.long_wait(time.monotonic())
         if line:
             self.warn(line)
 
@@ -165,31 +188,33 @@ class GrammarNode(SuiteNode):
         """Do the run's next step, and keep one room prepared."""
         if self._present is None:
             return
-        for line in self._run.peer_failures():
-            if self._config.exit_when_done:
+        for line in self.run.peer_failures():
+            if self.config.exit_when_done:
                 self._end_in_failure(line)
                 return
             self.warn(line)
         now_s = time.monotonic()
-        step = self._run.step(now_s, self.active)
+        step = self.run.step(now_s, self.active)
         if step is Step.BEGIN_AGAIN:
-            self._obstacle = ""
+            self.obstacle = ""
             self._tell("ready")
         elif step is Step.FINISH:
             self._finish()
-        order = self._run.order(now_s) if self._ahead.idle and not self._obstacle else None
+        order = self.run.order(now_s) if self._ahead.idle and not self.obstacle else None
         if order is not None:
             rules = replace(self._synthesizer, motion=self._settings["motion"])
-            job = RoomJob(rules, self._settings["scene"], self._config.seed, order.index, order.times, order.generation)
+            world = self._simulated.world if order.index == self.config.first_index else UNCHANGED
+            job = RoomJob(rules, self._settings["scene"], self.config.seed, order.index, order.times, order.generation, world)
             self._ahead.prepare(job)
-        if step is Step.SEND:
+        if step is Step.SEND or (self.run.stopped and self._ahead.is_useless(self.run.generation)):
             self._send_prepared()
         self._announce_prepared()
+        self._steering.look()
 
     def _announce_prepared(self) -> None:
         """Tell once of the room that is prepared, so that renderers can begin with it while the one before is shown."""
         prepared = self._ahead.ready
-        if prepared is not None and prepared is not self._announced and prepared.generation == self._run.generation:
+        if prepared is not None and prepared is not self._announced and prepared.generation == self.run.generation:
             self._announced = prepared
             self._next.publish(String(data=prepared.text))
 
@@ -199,7 +224,7 @@ class GrammarNode(SuiteNode):
         if ended is None:
             return
         job, future = ended
-        wanted = job.generation == self._run.generation
+        wanted = job.generation == self.run.generation
         try:
             prepared = future.result()
             if wanted:
@@ -210,27 +235,27 @@ class GrammarNode(SuiteNode):
         except Exception as error:
             self.faults.tell(error, f"{_room_name(job.index, job.seed)} was prepared")
             if wanted:
-                self._run.skip(time.monotonic())
+                self.run.skip(time.monotonic())
 
     def _refuse_room(self, reason: str) -> None:
         """Wait for other settings; a run that shall end does so."""
-        if self._config.exit_when_done:
+        if self.config.exit_when_done:
             self._end_in_failure(reason)
             return
-        self._obstacle = reason
+        self.obstacle = reason
         self.get_logger().error(reason)
         self._diagnostics.publish()
 
     def _send(self, prepared: Prepared) -> None:
-        config = self._config
+        config = self.config
         if config.clock == "wall":
             prepared = prepared.starting_at(time.time_ns() + round(ROOM_CHANGE_S * 1e9))
         scene = prepared.scene
         floor = self._synthesizer.floor_map(scene)
         for name, message in scene_to_msgs(scene, prepared.text, floor, config.world_frame).items():
             self._room[name].publish(message)
-        self._run.sent(len(scene.camera_path), time.monotonic())
-        self._newest_room = prepared
+        self.run.sent(len(scene.camera_path), time.monotonic())
+        self.newest_room = prepared
         of = f"/{config.rooms}" if config.rooms else ""
         self.get_logger().info(
             f"room {scene.index - config.first_index + 1}{of}: {scene.category}, {len(scene.objects)} objects, "
@@ -238,11 +263,11 @@ class GrammarNode(SuiteNode):
         )
 
     def _finish(self) -> None:
-        self.get_logger().info(f"all {self._config.rooms} rooms are done")
-        self._tell("finished")
-        if self._config.exit_when_done:
-            self._status.wait_for_all_acked(Duration(seconds=2.0))
-            self.exit_code = 0
+        self.get_logger().info(f"all {self.config.rooms} rooms are done")
+        if self.config.exit_when_done:
+            self._end()
+        else:
+            self._tell("finished")
 
     def _end_in_failure(self, reason: str) -> None:
         self.get_logger().error(reason)
@@ -251,23 +276,24 @@ class GrammarNode(SuiteNode):
 
     def _tell(self, state: NodeState, reason: str = "") -> None:
         """Publish the status."""
-        self._state = state
+        self._state, self._told_until_ns = state, self.run.until_ns
         status = NodeStatus(
             node=self.get_fully_qualified_name(),
             role="grammar",
             state=state,
-            done_scene=self._run.finished_by_all,
+            done_scene=self.run.finished_by_all,
             reason=reason[:1000],
-            lock_step=self._config.lock_step,
-            clock=self._config.clock,
-            run=self._run.name,
+            lock_step=self.config.lock_step,
+            clock=self.config.clock,
+            until_ns=self._told_until_ns,
+            run=self.run.name,
             token=self.token,
         )
         self._status.publish(String(data=status_to_json(status)))
 
     def _report(self) -> Report:
         """Return what ``/diagnostics`` says."""
-        run, config, room = self._run, self._config, self._newest_room
+        run, config, room = self.run, self.config, self.newest_room
         request: SceneRequest = self._settings["scene"]
         cost = room.cost if room is not None else SamplingCost(attempts=0, proposals=0, chain_s=0.0)
         warning = self.last_warning()
@@ -277,6 +303,7 @@ class GrammarNode(SuiteNode):
             "rooms_sent": run.next_index - config.first_index,
             "rate_hz": config.rate_hz,
             "lock_step": config.lock_step,
+            "simulation": self._simulated.phase,
             "seconds_per_room": f"{room.seconds if room is not None else 0.0:.3f}",
             "layouts_per_room": cost.attempts,
             "proposals_per_room": cost.proposals,
@@ -285,8 +312,8 @@ class GrammarNode(SuiteNode):
             "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in run.peers),
             "last_complaint": warning,
         }
-        if self._obstacle:
-            return ERROR, shorten(self._obstacle) if len(self._obstacle) > 500 else self._obstacle, values
+        if self.obstacle:
+            return ERROR, shorten(self.obstacle) if len(self.obstacle) > 500 else self.obstacle, values
         waited_s = time.monotonic() - run.last_sent_s
         if run.waiting and waited_s > config.peer_timeout_s:
             return WARN, waiting_line(waited_s, run.waiting), values

@@ -12,6 +12,7 @@ from grammar import SceneRequest
 from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, scene_to_json
+from scene_synth_ros.simulation.world import UNCHANGED, World
 from scene_synth_ros.suite.daemon_job import JobAhead
 from scene_synth_ros.suite.faults import Faults
 from scene_synth_ros.synthesize.room_schedule import moved_to
@@ -20,7 +21,8 @@ from scene_synth_ros.synthesize.room_schedule import moved_to
 class Prepared(NamedTuple):
     """A room that is ready to go out.
 
-    Its description, JSON, what its layout cost, how long it took (s), and the settings' generation that it was made for.
+    Its description, JSON, what its layout cost, how long it took (s), the settings' generation that it was made for, and the room as it was
+    sampled, before somebody changed it.
     """
 
     scene: SceneDescription
@@ -28,6 +30,7 @@ class Prepared(NamedTuple):
     cost: SamplingCost
     seconds: float
     generation: int
+    sampled: SceneDescription
 
     def starting_at(self, start_ns: int) -> Prepared:
         """Return the room with its first frame at another time."""
@@ -45,6 +48,7 @@ class RoomJob:
     index: int
     times: CameraTimes
     generation: int
+    world: World = UNCHANGED
 
     def make(self) -> Prepared:
         """Return the room with its JSON.
@@ -53,8 +57,9 @@ class RoomJob:
             SceneSynthError: it cannot be synthesised; one line.
         """
         began = time.perf_counter()
-        scene, cost = self.synthesizer.synthesize_with_cost(self.request, self.seed, self.index, self.times)
-        return Prepared(scene, scene_to_json(scene), cost, time.perf_counter() - began, self.generation)
+        sampled, cost = self.synthesizer.synthesize_with_cost(self.request, self.seed, self.index, self.times)
+        scene = self.world.scene(sampled, self.times, self.synthesizer)
+        return Prepared(scene, scene_to_json(scene), cost, time.perf_counter() - began, self.generation, sampled)
 
 
 class RoomAhead:
@@ -86,6 +91,24 @@ class RoomAhead:
         """The room that is prepared; None while there is none, and if it could not be synthesised."""
         job = self._jobs.job
         return job.result() if job is not None and job.done() and job.exception() is None else None
+
+    def is_useless(self, generation: int) -> bool:
+        """Return whether a room is ready that is not for the settings of a generation, or could not be made."""
+        job = self._jobs.job
+        return job is not None and job.done() and (job.exception() is not None or job.result().generation != generation)
+
+    def change(self, world: World, rules: SceneSynthesizer) -> None:
+        """Let the room that is ready differ by something else.
+
+        Raises:
+            ChangeError: it cannot be so; it stays as it is.
+        """
+        ready = self.ready
+        assert ready is not None
+        scene = world.scene(ready.sampled, self._job.times, rules)
+        changed: Future[Prepared] = Future()
+        changed.set_result(ready._replace(scene=scene, text=scene_to_json(scene)))
+        self._jobs.job = changed
 
     def take(self) -> tuple[RoomJob, Future[Prepared]] | None:
         """Return the job that has ended with what became of it, None if there is none; then the next may be prepared."""

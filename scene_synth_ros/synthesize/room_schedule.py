@@ -1,5 +1,7 @@
 """The run: which room goes out next and when, what it waits for, and when it is over.  No ROS, no clocks, no threads.
 
+A run in lock-step can be held between two frames, let go by so many, and stopped: it has begun again then, and its first room waits.
+
 In lock-step a room goes out when the expected peers are ready and have finished the rooms before it, but for ``rooms_ahead``.
 Free-running, it goes out when the frames of the one before have had their time by the wall clock.  Simulated time counts frames and never
 goes back; stamps by the wall clock are given to a room when it goes out.
@@ -151,6 +153,7 @@ class RoomSchedule:
         generation: changes whenever rooms prepared before are of no use.
         waiting: what the next room waits for, in words; empty if nothing.
         finished_by_all: index of the last room that all peers have finished, -1 for none.
+        stopped: whether the first room waits for :meth:`play` or :meth:`hold`.
     """
 
     def __init__(self, config: RunConfig, now_s: float, origin: str = "") -> None:
@@ -166,6 +169,9 @@ class RoomSchedule:
         self._paused_s: float | None = None
         self._told_waiting = ""
         self._reset_asked = self._one_more = self._finished = False
+        self._held, self._until_ns = False, 0
+        self._restarts_time = self._leaves_room = False
+        self.stopped = config.start_stopped
 
     @property
     def name(self) -> str:
@@ -185,6 +191,35 @@ class RoomSchedule:
     def paused(self) -> bool:
         """Whether no rooms go out because a pause was asked for."""
         return self._paused_s is not None
+
+    @property
+    def held(self) -> bool:
+        """Whether no frames go out but those that were let out one by one."""
+        return self._held
+
+    @property
+    def is_reset(self) -> bool:
+        """Whether no reset is on its way."""
+        return not self._reset_asked
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all rooms are done."""
+        return self._finished
+
+    @property
+    def shown_ns(self) -> int:
+        """Stamp of the last frame of this run that a renderer has told of, -1 for none."""
+        return max((peer.shown_ns for peer in self._renderers()), default=-1)
+
+    @property
+    def until_ns(self) -> int:
+        """Stamp of the last frame that may go out, -1 for no limit; a room that a reset waits for goes on to its end."""
+        finishes = self._reset_asked and not self._leaves_room
+        return max(self._until_ns, self.shown_ns) if self._held and not finishes else -1
+
+    def _renderers(self) -> list[NodeStatus]:
+        return [peer for peer in self._peers.values() if peer.role == "renderer" and peer.run == self.name]
 
     @property
     def is_complete(self) -> bool:
@@ -237,6 +272,48 @@ class RoomSchedule:
         self._reset_asked = True
         return self._waits_for(self.last_sent)
 
+    def play(self, now_s: float) -> None:
+        """Let rooms and frames go on; playing, harmless."""
+        self.stopped = self._held = False
+        self.resume(now_s)
+
+    def hold(self) -> None:
+        """Let no more frames out; once held, harmless.  A run that was stopped sends its first room."""
+        if not self._held or self.stopped:
+            self._until_ns = 0
+        self.stopped, self._held = False, True
+
+    def let_out(self, frames: int, path: Sequence[int]) -> int:
+        """Let so many more frames of a held run out; return the stamp of the last of them.
+
+        Args:
+            frames: how many, at least 1.
+            path: stamps of the frames of the room that was sent last.
+        """
+        left = [stamp_ns for stamp_ns in path if stamp_ns > self.shown_ns]
+        later = self._next_frame + frames - len(left) - 1
+        self._until_ns = left[frames - 1] if frames <= len(left) else self._times.stamp_ns(later)
+        return self._until_ns
+
+    def has_shown(self, until_ns: int) -> bool:
+        """Return whether all renderers of the run have published the frames up to a stamp."""
+        renderers = self._renderers()
+        expected = max(self._config.expected_renderers, 1)
+        return len(renderers) >= expected and all(peer.shown_ns >= until_ns for peer in renderers)
+
+    def begin_anew(self, *, time: bool, stopped: bool) -> None:
+        """Let the run begin again, and stop it, or keep it held or going.
+
+        The room at work is left where nobody records, else it is finished first.  ``time``: simulated time begins again as well.
+        """
+        self.stopped = stopped
+        self._reset_asked, self._restarts_time = True, time
+        self._leaves_room = not self._config.expected_recorders
+
+    def _reset_waits_for(self) -> str:
+        """Return, in words, what a reset must wait for."""
+        return "" if self._leaves_room else self._waits_for(self.last_sent)
+
     def pause(self, now_s: float) -> None:
         """Let no more rooms out; once paused, harmless."""
         if self._paused_s is None:
@@ -254,7 +331,7 @@ class RoomSchedule:
 
     def step(self, now_s: float, active: bool) -> Step:
         """Return what to do now; ``active``: whether the node may send rooms at all."""
-        if self._reset_asked and not self._waits_for(self.last_sent):
+        if self._reset_asked and not self._reset_waits_for():
             self._begin_again()
             return Step.BEGIN_AGAIN
         ahead = 0 if self.is_complete else self._config.rooms_ahead - 1
@@ -264,7 +341,7 @@ class RoomSchedule:
                 return Step.WAIT
             self._finished = True
             return Step.FINISH
-        held = self._reset_asked or not active or (self.paused and not self._one_more)
+        held = self._reset_asked or self.stopped or not active or (self.paused and not self._one_more)
         return Step.WAIT if held or self.waiting or now_s < self._send_s else Step.SEND
 
     def order(self, now_s: float) -> Order | None:
@@ -300,8 +377,11 @@ class RoomSchedule:
         self.next_index, self.last_sent, self.finished_by_all = first, -1, -1
         self._beginnings += 1
         self.generation += 1
-        self._reset_asked = self._finished = False
-        self._send_s = 0.0
+        if self._restarts_time:
+            self._times = FrameTimes(round(self._config.start_time_s * 1e9), self._config.rate_hz)
+            self._next_frame = first * self._config.frames_per_room
+        self._reset_asked = self._finished = self._restarts_time = self._leaves_room = False
+        self._send_s, self._until_ns = 0.0, 0
 
     def _waits_for(self, must_be_done: int) -> str:
         """Return, in words, what must be waited for until all peers have finished a room (none, if it is not of this run)."""

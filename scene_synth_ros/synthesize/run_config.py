@@ -58,6 +58,9 @@ class RunConfig:
     catalog_dir: Annotated[
         str, Limits(max_length=1000, description="Folder of the user's models, with catalog.yaml; empty: none", fixed="it is read once")
     ] = ""
+    start_stopped: Annotated[
+        bool, Limits(description="Begin as a stopped simulation: the first room waits for ~/play, or for SetSimulationState")
+    ] = False
     autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
 

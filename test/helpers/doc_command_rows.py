@@ -180,6 +180,20 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ),
     "scene_synth run --overlay lidar_robot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true --rooms 1 --frames 900"
     " --record driven": Parsed("test/scene_synth_ros/test_driven_base.py"),
+    "scene_synth run -p grammar_node.lock_step:=true -p grammar_node.start_stopped:=true": Parsed(
+        "test/scene_synth_ros/simulation/test_simulation_services.py"
+    ),
+    "sudo apt install ros-jazzy-simulation-interfaces": Listed("needs a system ROS 2"),
+    "scene_synth generate --rooms 1 --frames 600 --overlay realsense_d435i --out vio": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth generate --rooms 1 --frames 600 --overlay euroc_stereo --out drone": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth convert drone --to euroc --out drone_euroc": Parsed(_CONVERT),
+    "scene_synth generate --rooms 1 --frames 450 --overlay lidar_robot --out lidar": Parsed("test/scene_synth_ros/test_lidar_bag.py"),
+    "python -m benchmarks.lidar_bench --rooms 2": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
+    "scene_synth run --overlay turtlebot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true": Parsed(
+        "test/scene_synth_ros/test_driven_base.py"
+    ),
+    "ros2 run teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/synth/cmd_vel": _ROS2CLI,
+    "scene_synth generate --rooms 1 --frames 600 --overlay turtlebot --out laser": Parsed("test/scene_synth_ros/test_body_bag.py"),
     "pytest examples/slam_gate": Listed("test/scene_synth_ros/testing/test_judge.py::test_the_plugin_runs_a_test_file_and_keeps_its_bags"),
     "scene_synth prove BAG": Run(),
     "scene_synth export": Named(),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,8 +28,8 @@ class Recorded(NamedTuple):
     types: Mapping[str, str]
     rows: Mapping[str, list[tuple[int, bytes]]]
 
-    def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
-        return ((log_ns, memoryview(data)) for log_ns, data in self.rows[topic])
+    def messages(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
+        return ((log_ns, memoryview(data)) for log_ns, data in self.rows[topic] if wanted is None or log_ns in wanted)
 
     def all(self) -> Iterator[tuple[str, int, memoryview]]:
         return ((topic, log_ns, memoryview(data)) for topic, rows in self.rows.items() for log_ns, data in rows)

@@ -1,12 +1,12 @@
-"""Builds the message packages that the PyPI wheels of ROS 2 lack, so that the tests run the code that a real ROS 2 system runs.
+"""Builds the packages of messages and services that the PyPI wheels of ROS 2 lack, so that tests run the code that a real ROS 2 runs.
 
-``python test/interfaces/build.py`` reads the definitions in ``SOURCES``, of which the recorder writes some into bags, has the wheels' own
+``python test/interfaces/build.py`` reads the definitions of ``PACKAGES``, of which the recorder writes some into bags, has the wheels' own
 rosidl generators write C, C++ and Python from them, compiles that and installs the result into the virtual environment, where the wheels
-have theirs: Python modules, ``lib/lib<package>__rosidl_typesupport_*.so``, ``share/<package>/msg`` and the ament index.  A second run finds
-nothing to do until an input changes.  It needs a C and a C++ compiler and Python's headers.
+have theirs: Python modules, ``lib/lib<package>__rosidl_typesupport_*.so``, ``share/<package>/msg`` and ``srv``, and the ament index.  A
+second run finds nothing to do until an input changes.  It needs a C and a C++ compiler and Python's headers.
 
 CMake would make six libraries of a package.  Here all its C is one Python extension, which the type support finds under the two names
-that it looks for.  Only Python can load it, and it has messages only, no services or actions.
+that it looks for.  Only Python can load it, and it has no actions.
 """
 
 from __future__ import annotations
@@ -29,9 +29,15 @@ from pathlib import Path
 from typing import Any
 
 SOURCES = Path(__file__).parents[2] / "scene_synth_ros" / "messages" / "interfaces"
-"""Of the definitions, ``<package>/msg/<Type>.msg``."""
+"""Of the definitions that the program carries, ``<package>/msg/<Type>.msg``."""
 
-PACKAGES = ("tf2_msgs", "vision_msgs")
+PACKAGES = {
+    "tf2_msgs": SOURCES,
+    "vision_msgs": SOURCES,
+    "simulation_interfaces": Path(__file__).with_name("definitions"),
+}
+"""Package -> folder that has its own, with the definitions in ``msg`` and ``srv``.  Of simulation_interfaces it is version 2.1.0, as far as
+it is served."""
 PREFIX = Path(sys.prefix)
 SHARE = PREFIX / "share"
 STAMP = PREFIX / ".interfaces"
@@ -81,24 +87,31 @@ def generate(package: str, folder: Path) -> list[Path]:
     The definitions go through ``.idl`` files and type descriptions, which hold the type hashes, in ``folder/idl/<package>``.
     """
     from rosidl_adapter.msg import convert_msg_to_idl
+    from rosidl_adapter.srv import convert_srv_to_idl
     from rosidl_generator_type_description import generate_type_hash
 
-    source, idl = SOURCES / package, folder / "idl" / package
-    names = sorted(path.stem for path in (source / "msg").glob("*.msg"))
+    source, idl = PACKAGES[package] / package, folder / "idl" / package
+    names = [path.relative_to(source) for path in definitions(package)]
+    convert = {".msg": convert_msg_to_idl, ".srv": convert_srv_to_idl}
     with contextlib.redirect_stdout(io.StringIO()):
         for name in names:
-            convert_msg_to_idl(source, package, Path("msg", f"{name}.msg"), idl / "msg")
+            convert[name.suffix](source, package, name, idl / name.parent)
     arguments = {
         "package_name": package,
         "output_dir": str(idl),
-        "idl_tuples": [f"{idl}:msg/{name}.idl" for name in names],
+        "idl_tuples": [f"{idl}:{name.with_suffix('.idl')}" for name in names],
         "include_paths": [f"{path.parent.name}:{path.parent}" for path in SHARE.glob("*/msg")],
         "target_dependencies": [],
     }
     generate_type_hash(_arguments_file(folder, arguments))
-    arguments["type_description_tuples"] = [f"msg/{name}.idl:{idl / 'msg' / name}.json" for name in names]
-    arguments["ros_interface_files"] = [str(source / "msg" / f"{name}.msg") for name in names]
+    arguments["type_description_tuples"] = [f"{name.with_suffix('.idl')}:{idl / name.with_suffix('.json')}" for name in names]
+    arguments["ros_interface_files"] = [str(source / name) for name in names]
     return [_run_generator(generator, run, package, folder, arguments) for generator, run in _generators().items()]
+
+
+def definitions(package: str) -> list[Path]:
+    """Return the files that define a package's messages and services."""
+    return sorted(path for path in (PACKAGES[package] / package).rglob("*") if path.suffix in (".msg", ".srv"))
 
 
 def compile_extension(package: str, folder: Path, generated: list[Path]) -> Path:
@@ -140,11 +153,12 @@ def install(package: str, folder: Path, extension: Path) -> None:
         library = PREFIX / "lib" / f"lib{package}__{type_support}.so"
         library.unlink(missing_ok=True)
         library.symlink_to(module / extension.name)
-    shutil.copytree(folder / "idl" / package / "msg", share / "msg")
-    shutil.copytree(SOURCES / package / "msg", share / "msg", dirs_exist_ok=True)
+    for tree in (folder / "idl" / package, PACKAGES[package] / package):
+        shutil.copytree(tree, share, dirs_exist_ok=True)
     index = SHARE / "ament_index" / "resource_index"
     (index / "packages" / package).touch()
-    (index / "rosidl_interfaces" / package).write_text("\n".join(sorted(f"msg/{path.name}" for path in (share / "msg").iterdir())))
+    installed = sorted(f"{path.parent.name}/{path.name}" for path in share.glob("*/*"))
+    (index / "rosidl_interfaces" / package).write_text("\n".join(installed))
 
 
 def _generators() -> dict[str, Callable[[str], Any]]:
@@ -166,7 +180,8 @@ def _generators() -> dict[str, Callable[[str], Any]]:
 
 def _run_generator(generator: str, run: Callable[[str], Any], package: str, folder: Path, arguments: dict[str, object]) -> Path:
     templates, output = SHARE / generator / "resource", folder / generator / package
-    (output / "msg").mkdir(parents=True)
+    for kind in ("msg", "srv"):
+        (output / kind).mkdir(parents=True)
     run(_arguments_file(folder, {**arguments, "template_dir": str(templates), "output_dir": str(output)}))
     for template in templates.glob("*visibility_control.h.in"):
         text = template.read_text().replace("@PROJECT_NAME_UPPER@", package.upper()).replace("@PROJECT_NAME@", package)
@@ -211,7 +226,7 @@ def _digest(packages: list[str]) -> str:
         f"{wheel.name} {wheel.version}" for wheel in importlib.metadata.distributions() if wheel.name.startswith(("ros-", "numpy"))
     )
     parts = [sys.version, *wheels, Path(__file__).read_text()]
-    parts += [f"{path}\n{path.read_text()}" for package in packages for path in sorted((SOURCES / package).rglob("*.msg"))]
+    parts += [f"{path}\n{path.read_text()}" for package in packages for path in definitions(package)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 

@@ -139,7 +139,10 @@ def test_missing_compilers_and_headers_are_named_with_their_packages(
     monkeypatch.setattr(build, "sysconfig", SimpleNamespace(get_path=lambda _: str(tmp_path)))
     monkeypatch.delenv("NEEDED_TOOLS", raising=False)
     build.main()
-    assert capsys.readouterr().out == f"tf2_msgs and vision_msgs are not built, {advice}; tests that need these packages are skipped\n"
+    assert (
+        capsys.readouterr().out
+        == f"tf2_msgs and vision_msgs and simulation_interfaces are not built, {advice}; tests that need these packages are skipped\n"
+    )
     monkeypatch.setenv("NEEDED_TOOLS", "required")
     with pytest.raises(SystemExit, match="are not built") as error:
         build.main()

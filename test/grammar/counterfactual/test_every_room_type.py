@@ -33,7 +33,7 @@ MAY_CHANGE = {
     **dict.fromkeys(("material", "base_color", "roughness", "metallic", "texture", "texture_scale", "texture_contrast"), SURFACE),
     **{f"{name}_finish": rf"room\.surfaces\.{k}\.material|materials\.changed_.*" for k, name in enumerate(("floor", "wall", "ceiling"))},
     "clutter": NEW_THINGS,
-    "object_added": NEW_THINGS,
+    **dict.fromkeys(("object_added", "object_placed"), NEW_THINGS),
     "object_removed": NEW_THINGS + r"|objects\.\d+\.group",
     "object_moved": r"objects\.\d+\.(position_m|yaw_rad)|validity\..*",
     "object_replaced": r"objects\.\d+\.(model\..*|parts.*)|materials\.changed_.*|validity\..*",
@@ -50,7 +50,7 @@ VALUES = {
     "camera_roll_deg": 4.0, "camera_speed": 2.0, "camera_amplitude": 0.5, "camera_offset_m": 0.01, "camera_path": 1,
 }  # fmt: skip
 SEEN = ("depth", "range", "normals", "instance", "semantic")
-OF_OBJECTS = ("clutter", "object_added", "object_removed", "object_moved", "object_replaced")
+OF_OBJECTS = ("clutter", "object_added", "object_placed", "object_removed", "object_moved", "object_replaced")
 
 
 def candidates(scene: SceneDescription, factor: str) -> Iterator[Change]:
@@ -65,6 +65,10 @@ def candidates(scene: SceneDescription, factor: str) -> Iterator[Change]:
         yield from (
             Change(factor, {"category": name}, 1) for name in ("potted_plant", "picture", "waste_bin", "wall_clock", "mug", "candle")
         )
+    elif factor == "object_placed":
+        corner, far = np.min(scene.room.polygon_m, axis=0), np.max(scene.room.polygon_m, axis=0)
+        places = ((corner + (far - corner) * [i / 20, j / 20]).tolist() for i in range(1, 20) for j in range(1, 20))
+        yield from (Change(factor, {"category": "waste_bin"}, {"at_m": [x, y, 0.0]}) for x, y in places)
     else:
         value = {"object_removed": True, "object_moved": [0.03, 0.02, 0.0], "object_replaced": {"seed": 5}}[factor]
         yield from (Change(factor, {"object": item.id}, value) for item in sorted(scene.objects, key=lambda item: -np.prod(item.size_m)))

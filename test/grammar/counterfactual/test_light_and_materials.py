@@ -125,7 +125,7 @@ def test_the_value_that_a_scene_has_leaves_it_as_it_is() -> None:
     scene = as_base(room("bedroom"))
     neutral = {"environment.daylight.sun_scale", "environment.daylight.sky_scale", "counterfactuals"}
     for name in FACTORS:
-        target = {"category": "potted_plant"} if name == "object_added" else {}
+        target = {"category": "potted_plant"} if name in ("object_added", "object_placed") else {}
         value = current_value(scene, Change(name, target), rules())
         if value is not None and name not in ("sun_elevation_deg", "sun_azimuth_deg"):
             assert difference(scene, change(scene, name, value, **target)) <= neutral, name

@@ -97,6 +97,41 @@ def test_added_objects_stand_where_the_room_stays_valid_and_have_ids_of_their_ow
         change(bedroom, "object_added", 1, category="dragon")
 
 
+def test_an_object_is_put_exactly_on_what_carries_it_where_it_was_asked_for(bedroom: SceneDescription) -> None:
+    stand = one(bedroom, "nightstand")
+    bare = bedroom
+    for thing in on_top(bedroom, stand.id):
+        bare = change(bare, "object_removed", True, object=thing)
+    x, y, _ = stand.position_m
+    mug = change(bare, "object_placed", {"at_m": [x, y, stand.size_m[2] - 0.02], "yaw_rad": 7.0, "seed": 5}, category="mug").objects[-1]
+    assert mug.support.id == stand.id and mug.position_m[:2] == (x, y) and mug.model.seed == 5
+    assert mug.yaw_rad == pytest.approx(7.0 - 2.0 * math.pi)
+    assert mug.position_m[2] == pytest.approx(stand.size_m[2], abs=1e-3)
+    wall = next(item for item in bedroom.objects if item.support.kind == "wall")
+    free = change(bedroom, "object_removed", True, object=wall.id)
+    near = [wall.position_m[0] + 0.01 * math.cos(wall.yaw_rad), wall.position_m[1] + 0.01 * math.sin(wall.yaw_rad), 1.5]
+    clock = change(free, "object_placed", {"at_m": near, "yaw_rad": wall.yaw_rad + 0.05}, category="wall_clock").objects[-1]
+    assert clock.support == wall.support and math.remainder(clock.yaw_rad - wall.yaw_rad, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("category", "at_m", "extra", "said"),
+    [
+        ("potted_plant", (0.0, 0.0, 5.0), {}, "expected a place on the floor"),
+        ("wall_clock", (1e3, 0.0, 1.5), {}, "a wall, with its back to it"),
+        ("potted_plant", (0.0, 0.0, 0.0), {"style": "dragon"}, "value.style: expected one of"),
+        ("potted_plant", (900.0, 0.0, 0.0), {}, "out_of_bounds"),
+        ("dragon", (0.0, 0.0, 0.0), {}, "a category to add"),
+        ("potted_plant", "here", {}, "value.at_m"),
+    ],
+)
+def test_a_place_where_nothing_carries_the_object_is_refused(
+    bedroom: SceneDescription, category: str, at_m: object, extra: dict[str, object], said: str
+) -> None:
+    with pytest.raises(ChangeError, match=said):
+        change(bedroom, "object_placed", {"at_m": list(at_m) if isinstance(at_m, tuple) else at_m, **extra}, category=category)
+
+
 def test_what_moves_takes_along_what_it_carries(bedroom: SceneDescription) -> None:
     stand = one(bedroom, "nightstand", 1)
     after = change(bedroom, "object_moved", [0.01, 0.0, 0.0], object=stand.id)

@@ -149,3 +149,18 @@ def test_a_renderer_leaves_alone_the_rooms_of_a_run_that_does_not_expect_it(own:
         inbox.take_status(NodeStatus(node="/g", role="grammar", state="ready"), 0)
         inbox.put_room("of another run")
         assert inbox.next_room() == "of another run"
+
+
+@pytest.mark.parametrize(("waits", "recorded", "leave"), [(True, False, True), (True, True, False), (False, False, False)])
+def test_a_room_is_left_when_its_run_begins_again_where_nobody_records(waits: bool, recorded: bool, leave: bool) -> None:
+    inbox = make()
+    grammar = NodeStatus(node="/g", role="grammar", state="ready", lock_step=waits, run="a.0", until_ns=7)
+    if recorded:
+        inbox.take_status(recorder(0), 0)
+    inbox.take_status(grammar, 0)
+    inbox.put_room("a")
+    assert inbox.next_room() == "a" and inbox.until_ns == 7
+    inbox.take_status(replace(grammar, run="a.1"), 0)
+    assert inbox.must_leave(on_path=True) == leave
+    inbox.put_room("b")
+    assert inbox.next_room() == "b" and not inbox.must_leave(on_path=True)

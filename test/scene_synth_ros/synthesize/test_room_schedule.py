@@ -186,3 +186,58 @@ def test_a_long_wait_is_told_once_for_everything_that_is_waited_for() -> None:
     report(run, "recorder", -1)
     send(run, 200.0)
     assert run.long_wait(300.0) == "", "nothing has been looked at since"
+
+
+HELD = replace(STEP, rooms=3, expected_recorders=0)
+
+
+def shows(run: RoomSchedule, stamp_ns: int, done: int = -1) -> None:
+    status = NodeStatus(node="/renderer", role="renderer", state="ready", done_scene=done, run=run.name, shown_ns=stamp_ns)
+    run.take_status(status)
+
+
+def test_a_held_run_lets_frames_out_one_by_one_across_rooms() -> None:
+    run = RoomSchedule(HELD, 0.0)
+    shows(run, -1)
+    assert run.until_ns == -1
+    start = send(run, 0.0)
+    path = [start + k * 10**8 for k in range(5)]
+    run.hold()
+    assert run.until_ns == 0
+    shows(run, path[1])
+    assert run.until_ns == path[1], "who is behind may catch up"
+    assert run.let_out(2, path) == run.until_ns == path[3]
+    assert not run.has_shown(path[3])
+    shows(run, path[3])
+    assert run.has_shown(path[3]) and run.let_out(3, path) == path[4] + 2 * 10**8
+    shows(run, path[4], done=0)
+    assert send(run, 0.0) == path[4] + 10**8
+    run.play(0.0)
+    assert run.until_ns == -1
+
+
+@pytest.mark.parametrize("time", [True, False])
+def test_a_run_begins_anew_at_once_where_nobody_records_and_its_time_if_asked(time: bool) -> None:
+    run = RoomSchedule(HELD, 0.0)
+    shows(run, -1)
+    send(run, 0.0)
+    run.hold()
+    run.begin_anew(time=time, stopped=True)
+    assert run.until_ns == 0 and not run.is_reset
+    assert run.step(0.0, True) is Step.BEGIN_AGAIN and run.is_reset
+    shows(run, -1)
+    assert run.step(0.0, True) is Step.WAIT and run.stopped
+    run.play(0.0)
+    assert send(run, 0.0) == (10**9 if time else 1_500_000_000)
+
+
+def test_a_room_that_is_recorded_is_finished_before_the_run_begins_anew() -> None:
+    run = RoomSchedule(STEP, 0.0)
+    finish(run, -1)
+    send(run, 0.0)
+    run.hold()
+    run.begin_anew(time=False, stopped=True)
+    assert run.until_ns == -1, "its frames go on to the end"
+    assert run.step(0.0, True) is Step.WAIT
+    finish(run, 0)
+    assert run.step(0.0, True) is Step.BEGIN_AGAIN
