@@ -31,7 +31,10 @@ from scene_description.polygons import signed_area_m2
 BARE_SHARE = 0.25
 """Least share of a support's count that comes up to clutter 1, however much the grammar stands there itself."""
 
-_TIDY, _MESSY = 1.0, 3.0
+TIDY = 1.0
+"""Clutter up to which rooms are in order."""
+
+_MESSY = 3.0
 
 
 def early_rate(count: float, there: float) -> float:
@@ -50,11 +53,11 @@ def arrival_levels(rng: np.random.Generator, early: float, late: float, until: f
     """
     level = 0.0
     while True:
-        need, first = float(rng.standard_exponential()), early * max(_TIDY - level, 0.0)
+        need, first = float(rng.standard_exponential()), early * max(TIDY - level, 0.0)
         if need < first:
             level += need / early
         elif late > 0.0:
-            level = max(level, _TIDY) + (need - first) / late
+            level = max(level, TIDY) + (need - first) / late
         else:
             return
         if level > until:
@@ -64,12 +67,12 @@ def arrival_levels(rng: np.random.Generator, early: float, late: float, until: f
 
 def mean_arrivals(early: float, late: float, until: float) -> float:
     """Return the mean number of things that come up to the level ``until``; the arguments are those of :func:`arrival_levels`."""
-    return early * min(until, _TIDY) + late * max(until - _TIDY, 0.0)
+    return early * min(until, TIDY) + late * max(until - TIDY, 0.0)
 
 
 def disorder(level: float) -> float:
     """Return how far from its tidy place a thing lies that comes at a level of clutter: 0 up to clutter 1, 1 from clutter 3."""
-    return min(max((level - _TIDY) / (_MESSY - _TIDY), 0.0), 1.0)
+    return min(max((level - TIDY) / (_MESSY - TIDY), 0.0), 1.0)
 
 
 class Key(NamedTuple):
@@ -146,6 +149,7 @@ class Filling:
             self._around.add(item)
         self._sites: dict[Key, Site] = {}
         self._means: dict[Key, float] = {}
+        self._number = Counter(item.category for item in objects)
         self._next = max((item.id for item in objects), default=len(room.openings)) + 1
 
     def things(self, there: Sequence[SceneObject], since: float = 0.0) -> Iterator[Placed]:
@@ -229,6 +233,8 @@ class Filling:
             chosen = draw_index(rng, shares)
             group = rules.groups.get(names[chosen])
             name = group.core if group else names[chosen]
+            if self._number[name] >= rules.things[name].most:
+                continue
             found = site.place(rng, self._new(rng, name), mess, self._around)
             if found is None:
                 continue
@@ -247,6 +253,7 @@ class Filling:
     def _settled(self, item: SceneObject) -> SceneObject:
         """Return a thing in its place after it is put in the way of those that come after it."""
         self._around.add(item)
+        self._number[item.category] += 1
         self._next += 1
         return item
 

@@ -30,7 +30,8 @@ class Thing:
     Sizes are normal about ``size_m`` (depth, width, height) with ``sd_m``, cut at two deviations.  ``at`` is the part of a support's depth
     that it keeps to where things are tidy (edge: at the front one or the back one, looking out over it), ``turns`` the yaws against the
     supporter that people give it, the first one most often; none: it is round, so any.  On a wall its middle hangs between the heights
-    ``hangs_m``, over the back of one of ``above`` where the room has one.  What is ``straight`` stands exactly along its wall.
+    ``hangs_m``, over the back of one of ``above`` where the room has one.  What is ``straight`` stands exactly along its wall.  A room that
+    has ``most`` of it gets no more, but as members of groups.
     """
 
     size_m: tuple[Extent, Extent, Extent]
@@ -40,6 +41,7 @@ class Thing:
     above: tuple[str, ...] = ()
     straight: bool = False
     turns: Annotated[tuple[Radians, ...], Limits(max_length=8)] = ()
+    most: Annotated[int, Limits(ge=1, le=1000)] = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,10 +207,10 @@ def _names(rules: SmallThings, categories: Categories) -> list[tuple[str, list[s
             before = [*before, member.thing]
     for name, support in rules.supports.items():
         found.append((f"supports.{name}", _drawn(support.stock, *support.rooms.values(), support.tidy), drawn))
-    for odds in (rules.floor.things, *rules.floor.rooms.values(), *(stock.things for stock in rules.floor.tidy.values())):
-        found.append(("floor", list(odds), drawn))
     hanging = [name for name, thing in rules.things.items() if thing.hangs_m]
     hanging += [name for name, group in rules.groups.items() if group.core in hanging]
+    for odds in (rules.floor.things, *rules.floor.rooms.values(), *(stock.things for stock in rules.floor.tidy.values())):
+        found.append(("floor", list(odds), [name for name in drawn if name not in hanging]))
     found += [(f"walls.{name}", _drawn(stock), hanging) for name, stock in rules.walls.items()]
     found += [(f"hooks.{name}", _drawn(stock), things) for name, stock in rules.hooks.items()]
     return found

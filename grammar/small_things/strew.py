@@ -15,9 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammar.checks.faults import find_faults
+from grammar.checks.furnished import furnished
 from grammar.checks.validity import check_room
 from grammar.derivation.constraints import numbers_asked
-from grammar.small_things.fill import Filling, Key, Placed, Source
+from grammar.small_things.fill import TIDY, Filling, Key, Placed, Source
 from grammar.small_things.place import Obstacles
 from grammar.small_things.sites import Surroundings, opening_boxes
 from grammar.small_things.untidy import Move, moves
@@ -129,14 +131,14 @@ def strew(source: Source, lamps: Collection[str], sampled: FurnishedRoom, rng: n
     moved = tuple(move.item for move in found)
     still = frozenset(item.id for item in moved if not item.model.ajar)
     filling = Filling(source, sampled.room, sampled.objects, root, moved, still)
-    now = _as_moved(source, sampled, gone, [move.item for move in found if move.level <= source.request.clutter])
-    there = [item for item in now if item.id not in gone]
+    kept = _kept_moves(source, sampled, gone, found)
+    there = _after(sampled.objects, gone, kept)
     added = list(filling.things(there))
     if not gone and not added and not moved:
         return Strewn(sampled, gone, moved)
-    added, report = _valid(source, sampled, there, added)
+    added, report = _valid(source, sampled, there, _after(sampled.objects, gone, _in_order(kept)), added)
     graph = _graph(sampled.graph, added, filling)
-    room = FurnishedRoom(sampled.room, (*now, *(thing.item for thing in added)), graph, report)
+    room = FurnishedRoom(sampled.room, (*_after(sampled.objects, (), kept), *(thing.item for thing in added)), graph, report)
     return Strewn(room, gone, moved)
 
 
@@ -150,49 +152,70 @@ def _moves(source: Source, sampled: FurnishedRoom, root: int) -> list[Move]:
     return [move for move in found if move.item.category not in asked]
 
 
-def _as_moved(source: Source, sampled: FurnishedRoom, gone: Collection[int], moved: Sequence[SceneObject]) -> list[SceneObject]:
-    """Return the objects with those that moved, as many of these as leave the room valid, the first ones first."""
-    rules = _rules(source, sampled)
+def _kept_moves(source: Source, sampled: FurnishedRoom, gone: Collection[int], found: Sequence[Move]) -> Sequence[Move]:
+    """Return of what moves up to the clutter asked for as much as leaves the room valid and in order no odder, the first ones first."""
+    rules, moved = _rules(source, sampled), [move for move in found if move.level <= source.request.clutter]
+    before = _faults(source, sampled, _after(sampled.objects, gone, []))
     for count in range(len(moved), 0, -1):
-        by_id = {item.id: item for item in moved[:count]}
-        now = [by_id.get(item.id, item) for item in sampled.objects]
-        there = [item for item in now if item.id not in gone]
-        if check_room(source.grammar, source.categories, sampled.room, there, rules, sampled.report.attempts).valid:
-            return now
-    return list(sampled.objects)
+        now = _after(sampled.objects, gone, moved[:count])
+        report = check_room(source.grammar, source.categories, sampled.room, now, rules, sampled.report.attempts)
+        if report.valid and _faults(source, sampled, _after(sampled.objects, gone, _in_order(moved[:count]))) <= before:
+            return moved[:count]
+    return []
+
+
+def _in_order(found: Sequence[Move]) -> list[Move]:
+    return [move for move in found if move.level <= TIDY]
+
+
+def _after(objects: Sequence[SceneObject], gone: Collection[int], found: Sequence[Move]) -> list[SceneObject]:
+    """Return the objects that are there, as they have moved."""
+    by_id = {move.item.id: move.item for move in found}
+    return [by_id.get(item.id, item) for item in objects if item.id not in gone]
+
+
+def _faults(source: Source, sampled: FurnishedRoom, objects: Sequence[SceneObject]) -> int:
+    """Return how many objects of a room are at fault of use."""
+    found = find_faults(furnished(source.grammar.room_type, sampled.room, objects, source.categories), of_layout=True)
+    return sum(map(len, found.values()))
 
 
 def _valid(
-    source: Source, sampled: FurnishedRoom, there: Sequence[SceneObject], added: Sequence[Placed]
+    source: Source, sampled: FurnishedRoom, there: Sequence[SceneObject], in_order: Sequence[SceneObject], added: Sequence[Placed]
 ) -> tuple[list[Placed], ValidityReport]:
-    """Return the things with which the room is valid, and its report: all of them, or those that can be added one after the other."""
-    rules = _rules(source, sampled)
+    """Return the things with which the room is valid, and its report: all of them, or those that can be added one after the other.
 
-    def report_with(things: Sequence[Placed]) -> ValidityReport:
+    Those that come up to clutter 1 add no fault of use either to what is there then, ``in_order``; what comes later is a mess.
+    """
+    rules, odd = _rules(source, sampled), _faults(source, sampled, in_order)
+
+    def judged(things: Sequence[Placed]) -> tuple[bool, ValidityReport]:
         objects = [*there, *(thing.item for thing in things)]
         known = rules | {thing.item.id: _plain_rule(thing.item) for thing in things}
-        return check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
+        report = check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
+        early = [*in_order, *(thing.item for thing in things if thing.level <= TIDY)]
+        return report.valid and _faults(source, sampled, early) <= odd, report
 
-    report = report_with(added)
-    if report.valid:
+    passes, report = judged(added)
+    if passes:
         return list(added), report
-    on_floor = {thing.item.id for thing in added if thing.item.support.kind == "floor"}
-    on_floor |= _above(added, on_floor)
-    kept = [thing for thing in added if thing.item.id not in on_floor]
-    report = report_with(kept)
-    if not report.valid:
+    apart = {thing.item.id for thing in added if thing.item.support.kind != "object"}
+    apart |= _above(added, apart)
+    kept = [thing for thing in added if thing.item.id not in apart]
+    passes, report = judged(kept)
+    if not passes:
         named = {key for check in report.checks if not check.passed for key in check.objects}
         named |= _above(added, named)
         kept = [thing for thing in kept if thing.item.id not in named]
-        report = report_with(kept)
-    if not report.valid:
-        kept, report = [], report_with([])
-    for first in (thing for thing in added if thing.item.support.kind == "floor" and thing.core):
+        passes, report = judged(kept)
+    if not passes:
+        kept, (_, report) = [], judged([])
+    for first in (thing for thing in added if thing.item.support.kind != "object" and thing.core):
         above = _above(added, {first.item.id})
         with_it = [*kept, first, *(thing for thing in added if thing.item.id in above)]
-        judged = report_with(with_it)
-        if judged.valid:
-            kept, report = with_it, judged
+        passes, judgement = judged(with_it)
+        if passes:
+            kept, report = with_it, judgement
     return sorted(kept, key=lambda thing: thing.item.id), report
 
 
