@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammar.derivation.crowding import used_share, wall_share
 from grammar.derivation.openings import COUNT
 from grammar.derivation.shell import ROOM_SIZE
 from grammar.geometry.arrays import Bools, Floats, Ints
@@ -72,13 +73,22 @@ _MOST_MOVED = math.log(3.5)
 """How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
 
 
+_ANY_SHARE, _LEAST_SHARE = 10.0, 0.05
+"""Bounds of the shares of floor and walls that furniture may take."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampledCounts:
-    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category."""
+    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
+
+    ``used_share``, ``wall_share``: of floor and walls that its furniture takes (:mod:`grammar.derivation.crowding`).
+    """
 
     failed: bool
     branches: tuple[tuple[str, int, int], ...]
     categories: Mapping[str, int]
+    used_share: float = 0.0
+    wall_share: float = 0.0
 
 
 def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
@@ -88,7 +98,15 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
     except RequestError:
         return SampledCounts(failed=True, branches=(), categories={})
     found = Counter(item.category for item in room.objects)
-    return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
+    rules = {vertex.object: grammar.objects[vertex.symbol] for vertex in room.parse_graph.nodes if vertex.symbol in grammar.objects}
+    things = [(rules[item.id], item.size_m) for item in room.objects]
+    return SampledCounts(
+        failed=False,
+        branches=tuple(_taken(grammar, room.parse_graph.nodes)),
+        categories=dict(found),
+        used_share=used_share(grammar, categories, room.room, things),
+        wall_share=wall_share(categories, room.room, things),
+    )
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
@@ -145,7 +163,7 @@ def correct_truncation(
 ) -> tuple[Grammar, tuple[TruncationRow, ...]]:
     """Return the grammar whose valid rooms have the branch frequencies of ``grammar`` and the category counts ``wanted``.
 
-    After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are taken, the
+    The rooms of the first iteration may be as crowded as they come; later ones are no more crowded than the fullest of these.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are taken, the
     first ones, which are not corrected, among them.
 
     Args:
@@ -160,6 +178,8 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
+    if options.iterations:
+        grammar = replace(grammar, room=replace(grammar.room, used_share_max=_ANY_SHARE, wall_share_max=_ANY_SHARE))
     tried: list[Floats] = []
     for iteration in range(options.iterations + 1 if options.iterations else 0):
         tried.append(logs)
@@ -176,6 +196,9 @@ def correct_truncation(
                 failed=len(rooms) - len(passed),
             )
         )
+        if not iteration:
+            limits = {f"{kind}_share_max": max(getattr(room, f"{kind}_share") for room in passed) for kind in ("used", "wall")}
+            grammar = replace(grammar, room=replace(grammar.room, **{name: max(share, _LEAST_SHARE) for name, share in limits.items()}))
         pool.logs.append(logs)
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
