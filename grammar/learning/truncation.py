@@ -76,6 +76,9 @@ _MOST_MOVED = math.log(3.5)
 _ANY_SHARE, _LEAST_SHARE = 10.0, 0.05
 """Bounds of the shares of floor and walls that furniture may take."""
 
+_NOT_FULLEST = 0.95
+"""Share of the rooms that pass, by how full they are, that stay: of structures fuller than these hardly any passes."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampledCounts:
@@ -163,8 +166,9 @@ def correct_truncation(
 ) -> tuple[Grammar, tuple[TruncationRow, ...]]:
     """Return the grammar whose valid rooms have the branch frequencies of ``grammar`` and the category counts ``wanted``.
 
-    The rooms of the first iteration may be as crowded as they come; later ones are no more crowded than the fullest of these.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are taken, the
-    first ones, which are not corrected, among them.
+    The rooms of the first iteration may be as crowded as they come; later ones are no more crowded than all but the fullest twentieth of
+    these.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are
+    taken, the first ones, which are not corrected, among them.
 
     Args:
         grammar: learned, with the branching probabilities that counting gave.
@@ -197,8 +201,8 @@ def correct_truncation(
             )
         )
         if not iteration:
-            limits = {f"{kind}_share_max": max(getattr(room, f"{kind}_share") for room in passed) for kind in ("used", "wall")}
-            grammar = replace(grammar, room=replace(grammar.room, **{name: max(share, _LEAST_SHARE) for name, share in limits.items()}))
+            limits = np.quantile([(room.used_share, room.wall_share) for room in passed], _NOT_FULLEST, axis=0).clip(_LEAST_SHARE)
+            grammar = replace(grammar, room=replace(grammar.room, used_share_max=float(limits[0]), wall_share_max=float(limits[1])))
         pool.logs.append(logs)
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))

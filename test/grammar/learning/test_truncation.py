@@ -120,3 +120,28 @@ def test_without_iterations_the_grammar_stays() -> None:
     same, rows = correct_truncation(grammar, WANTED, COVERED, TruncationOptions(iterations=0), thin_sampler)
     assert rows == ()
     assert same.nodes["storage"].branches[0].multiplicity == pytest.approx((0.3, 0.4, 0.3))
+
+
+def test_rooms_are_no_more_crowded_than_all_but_the_fullest_of_the_first_round() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    grammar, limits = replace(grammar, room=replace(grammar.room, used_share_max=0.5)), []
+
+    def sampler(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+        limits.append((grammar.room.used_share_max, grammar.room.wall_share_max))
+        room = SampledCounts(failed=False, branches=(("sleeping", -1, 0),), categories={"bed": 1}, wall_share=0.3)
+        full = [replace(room, used_share=0.01 * (k + 1) * (stream + 1)) for k in range(101)]
+        return [*full, replace(room, failed=True, used_share=3.0)]
+
+    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=2, rooms=3), sampler)
+    assert limits == [(10.0, 10.0), pytest.approx((0.96, 0.3)), pytest.approx((0.96, 0.3))]
+    assert (corrected.room.used_share_max, corrected.room.wall_share_max) == pytest.approx((0.96, 0.3))
+    kept, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=0), sampler)
+    assert kept.room.used_share_max == 0.5
+
+
+def test_counted_rooms_tell_how_full_they_are() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    rooms = room_sampler(CATEGORIES, 1)(grammar, 0, range(6))
+    full = [room.used_share for room in rooms if room.categories.get("wardrobe", 0) == 2]
+    bare = [room.used_share for room in rooms if not room.categories.get("wardrobe", 0)]
+    assert full and bare and min(full) > max(bare) > 0.0

@@ -10,8 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from grammar.checks.faults import find_faults
+from grammar.checks.furnished import furnished
+from grammar.sampled_room import SampledRoom
+from grammar.small_things import strew
 from grammar.small_things.place import draw_turn, kept_free, tops_of, world_box
-from grammar.small_things.rules import Thing, read_small_things
+from grammar.small_things.rules import Stock, Thing, read_small_things
 from grammar.small_things.strew import small_things
 from grammar.spec.categories import Category, Rest, SupportSurface
 from grammar.spec.request import SceneRequest
@@ -128,4 +132,39 @@ def test_rules_that_do_not_fit_are_refused_with_the_field(tmp_path) -> None:
     assert stock is not None and stock.count == 1.0
     file.write_text(text % "unicorn")
     with pytest.raises(GrammarError, match=r"supports.desk: expected one of mug, got 'unicorn'"):
+        read_small_things(file, rules().categories)
+
+
+def office_of_shelves(index: int, most: int) -> SampledRoom:
+    """Return an office on whose walls as many shelves as there is space for, but no more than ``most``, hang as low as tables are."""
+    shelf = replace(rules().small_things.things["wall_shelf"], hangs_m=(0.4, 1.2), most=most)
+    things, walls = {**rules().small_things.things, "wall_shelf": shelf}, {"office": Stock(count=60.0, things={"wall_shelf": 1.0})}
+    crowded = replace(rules(), small_things=replace(rules().small_things, things=things, walls=walls))
+    return crowded.layout(SceneRequest(room_type="office"), 5, index)
+
+
+def faults(room: SampledRoom) -> dict[str, list[int]]:
+    return find_faults(furnished("office", room.room, room.objects, rules().categories), of_layout=True)
+
+
+def test_small_things_make_no_room_odd(monkeypatch: pytest.MonkeyPatch) -> None:
+    rooms = [office_of_shelves(index, 1000) for index in range(3)]
+    assert all(room.validity.valid and not faults(room) for room in rooms)
+    assert sum(item.category == "wall_shelf" for room in rooms for item in room.objects) > 12
+    monkeypatch.setattr(strew, "_faults", lambda *_: 0)
+    assert any(faults(office_of_shelves(index, 1000)) for index in range(3))
+
+
+def test_a_room_has_no_more_of_a_thing_than_it_may() -> None:
+    hung = [sum(item.category == "wall_shelf" for item in office_of_shelves(1, most).objects) for most in (3, 1000)]
+    assert hung[0] == 3 < hung[1]
+
+
+def test_what_hangs_lies_on_no_floor(tmp_path) -> None:
+    file = tmp_path / "small_things.yaml"
+    file.write_text(
+        "things: {shelf: {size_m: [1, 1, 1], sd_m: [1, 1, 1], hangs_m: [1, 2]}}\nsupports: {}\n".replace("shelf", "wall_shelf")
+        + "groups: {books: {core: wall_shelf, members: []}}\nfloor: {per_m2: 0, things: {books: 1}}\n"
+    )
+    with pytest.raises(GrammarError, match="floor: expected one of .*, got 'books'"):
         read_small_things(file, rules().categories)
