@@ -134,6 +134,8 @@ def learn(
     wanted = _wanted(grammar, rooms, covered)
     seed = int(rng.integers(2**62))
     numbers = {f"{kind}{COUNT}" for kind in related.openings if f"openings.{kind}.multiplicity" in counts}
+    if options.truncation.iterations:
+        counts.update({f"room.{kind}_share_max": options.truncation.rooms for kind in ("used", "wall")})
     final, truncation = correct_truncation(
         replace(related, weights=weights.weights), wanted, covered | numbers, options.truncation, sampler or room_sampler(categories, seed)
     )
