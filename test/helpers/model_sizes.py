@@ -92,6 +92,7 @@ _FURNITURE = {
     "bowl": (0.26, 0.26, 0.1),
     "wall_clock": (0.04, 0.32, 0.32),
     "wall_shelf": (0.22, 0.8, 0.2),
+    "window_sill": (0.2, 1.4, 0.03),
     "curtain": (0.1, 2.2, 2.3),
     # dining
     "dining_table": (0.9, 1.7, 0.75),

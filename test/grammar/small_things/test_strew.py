@@ -166,5 +166,5 @@ def test_what_hangs_lies_on_no_floor(tmp_path) -> None:
         "things: {shelf: {size_m: [1, 1, 1], sd_m: [1, 1, 1], hangs_m: [1, 2]}}\nsupports: {}\n".replace("shelf", "wall_shelf")
         + "groups: {books: {core: wall_shelf, members: []}}\nfloor: {per_m2: 0, things: {books: 1}}\n"
     )
-    with pytest.raises(GrammarError, match="floor: expected one of .*, got 'books'"):
+    with pytest.raises(GrammarError, match=r"floor: expected one of .*, got 'books'"):
         read_small_things(file, rules().categories)

@@ -44,7 +44,7 @@ TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_sh
 SHEETS = {("curtain", "cloth"), ("potted_plant", "leaves"), ("vase", "stems")}
 """Parts of cloth and leaves, without thickness."""
 CASES = [(generator, style) for generator, model in MODELS.items() for style in model.styles]
-TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine")
+TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine", "window_sill")
 
 
 def face_normals(mesh: Mesh) -> np.ndarray:
