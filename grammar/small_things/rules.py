@@ -134,8 +134,8 @@ _NOTHING = TidyFloor(count=0.0, things={})
 class SmallThings:
     """All rules of small things: the kinds, groups, supports by category, the floor, and what needs the surface before it free.
 
-    ``walls``: by room type what hangs on its walls besides pictures, ``fittings``: what is built into them; ``hooks``: by category of what hangs
-    what is hung below it.
+    ``walls``: by room type what hangs on its walls besides pictures; ``fittings``: what is built into them; ``hooks``: by category of what
+    hangs what is hung below it.
     """
 
     things: Mapping[str, Thing]

@@ -141,7 +141,7 @@ def _strip(frame: Frame, value: Any, row: Row) -> Mesh:
 
 
 def _stuffed(frame: Frame, value: Any, row: Row) -> Mesh:
-    """A pillow between two corners, ``piped`` round its seam or not, or with ``bulge`` an upholstered block that swells by that share of its height."""
+    """A pillow between two corners, its seam ``piped`` or not, or with ``bulge`` an upholstered block that swells by that share."""
     low, high = (frame.at(corner) for corner in value)
     depth, width, height = (b - a for a, b in zip(low, high, strict=True))
     if "bulge" in row:

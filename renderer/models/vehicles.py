@@ -74,11 +74,12 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     belly = rounded_box((-0.45 * length, -0.7 * half, 0.115 * height), (0.44 * length, 0.7 * half, 0.4 * height), 0.04, 2)
     grille = rounded_box((0.44 * length, -0.56 * half, 0.235 * height), (0.5 * length + 0.004, 0.56 * half, 0.33 * height), 0.03, 2)
     tyre, rim = _wheel(radius, 0.21, 5 + int(rng.integers(0, 5)))
+    seams = [*(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_bonnet_seams(shell)]
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
     return {
         "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
         "glass": loft(cabin),
-        "trim": [belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_lid_seams(shell), *_wipers(shell), *_handles(shell)],
+        "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell)],
         "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
         "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
         "headlamps": [_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0)],
@@ -178,7 +179,7 @@ def _wing_mirror(shell: _Shell, side: float, half_width: float) -> Mesh:
     return rounded_box((x - 0.05, a, z), (x + 0.09, b, z + 0.13), 0.04, 2)
 
 
-def _lid_seams(shell: _Shell) -> list[Mesh]:
+def _bonnet_seams(shell: _Shell) -> list[Mesh]:
     """Return the gaps round the bonnet: along both wings, and across above the grille."""
     shares, across = np.linspace(*_BONNET_SHARES, 8), np.linspace(-_BONNET_WIDE, _BONNET_WIDE, 7)
     sides = [np.array([shell.on_top(float(f), s * _BONNET_WIDE) for f in shares]) for s in (-1.0, 1.0)]
@@ -188,8 +189,8 @@ def _lid_seams(shell: _Shell) -> list[Mesh]:
 
 def _wipers(shell: _Shell) -> list[Mesh]:
     """Return the two wipers, which rest at the foot of the windscreen."""
-    foot = [shell.on_top(_WIPER_SHARE, a) + (0.0, 0.0, 0.02) for a in (-0.62, 0.05, 0.08, 0.75)]
-    return [sweep(np.array(foot[k : k + 2]), 0.009, 8) for k in (0, 2)]
+    ends = ((-0.62, 0.05), (0.08, 0.75))
+    return [sweep(np.array([shell.on_top(_WIPER_SHARE, a) for a in pair]) + np.array([0.0, 0.0, 0.02]), 0.009, 8) for pair in ends]
 
 
 def _handles(shell: _Shell) -> list[Mesh]:

@@ -139,7 +139,7 @@ def formed_concrete(rng: np.random.Generator, request: Request) -> Pattern:
 
 
 def plaster(rng: np.random.Generator, request: Request) -> Pattern:
-    """Draw plaster under paint, on half a metre: a roller's stipple of 2 to 4 mm, its laps, and what a float has left uneven over 2 to 8 cm."""
+    """Draw painted plaster, on half a metre: a roller's stipple of 2 to 4 mm and its laps, and what a float left uneven over 2 to 8 cm."""
     stipple = noise(rng, request.shape, 115.0, 200.0, 0.0)
     uneven = noise(rng, request.shape, 6.0, 26.0, 0.3)
     laps = _laps(rng, request)
