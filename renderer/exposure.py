@@ -32,7 +32,9 @@ _MOST_PIXELS = 2 * _WIDTH * _WIDTH
 _DEPTH = 32
 """Segments of the meter's paths: what a room's light loses there is below any step, whatever the pictures lose."""
 _DARKEST = 1e-3
-_BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
+_BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.1
+_MIDDLE_STOPS = -2.75
+"""Most of the median luminance of any view, in stops above white: no view of a room is bleached because others are dark."""
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
 
@@ -77,10 +79,10 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
 class LightMeter:
     """Meters a room from small renderings along a path: one answer for all its frames, whatever the quality of their light.
 
-    The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
-    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in
-    steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen stay below.  Steps keep them the same on processors whose last
-    bits differ; everything else makes them depend on the scene only.
+    The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.1 stops above
+    white, or half of each view below 2.75 stops under it, whichever is darkest, in steps of 1/8 EV; the white is that of
+    :func:`renderer.film.white_balance.metered_white`; the black, in steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of what is seen
+    stay below.  Steps keep them the same on processors whose last bits differ; everything else makes them depend on the scene only.
 
     ``config``: ``portable`` is taken from it; ``poses``: the path; a few of its views are metered.
     """
@@ -109,9 +111,12 @@ class LightMeter:
                 del self._left[0]
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
         luminance = matmul(light.astype(np.float64), LUMINANCE)
-        logs = np.mean([el.log2(np.maximum(matmul(view.astype(np.float64), LUMINANCE), _DARKEST)).mean() for view, _ in self._seen])
+        views = [np.maximum(matmul(view.astype(np.float64), LUMINANCE), _DARKEST) for view, _ in self._seen]
+        logs = np.mean([el.log2(view).mean() for view in views])
         bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
-        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
+        middle = max(float(np.quantile(view, 0.5)) for view in views)
+        limits = math.log2(bright / white_luminance(_BRIGHT_STOPS)), math.log2(middle / white_luminance(_MIDDLE_STOPS))
+        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), *limits)
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
         ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
         return Exposure(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100))
