@@ -37,7 +37,9 @@ _AS_CONFIGURED = ("portable", "integrator", "cache_spacing_m", "cache_rays", "ca
 _BASE_COLORS = {"path": "albedo", "cached": "base_color"}
 """Integrator -> the layer that tells colours of surfaces, of which it takes no kernels that pictures do not."""
 _DARKEST = 1e-3
-_BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
+_BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 0.7
+_MIDDLE_STOPS = -3.15
+"""Most of the median luminance of any view, in stops above white: no view of a room is bleached because others are dark."""
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
 
@@ -90,10 +92,10 @@ class LightMeter:
     Light is that of the configured integrator, so that nothing is computed or compiled for the meter alone: looked up, the points of the
     irradiance cache are those of the pictures; traced, paths are longer than theirs.
 
-    The exposure value is log2(100 L / K) of the log-average luminance L of zones, or what shows 92 % of them below 1.5 stops above white,
-    whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`; the black, in steps of
-    1/8 EV too, is 0.8 of the luminance that 0.5 % of the zones stay below.  Steps keep them the same on processors whose last
-    bits differ; everything else makes them depend on the scene only.
+    The exposure value is log2(100 L / K) of the log-average luminance L of zones, or what shows 92 % of them below 0.7 stops above white,
+    or half of each view below 3.15 stops under it, whichever is darkest, in steps of 1/8 EV; the white is that of
+    :func:`renderer.film.white_balance.metered_white`; the black, in steps of 1/8 EV too, is 0.8 of the luminance that 0.5 % of the zones
+    stay below.  Steps keep them the same on processors whose last bits differ; everything else makes them depend on the scene only.
 
     ``config``: integrator, settings of the irradiance cache and ``portable`` are taken from it; ``poses``: the path; a few of its views are
     metered.
@@ -125,10 +127,13 @@ class LightMeter:
                 self._seen.append((light[seen], base[seen]))
                 self._zones.append(_zone_luminance(light, seen))
                 del self._left[0]
-        logs = np.mean([el.log2(np.maximum(zones, _DARKEST)).mean() for zones in self._zones])
-        luminance = np.concatenate(self._zones)
-        bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
-        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
+        views = [np.maximum(zones, _DARKEST) for zones in self._zones]
+        logs = np.mean([el.log2(view).mean() for view in views])
+        luminance = np.concatenate(views)
+        bright = float(np.quantile(luminance, _BRIGHT_SHARE))
+        middle = max(float(np.quantile(view, 0.5)) for view in views)
+        limits = math.log2(bright / white_luminance(_BRIGHT_STOPS)), math.log2(middle / white_luminance(_MIDDLE_STOPS))
+        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), *limits)
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
         ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))

@@ -42,8 +42,8 @@ def render_pictures(
     warm_up()
     synthesizer, config = SceneSynthesizer.from_config(), preset_config(preset)
     for index in range(rooms):
-        for room_type in types:
-            scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index, TIMES)
+        for place, room_type in enumerate(types):  # rooms of one index share daylight and palette
+            scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index * len(types) + place, TIMES)
             flat, key, camera = flatten(scene, Path.cwd()), scene_key(scene), camera_of(size)
             exposure = exposed(RenderConfig(auto_exposure=True), meter(flat, camera, RenderConfig(), key, scene.camera_path))
             with Renderer(flat, camera, config, key) as renderer:

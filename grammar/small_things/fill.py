@@ -82,8 +82,8 @@ class Key(NamedTuple):
     owner: int = 0
 
 
-_TOP, _WALL, _HOOK = 1, 2, 3
-FLOOR, WALLS = Key(_TOP), Key(_WALL)
+_TOP, _WALL, _HOOK, _FITTING = 1, 2, 3, 4
+FLOOR, WALLS, FITTINGS = Key(_TOP), Key(_WALL), Key(_FITTING)
 
 _MAX_SEED = 2**63 - 1
 _KINDS_TRIED = 4
@@ -194,10 +194,10 @@ class Filling:
         tidy, strewn = rules.tidy_floor(grammar.looks_like), rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
         args = (grammar, self._source.categories, self._room, self._objects)
         yield from self._levels(FLOOR, tidy.count, strewn, lambda: floor_site(rules, *args))
-        walls = rules.walls.get(grammar.looks_like)
-        if walls is not None:
-            things, rest = walls.things, (grammar, self._source.categories, self._room, self._objects)
-            yield from self._levels(WALLS, walls.count, 0.25 * walls.count, lambda: wall_site(rules, things, *rest))
+        for key, stocks, more in ((WALLS, rules.walls, 0.25), (FITTINGS, rules.fittings, 0.0)):
+            stock = stocks.get(grammar.looks_like)
+            if stock is not None:
+                yield from self._levels(key, stock.count, more * stock.count, partial(wall_site, rules, stock.things, *args))
 
     def _on_object(self, item: SceneObject, stock: Stock, carried: int) -> Iterator[_Arrival]:
         """Yield what comes to the surfaces of furniture."""

@@ -136,7 +136,8 @@ _NOTHING = TidyFloor(count=0.0, things={})
 class SmallThings:
     """All rules of small things: the kinds, groups, supports by category, the floor, and what needs the surface before it free.
 
-    ``walls``: by room type what hangs on its walls besides pictures; ``hooks``: by category of what hangs what is hung below it.
+    ``walls``: by room type what hangs on its walls besides pictures; ``fittings``: what is built into them; ``hooks``: by category of what
+    hangs what is hung below it.
     """
 
     things: Mapping[str, Thing]
@@ -144,6 +145,7 @@ class SmallThings:
     supports: Mapping[str, Support]
     floor: Strewn
     walls: Mapping[str, Stock] = field(default_factory=dict)
+    fittings: Mapping[str, Stock] = field(default_factory=dict)
     hooks: Mapping[str, Stock] = field(default_factory=dict)
     untidy: Untidy = Untidy()
     front_free: tuple[str, ...] = ()
@@ -160,7 +162,7 @@ class SmallThings:
     def categories(self) -> set[str]:
         """Return the categories of all that supports, floors, walls and hooks may bring."""
         supports = [stock for one in self.supports.values() for stock in (one.stock, one.tidy, *one.rooms.values())]
-        names = set(_drawn(*supports, *self.walls.values(), *self.hooks.values()))
+        names = set(_drawn(*supports, *self.walls.values(), *self.fittings.values(), *self.hooks.values()))
         floors = [self.floor.things, *self.floor.rooms.values(), *(tidy.things for tidy in self.floor.tidy.values())]
         names |= {name for odds in floors for name in odds}
         groups = [self.groups[name] for name in names & set(self.groups)]
@@ -211,7 +213,8 @@ def _names(rules: SmallThings, categories: Categories) -> list[tuple[str, list[s
     hanging += [name for name, group in rules.groups.items() if group.core in hanging]
     for odds in (rules.floor.things, *rules.floor.rooms.values(), *(stock.things for stock in rules.floor.tidy.values())):
         found.append(("floor", list(odds), [name for name in drawn if name not in hanging]))
-    found += [(f"walls.{name}", _drawn(stock), hanging) for name, stock in rules.walls.items()]
+    for where, stocks in (("walls", rules.walls), ("fittings", rules.fittings)):
+        found += [(f"{where}.{name}", _drawn(stock), hanging) for name, stock in stocks.items()]
     found += [(f"hooks.{name}", _drawn(stock), things) for name, stock in rules.hooks.items()]
     return found
 

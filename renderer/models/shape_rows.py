@@ -141,13 +141,13 @@ def _strip(frame: Frame, value: Any, row: Row) -> Mesh:
 
 
 def _stuffed(frame: Frame, value: Any, row: Row) -> Mesh:
-    """A pillow between two corners, or with ``bulge`` an upholstered block that swells by that share of its height."""
+    """A pillow between two corners, its seam ``piped`` or not, or with ``bulge`` an upholstered block that swells by that share."""
     low, high = (frame.at(corner) for corner in value)
     depth, width, height = (b - a for a, b in zip(low, high, strict=True))
     if "bulge" in row:
         edge = row.get("round", 0.3) * min(depth, width, height)
         return cushion(frame.rng, low, high, edge, row["bulge"] * height, 2, True, 4)
-    mesh = pillow(frame.rng, depth, width, height, row.get("steps", 12))
+    mesh = pillow(frame.rng, depth, width, height, row.get("steps", 12), row.get("piped", False))
     return moved(mesh, *(0.5 * (a + b) for a, b in zip(low, high, strict=True)))
 
 

@@ -29,6 +29,10 @@ _SECTION = 34
 
 _DOOR_SEAMS = (0.34, 0.5, 0.69)
 
+_BONNET_SHARES, _BONNET_WIDE = (0.765, 0.955), 0.8
+"""Where the bonnet begins and ends, in shares of the length, and its half width over that of the body."""
+_WIPER_SHARE = 0.755
+
 _PLATE_M = (0.52, 0.11)
 """Width and height of a number plate of the European Union."""
 
@@ -68,13 +72,14 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     ]
     mirrors = [_wing_mirror(shell, s, 0.5 * width) for s in (-1.0, 1.0)]
     belly = rounded_box((-0.45 * length, -0.7 * half, 0.115 * height), (0.44 * length, 0.7 * half, 0.4 * height), 0.04, 2)
-    grille = rounded_box((0.44 * length, -0.45 * half, 0.2 * height), (0.497 * length, 0.45 * half, 0.34 * height), 0.03, 2)
+    grille = rounded_box((0.44 * length, -0.56 * half, 0.235 * height), (0.5 * length + 0.004, 0.56 * half, 0.33 * height), 0.03, 2)
     tyre, rim = _wheel(radius, 0.21, 5 + int(rng.integers(0, 5)))
+    seams = [*(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_bonnet_seams(shell)]
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
     return {
         "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
         "glass": loft(cabin),
-        "trim": [belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)],
+        "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell)],
         "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
         "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
         "headlamps": [_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0)],
@@ -133,6 +138,14 @@ class _Shell:
         line = ring[(side * ring[:, 1] > 0.7 * self.half) & (ring[:, 2] > 0.2 * self.height)]
         return sweep(line[np.argsort(line[:, 2], kind="stable")], 0.005, 6)
 
+    def on_top(self, share: float, across: float) -> Array:
+        """Return the point (3,) of the upper side at a share of the length, ``across`` half the width from the middle."""
+        ring = self.section(share, self._bottom(share))
+        upper = ring[ring[:, 2] > 0.5 * (ring[:, 2].min() + ring[:, 2].max())]
+        upper = upper[np.argsort(upper[:, 1], kind="stable")]
+        y = across * self.half_width(share)
+        return np.array([self.x(share), y, np.interp(y, upper[:, 1], upper[:, 2])])
+
     def _bottom(self, share: float) -> float:
         low = self.height * float(np.interp(share, (0.0, 0.03, 0.1, 0.9, 0.97, 1.0), (0.3, 0.2, 0.125, 0.125, 0.17, 0.22)))
         axle = _REAR_AXLE if share < 0.5 else _FRONT_AXLE
@@ -166,6 +179,20 @@ def _wing_mirror(shell: _Shell, side: float, half_width: float) -> Mesh:
     return rounded_box((x - 0.05, a, z), (x + 0.09, b, z + 0.13), 0.04, 2)
 
 
+def _bonnet_seams(shell: _Shell) -> list[Mesh]:
+    """Return the gaps round the bonnet: along both wings, and across above the grille."""
+    shares, across = np.linspace(*_BONNET_SHARES, 8), np.linspace(-_BONNET_WIDE, _BONNET_WIDE, 7)
+    sides = [np.array([shell.on_top(float(f), s * _BONNET_WIDE) for f in shares]) for s in (-1.0, 1.0)]
+    front = np.array([shell.on_top(_BONNET_SHARES[1], float(a)) for a in across])
+    return [sweep(line, 0.004, 5) for line in (*sides, front)]
+
+
+def _wipers(shell: _Shell) -> list[Mesh]:
+    """Return the two wipers, which rest at the foot of the windscreen."""
+    ends = ((-0.62, 0.05), (0.08, 0.75))
+    return [sweep(np.array([shell.on_top(_WIPER_SHARE, a) for a in pair]) + np.array([0.0, 0.0, 0.02]), 0.009, 8) for pair in ends]
+
+
 def _handles(shell: _Shell) -> list[Mesh]:
     handles = []
     for share in (0.385, 0.545):
@@ -184,7 +211,7 @@ def _lamp(shell: _Shell, share: float, side: float, level: float, size: tuple[fl
     y = side * (shell.half_width(share) - 0.46 * size[1])
     z = level * shell.height
     return rounded_box(
-        (x - 0.5 * size[0], y - 0.5 * size[1], z - 0.5 * size[2]), (x + 0.5 * size[0], y + 0.5 * size[1], z + 0.5 * size[2]), 0.03, 2
+        (x - 0.5 * size[0], y - 0.5 * size[1], z - 0.5 * size[2]), (x + 0.5 * size[0], y + 0.5 * size[1], z + 0.5 * size[2]), 0.03, 1
     )
 
 

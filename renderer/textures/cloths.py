@@ -41,6 +41,15 @@ def weave(rng: np.random.Generator, request: Request, over: int, step: int, seco
     return Pattern((second * (1.0 - lying),), shade, None, (height - 1.0 + 0.08 * fuzz))
 
 
+def grasscloth(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw paper of woven grass, on half a metre: stalks along u of 2 to 6 mm, each of its own tone, thicker here and thinner there."""
+    stalks = noise(rng, request.shape, 20.0, 110.0, 0.2, (16.0, 1.0))
+    slubs = smooth_step(1.4, 2.6, noise(rng, request.shape, 20.0, 90.0, 0.0, (5.0, 1.0)))
+    threads = noise(rng, request.shape, 60.0, 200.0, 0.0, (1.0, 6.0))
+    shade = 1.0 + 0.045 * stalks + 0.012 * threads
+    return Pattern((0.5 * slubs,), shade, None, 0.3 * stalks + 0.6 * slubs - 1.0)
+
+
 def carpet(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw the pile of a carpet: tufts, here and there of another tone, and broad strokes where the pile lies over."""
     found = cells(rng, request.shape, 64, 64, 1.0)
@@ -283,6 +292,7 @@ TINTS = ((0.45, 0.42, 0.42), (1.5, 1.3, 1.1), (1.9, 1.8, 1.6))
 GENERATORS = {
     "weave": Generator(partial(weave, over=1, step=1, second=0.6), (1.0, 1.0), (256, 256), CLOTH, variants=4),
     "twill": Generator(partial(weave, over=2, step=1, second=0.8), (1.0, 1.0), (256, 256), CLOTH, variants=4),
+    "grasscloth": Generator(grasscloth, (1.0, 1.0), (512, 512), ((0.8, 0.8, 0.8),), variants=4),
     "carpet": Generator(carpet, (1.0, 1.0), (256, 256), ((0.72, 0.71, 0.7),), variants=4),
     "knit": Generator(knit, (16.0, 16.0), (256, 256), CLOTH, variants=4),
     "ribs": Generator(ribs, (1.0, 1.0), (256, 256), CLOTH, variants=4),

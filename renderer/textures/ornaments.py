@@ -86,7 +86,7 @@ def floral(rng: np.random.Generator, request: Request, count: int, leaves: int) 
     petals = int(rng.integers(5, 9))
     size = 0.32 / math.sqrt(count)
     for x, y in places:
-        grown = size * float(rng.uniform(0.65, 1.1))
+        grown = size * float(rng.uniform(0.45, 1.1))
         turn = float(rng.uniform(0.0, 2 * math.pi))
         for k in range(leaves):
             way = turn + 2 * math.pi * (k + float(rng.uniform(-0.25, 0.25))) / leaves

@@ -99,12 +99,21 @@ def test_what_is_not_metered_is_as_configured() -> None:
 
 
 def test_a_bright_part_of_the_view_is_not_burnt_out() -> None:
-    """A wall a thousand times as bright as the rest, over more than the share that may be lost, stays within 1.5 stops of white."""
+    """A wall a thousand times as bright as the rest, over more than the share that may be lost, stays within 0.7 stops of white."""
     shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))
     wall = quad((1.9, -2, 0), (0, 0, 2), (0, 4, 0), color=(0.0, 0.0, 0.0), emission=(1000.0, 1000.0, 1000.0))
     aside = pose((0.0, 0.0, 1.0), (1.0, 1.2, 1.0))
     ev100 = meter(scene(shell, wall), CAMERA, RenderConfig(threads=1), 5, [aside]).ev100
-    assert ev100 == pytest.approx(math.log2(1000.0 / 1.2) - 1.5, abs=1 / 16)
+    assert ev100 == pytest.approx(math.log2(1000.0 / 1.2) - 0.7, abs=1 / 16)
+
+
+def test_one_bright_view_is_not_bleached_by_dark_ones() -> None:
+    """One of three views sees nothing but a wall 64 times as bright as the rest: its middle stays 3.15 stops under white."""
+    shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))
+    wall = quad((1.9, -2, 0), (0, 0, 2), (0, 4, 0), color=(0.0, 0.0, 0.0), emission=(64.0, 64.0, 64.0))
+    away, towards = pose((0.0, 0.0, 1.0), (-1.0, 0.2, 1.0)), pose((1.5, 0.0, 1.0), (1.9, 0.0, 1.0))
+    ev100 = meter(scene(shell, wall), CAMERA, RenderConfig(threads=1), 5, [away, away, towards]).ev100
+    assert math.log2(64.0 / white_luminance(ev100)) == pytest.approx(-3.15, abs=1 / 16)
 
 
 def test_black_is_what_the_darkest_of_the_view_has_less_than_and_never_much() -> None:

@@ -81,6 +81,18 @@ def test_things_lie_about_on_the_floor_beyond_clutter_1() -> None:
     assert floor[2] <= floor[0] + 2 < floor[4]
 
 
+def test_what_is_built_into_walls_is_there_at_clutter_1_and_no_more_of_it_beyond() -> None:
+    built = rules().small_things.fittings["study"].things
+    at_1, at_3 = ([(item.category, item.position_m) for item in study(level) if item.category in built] for level in (1.0, 3.0))
+    assert at_1 == at_3 and len(at_1) >= 2
+    for item in study(1.0):
+        if item.category in built:
+            low, high = rules().small_things.things[item.category].hangs_m or (0.0, 0.0)
+            middle = item.position_m[2] + 0.5 * item.size_m[2]
+            over = rules().small_things.things[item.category].above
+            assert item.support.kind == "wall" and low - 1e-6 <= middle <= (1.4 if over else high + 1e-6), item.category
+
+
 def test_things_lie_along_the_edges_until_they_are_a_mess() -> None:
     rng, book = np.random.default_rng(3), Thing(size_m=(0.2, 0.15, 0.05), sd_m=(0.01, 0.01, 0.01), turns=(0.0, math.pi / 2))
     askew = []

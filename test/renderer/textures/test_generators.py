@@ -112,6 +112,16 @@ def test_what_is_cast_or_rolled_has_no_clouds(name: str, metres: float) -> None:
     assert means.std() < 0.008
 
 
+@pytest.mark.parametrize("name", ["plaster", "woodchip"])
+def test_rolled_paint_is_uneven_where_a_camera_sees_it(name: str) -> None:
+    """A pixel of a picture 512 wide covers some 8 mm of a wall three metres off; neighbours differ by a hundredth or so."""
+    made = drawn(name, 3)
+    assert isinstance(made, Pattern) and made.shade is not None
+    pixels = made.shade.reshape(64, 8, 64, 8).mean(axis=(1, 3))
+    assert 0.008 < pixels.std() < 0.03
+    assert 0.006 < np.abs(np.diff(pixels, axis=1)).mean() < 0.03
+
+
 def test_formed_concrete_has_joints_and_holes_of_ties_where_panels_have_them() -> None:
     made = drawn("formed_concrete", 1)
     dark = np.asarray(made.weights[0]) if isinstance(made, Pattern) else np.zeros(0)
