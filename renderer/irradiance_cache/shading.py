@@ -130,13 +130,13 @@ def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key
     """Shade 16 hits, which lie in the packet; ``alone``: whether each sends mirrored rays of its own."""
     lanes, primary = memory.trace.lanes, memory.primary
     kinds = _build_surfaces(scene, spread, memory.trace)
-    sunny = lamplit = traced = strays = 0
+    sunny = asking = traced = strays = 0
     # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
     for turn in range(2):
         for i in range(LANES if turn == 0 else strays):
             k = i if turn == 0 else int(memory.strays.lanes[i])
             if turn == 0:
-                _begin_pixel(lanes, primary, k)
+                _begin_pixel(lanes, memory, k)
                 if lanes[ln.HIT + k] == _ZERO:
                     continue
             incident = _read_light(tables, k, memory) if turn == 0 else _light_of_stray(memory.strays.light, k)
@@ -144,12 +144,12 @@ def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key
                 strays = add_stray(lanes, k, strays, memory.strays)
                 continue
             more = _shade_lane(scene, tables, incident, kinds, alone, k, memory)
-            sunny, lamplit, traced = sunny + more[0], lamplit + more[1], traced + more[2]
+            sunny, asking, traced = sunny + more[0], asking + more[1], traced + more[2]
         if strays == 0:
             break
         if turn == 0:
             light_strays(scene, tables.source, tables.rays, strays, memory.strays)
-    if lamplit > 0:
+    if asking > 0 and choose_lamps(scene.surfaces, tables.lamps, memory):
         add_lamps(scene, tables.lamps, memory)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
         _add_sun(scene, kinds, frame_key, memory)
@@ -163,20 +163,20 @@ def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key
 def _shade_lane(
     scene: LitScene, tables: Tables, incident: Incident, kinds: int, alone: bool, k: int, memory: ShadeScratch
 ) -> tuple[int, int, int]:
-    """Add matt light to the pixel of lane k, and prepare what it mirrors; return 1 or 0 for the sun, a lamp, a ray of its own."""
+    """Add matt light to the pixel of lane k, and prepare what it mirrors; return 1 or 0 for the sun, lamps, a ray of its own."""
     lanes, primary, x, y = memory.trace.lanes, memory.primary, memory.pixels[0, k], memory.pixels[1, k]
     along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
-    sunny, lamplit = _add_diffuse(incident, along, kinds, lanes, primary, k), 0
+    sunny, asking = _add_diffuse(incident, along, kinds, lanes, primary, k), 0
     glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
     if not glossy:
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
-        lamplit = choose_lamps(scene.surfaces, tables.lamps, x, y, k, primary, lanes)
+        memory.gloss[rec.ASKS + k], asking = _ONE, 1
     if not (glass or alone) and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
         _guess_mirrored(incident, around, primary, k)
-        return sunny, lamplit, 0
+        return sunny, asking, 0
     _send_ray(incident, glass, k, memory)
-    return sunny, lamplit, 1
+    return sunny, asking, 1
 
 
 @inlined
@@ -191,10 +191,11 @@ def _build_surfaces(scene: LitScene, spread: np.float32, scratch: Scratch) -> in
 
 
 @inlined
-def _begin_pixel(lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
+def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> None:
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
-    lanes[ln.IMPORTANCE + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = primary[rec.LAMPLIGHT, k] = _ZERO
+    primary = memory.primary
+    lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
     primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
 
