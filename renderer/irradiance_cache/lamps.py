@@ -25,6 +25,8 @@ from scene_description.products import matmul, norm
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAST_COSINE, _INFINITE = np.float32(0.05), np.float32(np.inf)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
+_LEFT_OUT, _FAINT, _MODEST = np.float32(0.01), np.float32(0.04), np.float32(0.12)
+"""Shares of a pixel's other light from which on lamps in its gloss are worth one shadow ray, two, and all."""
 _MOST_BALLS = 4
 """Side by side, for one pane or flat lamp."""
 _KEY = np.uint32(11)
@@ -94,11 +96,11 @@ def mirrored_share(
 
 
 @inlined
-def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> bool:
-    """Choose balls that the lanes with ASKS mirror, by how much each adds to the pixel; return whether any is worth a ray.
+def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
+    """Choose balls that the lanes with ASKS mirror, by how much each adds to the pixel; return the most rays that one is worth.
 
     LAMPLIGHT becomes what all add together, r + g + b, and PICKED which they are; the numbers that choose are evenly apart, and what is
-    left of them serves to choose points.  Less than a hundredth of the pixel's light is left out.
+    left of them serves to choose points.  Less than a hundredth of the pixel's light is left out, and what is little asks fewer rays.
     """
     lanes, gloss, primary = memory.trace.lanes, memory.gloss, memory.primary
     for k in range(LANES):
@@ -114,14 +116,20 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> bool
             _show_ball(surfaces, lamps.part[i], gloss)
             _reflect_ball(lanes, gloss)
             _pick(np.float32(i), gloss)
-    worth = False
+    most = _ZERO
     for k in range(LANES):
-        least = (primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]) * np.float32(0.01)
-        if gloss[rec.LAMPLIGHT + k] > least:
-            worth = True
-        else:
-            gloss[rec.LAMPLIGHT + k] = _ZERO
-    return worth
+        light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
+        gloss[rec.LAMP_RAY_COUNT + k] = _ray_count(gloss[rec.LAMPLIGHT + k], light)
+        most = max(most, gloss[rec.LAMP_RAY_COUNT + k])
+    return int(most)
+
+
+@inlined
+def _ray_count(lamplight: np.float32, light: np.float32) -> np.float32:
+    """Return by how many points it is asked what of lamps' light is hidden from a pixel that has so much other light."""
+    if lamplight <= _LEFT_OUT * light:
+        return _ZERO
+    return _ONE if lamplight < _FAINT * light else _TWO if lamplight < _MODEST * light else np.float32(LAMP_RAYS)
 
 
 @inlined
@@ -228,21 +236,24 @@ def _pick(ball: np.float32, gloss: NDArray[np.float32]) -> None:
 
 
 @inlined
-def add_lamps(scene: LitScene, lamps: Lamps, memory: ShadeScratch) -> None:
-    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it."""
+def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) -> None:
+    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it; ``rays``: the most of any."""
     lanes, gloss, primary = memory.trace.lanes, memory.gloss, memory.primary
-    for j in range(LAMP_RAYS):
+    for i in range(rays):
         for k in range(LANES):
-            lanes[ln.LIGHT_PDF + k] = gloss[rec.LAMPLIGHT + k]
-            if gloss[rec.LAMPLIGHT + k] > _ZERO:
-                share, at = gloss[rec.LAMPLIGHT + k] / np.float32(LAMP_RAYS), LANES * j + k
+            count = int(gloss[rec.LAMP_RAY_COUNT + k])
+            lanes[ln.LIGHT_PDF + k] = _ONE if i < count else _ZERO
+            if i < count:
+                # Those that are asked are evenly apart among the numbers that have chosen.
+                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
+                j = (int(noise * np.float32(LAMP_RAYS)) + i * LAMP_RAYS // count) % LAMP_RAYS
+                share, at = gloss[rec.LAMPLIGHT + k] / np.float32(count), LANES * j + k
                 lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * gloss[rec.PICKED_R + at], share * gloss[rec.PICKED_G + at]
                 lanes[ln.LI_B + k] = share * gloss[rec.PICKED_B + at]
                 # What hides the sky may stand outside.
                 ball = int(gloss[rec.PICKED + at])
                 is_pane = scene.surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
                 lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
-                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
                 v = noise + np.float32(j) * _GOLDEN
                 _aim_at_ball(lamps.balls, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), lanes)
         pass_glass(scene, memory.trace)

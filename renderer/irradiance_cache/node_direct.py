@@ -18,7 +18,7 @@ from renderer.irradiance_cache.view_factors import view_factor
 from renderer.path.direct_light import weigh_lights
 from renderer.path.light_nodes import Atlas
 from renderer.path.light_sampling import sample_groups, sample_sun
-from renderer.path.lights import BY_SKY
+from renderer.path.lights import BY_SKY, LightGroups
 from renderer.path.records import LitScene, Scratch
 
 _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
@@ -27,8 +27,8 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _STEP_U, _STEP_V = np.float32(0.7548777), np.float32(0.5698403)
 _FREE_SAMPLES = 64
 _LEAST_SAMPLES = np.float32(2.0)
-_NEAR = np.float32(0.02)
-"""Share of the view that lights fill from which on it is computed, not sampled."""
+_NEAR = np.float32(3.0)
+"""In radii of a group of lights: a few points tell too little of how much of the view it fills from less far away."""
 
 
 @entry
@@ -185,17 +185,25 @@ def _light_of_group(
                 whole += gain * cosine * _shown(lanes, k)
                 able += _ONE
     mean, able = whole / max(filled, _TINY), able / np.float32(_FREE_SAMPLES)
-    filled /= _PI * np.float32(_FREE_SAMPLES)
-    # Of lights that are near a few points tell too little.
-    if filled > _NEAR:
+    whole /= np.float32(_FREE_SAMPLES)
+    if _is_near(groups, group, lanes):
         point, normal = (lanes[ln.P_X], lanes[ln.P_Y], lanes[ln.P_Z]), (lanes[ln.NS_X], lanes[ln.NS_Y], lanes[ln.NS_Z])
-        filled = view_factor(scene.lights.emitters, groups.start[group], groups.start[group + 1], point, normal)
-    whole = mean * _PI * filled
+        whole = mean * _PI * view_factor(scene.lights.emitters, groups.start[group], groups.start[group + 1], point, normal)
     r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
     g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
     b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
     scale = max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
     return r, g, b, scale * vx, scale * vy, scale * vz
+
+
+@inlined
+def _is_near(groups: LightGroups, group: int, lanes: NDArray[np.float32]) -> bool:
+    """Return whether a group is so near to the point of all lanes that what it fills of the view is computed, not sampled."""
+    squared, reach_m = _ZERO, _NEAR * groups.bounds[group, 3]
+    for axis in range(3):
+        between = groups.bounds[group, axis] - lanes[ln.P_X + LANES * axis]
+        squared += between * between
+    return bool(squared < reach_m * reach_m)
 
 
 @inlined

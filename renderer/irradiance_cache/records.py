@@ -13,8 +13,9 @@ from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.irradiance_cache.gathering import CoarseLight
 from renderer.irradiance_cache.hemisphere import Rays
 from renderer.irradiance_cache.strays import Strays, make_strays
+from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 
 SHARP = np.float32(0.01)
 """Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
@@ -23,7 +24,7 @@ ROUGH = np.float32(0.03)
 WIDE = np.float32(0.1)
 """Width of GGX from which on window panes are shown as lamps are."""
 LAMP_RAYS = 4
-"""By how many points of lamps and panes that rough gloss shows it is asked whether they are seen."""
+"""By how many points of lamps and panes that rough gloss shows it is asked at most whether they are seen."""
 _FAINT = np.float32(0.06)
 APART = np.float32(2.0)
 """Added to the width of GGX in pictures where every pixel of the surface has a ray, so that none needs those of a block."""
@@ -54,10 +55,11 @@ LOBE_R, LOBE_G, LOBE_B = _GLOSS.vector()  # SHARE
 LOBE_ALPHA, LOBE_UNDER_ALPHA = _GLOSS.field(), _GLOSS.field()  # ALPHA, UNDER_ALPHA
 BALL_X, BALL_Y, BALL_Z = _GLOSS.vector()  # unit direction to a ball
 BALL_FACING = _GLOSS.field()  # cosine between that and what is flat, 1 for others
-BALL_OVER, BALL_UNDER = _GLOSS.field(), _GLOSS.field()  # share of it that the lobe mirrors, and the one under a coat, without Fresnel's term
+BALL_OVER, BALL_UNDER = _GLOSS.field(), _GLOSS.field()  # what the lobe mirrors of it, and the one under a coat, over Fresnel's term
 BALL_HALF = _GLOSS.field()  # cosine between view and the microfacets that mirror it
 BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # its luminance, cd/m2; then what it adds to the pixel where nothing stands between
 LAMPLIGHT = _GLOSS.field()  # what all add, r + g + b
+LAMP_RAY_COUNT = _GLOSS.field()  # how many shadow rays it is worth, 0 to LAMP_RAYS
 PICKED = _GLOSS.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
 PICKED_U = _GLOSS.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
 PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
@@ -91,6 +93,15 @@ class Tables(NamedTuple):
     lamps: Lamps
     least_share: np.float32
     roughest: np.float32
+
+
+class CachedView(NamedTuple):
+    """A view that is shaded: the scene and its cache, the hits, and the key of the frame's random numbers."""
+
+    scene: LitScene
+    tables: Tables
+    view: TracedView
+    frame_key: np.uint32
 
 
 class ShadeScratch(NamedTuple):
