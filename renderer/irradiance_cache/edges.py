@@ -113,7 +113,7 @@ def smooth_edges(
     Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, and in pixels that are much
     darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
-    scene, view = shown.scene, shown.view
+    scene, view = shown.scene, shown.traced
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):

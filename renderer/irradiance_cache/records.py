@@ -100,7 +100,7 @@ class CachedView(NamedTuple):
 
     scene: LitScene
     tables: Tables
-    view: TracedView
+    traced: TracedView
     frame_key: np.uint32
 
 

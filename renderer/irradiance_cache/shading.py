@@ -73,7 +73,7 @@ def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int,
 @entry
 def shade_hits(shown: CachedView, samples: EdgeSamples, memory: ShadeScratch, picture: Picture, first: int, step: int) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs."""
-    view, apart = shown.view, len(samples.counts) > 0
+    view, apart = shown.traced, len(samples.counts) > 0
     for row in range(first * TILE, view.camera.height, step * TILE):
         end, stride = (samples.counts[row // TILE], LANES) if apart else (view.camera.width, TILE)
         for begin in range(0, end, stride):
@@ -95,7 +95,7 @@ def shade_hits(shown: CachedView, samples: EdgeSamples, memory: ShadeScratch, pi
 def _shade_packet(shown: CachedView, alone: bool, memory: ShadeScratch) -> None:
     """Shade 16 hits, which lie in the packet; ``alone``: whether each sends mirrored rays of its own."""
     scene, tables, frame_key, lanes = shown.scene, shown.tables, shown.frame_key, memory.trace.lanes
-    spread = _ONE / shown.view.camera.focal_px
+    spread = _ONE / shown.traced.camera.focal_px
     kinds = _build_surfaces(scene, spread, memory.trace)
     sunny = asking = traced = strays = 0
     # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
