@@ -56,11 +56,12 @@ class CachedIntegrator:
         """
         self.prepare(view.hits, cancelled)
         workers, memory, step = self._scene.workers, self._memory, self._scene.workers.count
-        lit, size = self._scene.lit._replace(tree=self._tree), view.distance.shape
-        if self._images[0].light.shape[:2] != size:
-            self._images = (make_picture(*size), np.empty((*size, 3), np.float32), make_edge_samples(*size, len(self._store.atlas.face)))
+        lit, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
+        if self._images[0].light.shape[:2] != (height, width):
+            samples = make_edge_samples(height, width, len(self._store.atlas.face))
+            self._images = make_picture(height, width), np.empty((height, width, 3), np.float32), samples
         picture, image, samples = self._images
-        shown, smooth = CachedView(lit, self._tables, view, frame_key), np.empty((*size, 3), np.float32)
+        shown, smooth = CachedView(lit, self._tables, view, frame_key), np.empty((height, width, 3), np.float32)
         samples.is_read[:] = False
         for one in memory:
             one.strays.met[0] = 0
