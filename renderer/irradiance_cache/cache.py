@@ -33,8 +33,6 @@ _OPEN_M = np.float32(0.8)
 """How far coarse nodes in the open are taken to be from what surrounds them, at least."""
 _STEPS_SPREAD = np.float32(2.0)
 """How widely a ray has spread that may look light up, in steps between nodes."""
-_NEAR_LAMP = np.float32(0.5)
-"""Nodes are close to lamps that fill more of their view: the few samples of a node know that light less well than paths do."""
 
 
 class IrradianceCache:
@@ -157,7 +155,7 @@ class IrradianceCache:
         return len(nodes)
 
     def known_light(self, cancelled: Callable[[], bool] | None = None) -> KnownLight:
-        """Return the light at all fine nodes, for paths, which are computed as far as they are not known; none close to a lamp.
+        """Return the light at all fine nodes, for paths, which are computed as far as they are not known.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True; what was computed stays known.
@@ -166,7 +164,7 @@ class IrradianceCache:
         self.fill(np.ones(len(self.atlas.face), np.bool_), cancelled)
         light = np.empty((len(self.rows), 4), np.float32)
         light[:, :3] = np.float32(1.0 / np.pi) * (self.rows[:, LIGHT : LIGHT + 3] + self.light.sun[:, :3])
-        light[:, 3] = np.where(self.light.filled > _NEAR_LAMP, np.float32(0.0), self.rows[:, VALID])
+        light[:, 3] = self.rows[:, VALID]
         return KnownLight(self.atlas, light, _STEPS_SPREAD * np.float32(self.config.spacing_m))
 
 

@@ -14,7 +14,7 @@ from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.edges import make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamps import build_lamps
 from renderer.irradiance_cache.reconstruction import make_picture, mix_mirrored
-from renderer.irradiance_cache.records import Tables, make_shade_scratch
+from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits, TracedView
 
@@ -34,7 +34,8 @@ class CachedIntegrator:
         self._scene, self._tree = scene, tree
         self._memory = [make_shade_scratch(scratch) for scratch in scene.scratch]
         self._store = store
-        self._none, self._images = make_edge_samples(0, 0), (make_picture(0, 0), np.empty((0, 0, 3), np.float32), make_edge_samples(0, 0))
+        self._none = make_edge_samples(0, 0, 0)
+        self._images = make_picture(0, 0), np.empty((0, 0, 3), np.float32), self._none
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
         self.strays = 0
@@ -55,28 +56,30 @@ class CachedIntegrator:
         """
         self.prepare(view.hits, cancelled)
         workers, memory, step = self._scene.workers, self._memory, self._scene.workers.count
-        lit, size = self._scene.lit._replace(tree=self._tree), view.distance.shape
-        if self._images[0].light.shape[:2] != size:
-            self._images = (make_picture(*size), np.empty((*size, 3), np.float32), make_edge_samples(*size))
+        lit, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
+        if self._images[0].light.shape[:2] != (height, width):
+            samples = make_edge_samples(height, width, len(self._store.atlas.face))
+            self._images = make_picture(height, width), np.empty((height, width, 3), np.float32), samples
         picture, image, samples = self._images
-        smooth, is_read = np.empty((*size, 3), np.float32), np.zeros(len(self._store.atlas.face), np.bool_)
+        shown, smooth = CachedView(lit, self._tables, view, frame_key), np.empty((height, width, 3), np.float32)
+        samples.is_read[:] = False
         for one in memory:
             one.strays.met[0] = 0
 
         def shade(worker: int, first: int) -> None:
-            shade_hits(lit, self._tables, view, frame_key, self._none, memory[worker], picture, first, step)
+            shade_hits(shown, self._none, memory[worker], picture, first, step)
 
         def smooth_rows(worker: int, first: int) -> None:
-            smooth_edges(lit, self._tables.fine, view, memory[worker], image, smooth, samples, is_read, first, step)
+            smooth_edges(shown, memory[worker], image, smooth, samples, first, step)
 
         def shade_samples(worker: int, first: int) -> None:
-            shade_hits(lit, self._tables, view, frame_key, samples, memory[worker], picture._replace(light=smooth), first, step)
+            shade_hits(shown, samples, memory[worker], picture._replace(light=smooth), first, step)
 
         workers.run(shade, range(step), cancelled)
         self.strays = sum(int(one.strays.met[0]) for one in memory)
         self._scene.in_rows(mix_mirrored, lit.surfaces, view.hits, picture, image)
         workers.run(smooth_rows, range(step))
-        self._fill(is_read, cancelled)
+        self._fill(samples.is_read, cancelled)
         workers.run(shade_samples, range(step), cancelled)
         return smooth
 

@@ -17,10 +17,9 @@ from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.reconstruction import aligned
-from renderer.irradiance_cache.records import ShadeScratch
+from renderer.irradiance_cache.records import CachedView, ShadeScratch
 from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
-from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
@@ -41,18 +40,20 @@ class EdgeSamples(NamedTuple):
     """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
 
     counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 3, room) int32,
-    the triangle, -1 for none, and column and row of the pixel.
+    the triangle, -1 for none, and column and row of the pixel; is_read: (n,), nodes of the cache that they read.
     """
 
     counts: NDArray[np.int32]
     hits: NDArray[np.float32]
     numbers: NDArray[np.int32]
+    is_read: NDArray[np.bool_]
 
 
-def make_edge_samples(height: int, width: int) -> EdgeSamples:
-    """Return room for those of a picture; memory is taken as it is filled."""
+def make_edge_samples(height: int, width: int, nodes: int) -> EdgeSamples:
+    """Return room for those of a picture with a cache of so many nodes; memory is taken as it is filled."""
     rows, room = -(-height // TILE), _PER_PIXEL * LANES * -(-width // TILE)
-    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), np.empty((rows, 3, room), np.int32))
+    numbers = np.empty((rows, 3, room), np.int32)
+    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), numbers, np.zeros(nodes, np.bool_))
 
 
 @inlined
@@ -99,22 +100,20 @@ def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
 
 @entry
 def smooth_edges(
-    scene: LitScene,
-    atlas: Atlas,
-    view: TracedView,
+    shown: CachedView,
     memory: ShadeScratch,
     image: NDArray[np.float32],
     smooth: NDArray[np.float32],
     samples: EdgeSamples,
-    is_read: NDArray[np.bool_],
     first: int,
     step: int,
 ) -> None:
     """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth`` with ``image``, edges by a quarter and by three more rays a pixel.
 
     Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, and in pixels that are much
-    darker than all around them, it becomes one of ``samples``, and the nodes around it are marked in ``is_read``.
+    darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
+    scene, view = shown.scene, shown.traced
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):
@@ -135,7 +134,7 @@ def smooth_edges(
                         for channel in range(3):
                             smooth[y, x, channel] += _QUARTER * image[v, u, channel]
                     else:
-                        _add_sample(atlas, x, y, k, packet, samples, is_read)
+                        _add_sample(shown.tables.fine, x, y, k, packet, samples)
 
 
 @inlined
@@ -210,7 +209,7 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
 
 
 @inlined
-def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: EdgeSamples, is_read: NDArray[np.bool_]) -> None:
+def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: EdgeSamples) -> None:
     """Let ray k of pixel (x, y) be shaded later, with the light of nodes that are marked."""
     row = y // TILE
     i = samples.counts[row]
@@ -218,7 +217,7 @@ def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: E
     real, face = packet.real, np.int32(-1)
     if packet.integer[ray.GEOM_ID + k] != INVALID_ID:
         face = np.int32(packet.integer[ray.PRIM_ID + k])
-        mark_nodes(atlas, int(face), real[ray.BARY_U + k], real[ray.BARY_V + k], -1, is_read)
+        mark_nodes(atlas, int(face), real[ray.BARY_U + k], real[ray.BARY_V + k], -1, samples.is_read)
     for field in range(len(_HIT)):
         samples.hits[row, field, i] = real[_HIT[field] + k]
     samples.numbers[row, 0, i], samples.numbers[row, 1, i], samples.numbers[row, 2, i] = face, x, y

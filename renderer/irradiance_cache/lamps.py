@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from renderer.bsdf.microfacet import ggx_g1_root, schlick_weight
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
-from renderer.core.kernel import inlined
+from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.mirrored import base_fresnel, gloss_fresnel, pixel_noise
+from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, WIDE, Lamps, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
@@ -25,6 +25,8 @@ from scene_description.products import matmul, norm
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAST_COSINE, _INFINITE = np.float32(0.05), np.float32(np.inf)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
+_LEFT_OUT, _FAINT, _MODEST = np.float32(0.01), np.float32(0.04), np.float32(0.12)
+"""Shares of a pixel's other light from which on lamps in its gloss are worth one shadow ray, two, and all."""
 _MOST_BALLS = 4
 """Side by side, for one pane or flat lamp."""
 _KEY = np.uint32(11)
@@ -94,56 +96,166 @@ def mirrored_share(
 
 
 @inlined
-def choose_lamps(surfaces: Surfaces, lamps: Lamps, x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
-    """Choose balls that lane k, of pixel (x, y), mirrors, by how much each adds to the pixel; return 1 if it is worth a ray.
+def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
+    """Choose balls that the lanes with ASKS mirror, by how much each adds to the pixel; return the most rays that one is worth.
 
     LAMPLIGHT becomes what all add together, r + g + b, and PICKED which they are; the numbers that choose are evenly apart, and what is
-    left of them serves to choose points.  Less than a hundredth of the pixel's light is left out.
+    left of them serves to choose points.  Less than a hundredth of the pixel's light is left out, and what is little asks fewer rays.
     """
-    balls, total = lamps.balls, _ZERO
-    noise, _ = pixel_noise(x, y, _KEY)
-    for j in range(LAMP_RAYS):
-        primary[rec.PICKED_U + j, k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
-    for i in range(len(balls)):
-        r, g, b = _mirrored_light(surfaces, lamps, i, k, primary, lanes)
-        gain = r + g + b
-        if gain <= _ZERO:
-            continue
-        # One number after the other, as in reservoirs: each is used up by the choice and made anew of what is left of it.
-        total += gain
-        chance = gain / total
+    lanes, gloss, primary = memory.trace.lanes, memory.gloss, memory.primary
+    for k in range(LANES):
+        gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k] = _lobe(primary, k)
+        gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k] = abs(primary[rec.ALPHA, k]), primary[rec.UNDER_ALPHA, k]
+        gloss[rec.LAMPLIGHT + k] = _ZERO
+        noise, _ = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
         for j in range(LAMP_RAYS):
-            u = primary[rec.PICKED_U + j, k]
-            if u < chance:
-                u /= chance
-                primary[rec.PICKED + j, k] = np.float32(i)
-                primary[rec.PICKED_R + j, k], primary[rec.PICKED_G + j, k], primary[rec.PICKED_B + j, k] = r / gain, g / gain, b / gain
-            else:
-                u = (u - chance) / (_ONE - chance)
-            primary[rec.PICKED_U + j, k] = min(u, _BELOW_ONE)
-    least = (primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]) * np.float32(0.01)
-    primary[rec.LAMPLIGHT, k] = total if total > least else _ZERO
-    return 1 if total > least else 0
+            gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
+    for i in range(len(lamps.balls)):
+        row = lamps.part[i] * st.ROW_SIZE
+        if _mirror_ball(lamps.balls, i, surfaces.materials[row + st.PORTAL] > _ZERO, lanes, gloss):
+            _show_ball(surfaces, lamps.part[i], gloss)
+            _reflect_ball(lanes, gloss)
+            _pick(np.float32(i), gloss)
+    most = _ZERO
+    for k in range(LANES):
+        light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
+        gloss[rec.LAMP_RAY_COUNT + k] = _ray_count(gloss[rec.LAMPLIGHT + k], light)
+        most = max(most, gloss[rec.LAMP_RAY_COUNT + k])
+    return int(most)
 
 
 @inlined
-def add_lamps(scene: LitScene, lamps: Lamps, memory: ShadeScratch) -> None:
-    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it."""
-    lanes, primary = memory.trace.lanes, memory.primary
-    for j in range(LAMP_RAYS):
+def _ray_count(lamplight: np.float32, light: np.float32) -> np.float32:
+    """Return by how many points it is asked what of lamps' light is hidden from a pixel that has so much other light."""
+    if lamplight <= _LEFT_OUT * light:
+        return _ZERO
+    return _ONE if lamplight < _FAINT * light else _TWO if lamplight < _MODEST * light else np.float32(LAMP_RAYS)
+
+
+@inlined
+def _lobe(primary: NDArray[np.float32], k: int) -> Rgb:
+    return primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
+
+
+@kernel
+def _mirror_ball(balls: NDArray[np.float32], i: int, pane: bool, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
+    """Fill BALL_X to BALL_HALF of ball i; return whether any lane mirrors it.
+
+    Lobes narrower than SHARP see lamps, those narrower than WIDE panes, by their rays; under the coat panes are part of the light around.
+    """
+    x, y, z, radius, is_flat = balls[i, 0], balls[i, 1], balls[i, 2], balls[i, 3], balls[i, 7] > _ZERO
+    flat_x, flat_y, flat_z = balls[i, 4], balls[i, 5], balls[i, 6]
+    narrowest, widest = WIDE if pane else SHARP, _ZERO if pane else _ONE
+    for k in range(LANES):
+        nx, ny, nz, height = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k], lanes[ln.WO_Z + k]
+        cx, cy, cz = x - lanes[ln.P_X + k], y - lanes[ln.P_Y + k], z - lanes[ln.P_Z + k]
+        squared = cx * cx + cy * cy + cz * cz
+        distance = np.sqrt(squared if squared > _TINY else _TINY)
+        lx, ly, lz = cx / distance, cy / distance, cz / distance
+        cosine = lx * nx + ly * ny + lz * nz
+        # What is flat is a disc: one may stand closer to it than its radius.
+        facing = -(lx * flat_x + ly * flat_y + lz * flat_z)
+        facing = (facing if facing > _ZERO else _ZERO) if is_flat else _ONE
+        spread = radius * radius / (squared + radius * radius if is_flat else squared) * facing
+        # The microfacets that mirror the ball's centre.
+        wo_x, wo_y, wo_z = _outgoing(k, lanes)
+        hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
+        length = hx * hx + hy * hy + hz * hz
+        scale = _ONE / np.sqrt(length if length > _TINY else _TINY)
+        facet, half = (hx * nx + hy * ny + hz * nz) * scale, (hx * lx + hy * ly + hz * lz) * scale
+        facet = facet if facet > _LEAST_COSINE else _LEAST_COSINE
+        half = half if half > _LEAST_COSINE else _LEAST_COSINE
+        alpha, under_alpha = gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
+        over = mirrored_share(facet, half, cosine, height, alpha, spread)
+        under = mirrored_share(facet, half, cosine, height, under_alpha, spread)
+        seen = (gloss[rec.ASKS + k] > _ZERO) & (cosine > _ZERO) & (facing > _ZERO) & (is_flat | (distance > radius))
+        gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_FACING + k] = lx, ly, lz, facing
+        gloss[rec.BALL_OVER + k] = over if seen & (alpha >= narrowest) else _ZERO
+        gloss[rec.BALL_UNDER + k] = under if seen & (under_alpha < widest) else _ZERO
+        gloss[rec.BALL_HALF + k] = half
+    most = _ZERO
+    for k in range(LANES):
+        mirrored = gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k]
+        most = mirrored if mirrored > most else most
+    return bool(most > _ZERO)
+
+
+@inlined
+def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
+    """Fill BALL_R to BALL_B with what the lanes see of a ball's part."""
+    row = part * st.ROW_SIZE
+    if surfaces.materials[row + st.PORTAL] > _ZERO or surfaces.materials[row + st.PROFILE] > _ZERO:
         for k in range(LANES):
-            lanes[ln.LIGHT_PDF + k] = primary[rec.LAMPLIGHT, k]
-            if primary[rec.LAMPLIGHT, k] > _ZERO:
-                share = primary[rec.LAMPLIGHT, k] / np.float32(LAMP_RAYS)
-                lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * primary[rec.PICKED_R + j, k], share * primary[rec.PICKED_G + j, k]
-                lanes[ln.LI_B + k] = share * primary[rec.PICKED_B + j, k]
+            if gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k] > _ZERO:
+                x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
+                r, g, b = surface_le(surfaces, part, x, y, z, gloss[rec.BALL_FACING + k])
+                gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k] = r, g, b
+    else:
+        for channel in range(3):
+            for k in range(LANES):
+                gloss[rec.BALL_R + LANES * channel + k] = surfaces.materials[row + st.EMISSION + channel]
+
+
+@kernel
+def _reflect_ball(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+    """Turn BALL_R to BALL_B into what the ball adds to the pixels where nothing stands between."""
+    for k in range(LANES):
+        over, under, schlick = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k], schlick_weight(gloss[rec.BALL_HALF + k])
+        mean = gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k]
+        red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE, k, lanes)
+        base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
+        r, g, b = gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k]
+        seen = over + under > _ZERO
+        gloss[rec.BALL_R + k] = over * red * r + base_r * (under * r) if seen else _ZERO
+        gloss[rec.BALL_G + k] = over * green * g + base_g * (under * g) if seen else _ZERO
+        gloss[rec.BALL_B + k] = over * blue * b + base_b * (under * b) if seen else _ZERO
+
+
+@kernel
+def _pick(ball: np.float32, gloss: NDArray[np.float32]) -> None:
+    """Add a ball to LAMPLIGHT, and take it for some of PICKED instead of one of those before.
+
+    One number after the other, as in reservoirs: each is used up by the choice and made anew of what is left of it.
+    """
+    for k in range(LANES):
+        r, g, b = gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k]
+        gain = r + g + b
+        total = gloss[rec.LAMPLIGHT + k] + gain
+        chance = gain / total
+        gloss[rec.LAMPLIGHT + k] = total
+        for j in range(0, LAMP_RAYS * LANES, LANES):
+            u = gloss[rec.PICKED_U + j + k]
+            picked = (gain > _ZERO) & (u < chance)
+            rest = u / chance if picked else (u - chance) / (_ONE - chance)
+            rest = rest if rest < _BELOW_ONE else _BELOW_ONE
+            gloss[rec.PICKED_U + j + k] = rest if gain > _ZERO else u
+            gloss[rec.PICKED + j + k] = ball if picked else gloss[rec.PICKED + j + k]
+            gloss[rec.PICKED_R + j + k] = r / gain if picked else gloss[rec.PICKED_R + j + k]
+            gloss[rec.PICKED_G + j + k] = g / gain if picked else gloss[rec.PICKED_G + j + k]
+            gloss[rec.PICKED_B + j + k] = b / gain if picked else gloss[rec.PICKED_B + j + k]
+
+
+@inlined
+def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) -> None:
+    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it; ``rays``: the most of any."""
+    lanes, gloss, primary = memory.trace.lanes, memory.gloss, memory.primary
+    for i in range(rays):
+        for k in range(LANES):
+            count = int(gloss[rec.LAMP_RAY_COUNT + k])
+            lanes[ln.LIGHT_PDF + k] = _ONE if i < count else _ZERO
+            if i < count:
+                # Those that are asked are evenly apart among the numbers that have chosen.
+                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
+                j = (int(noise * np.float32(LAMP_RAYS)) + i * LAMP_RAYS // count) % LAMP_RAYS
+                share, at = gloss[rec.LAMPLIGHT + k] / np.float32(count), LANES * j + k
+                lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * gloss[rec.PICKED_R + at], share * gloss[rec.PICKED_G + at]
+                lanes[ln.LI_B + k] = share * gloss[rec.PICKED_B + at]
                 # What hides the sky may stand outside.
-                ball = int(primary[rec.PICKED + j, k])
+                ball = int(gloss[rec.PICKED + at])
                 is_pane = scene.surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
                 lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
-                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
                 v = noise + np.float32(j) * _GOLDEN
-                _aim_at_ball(lamps.balls, ball, k, primary[rec.PICKED_U + j, k], v - np.floor(v), lanes)
+                _aim_at_ball(lamps.balls, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
@@ -160,49 +272,6 @@ def _outgoing(k: int, lanes: NDArray[np.float32]) -> Vector:
         a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
         a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
     )
-
-
-@inlined
-def _mirrored_light(surfaces: Surfaces, lamps: Lamps, i: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> Rgb:
-    """Return what ball i adds to lane k's pixel where nothing stands between (r, g, b)."""
-    balls = lamps.balls
-    # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-    part, alpha = lamps.part[i], primary[rec.ALPHA, k]
-    pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
-    if pane and alpha < WIDE:
-        return _ZERO, _ZERO, _ZERO
-    nx, ny, nz, height = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k], lanes[ln.WO_Z + k]
-    cx, cy, cz = balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
-    radius, is_flat = balls[i, 3], balls[i, 7] > _ZERO
-    squared = cx * cx + cy * cy + cz * cz
-    distance = np.sqrt(max(squared, _TINY))
-    lx, ly, lz = cx / distance, cy / distance, cz / distance
-    cosine = lx * nx + ly * ny + lz * nz
-    # What is flat is a disc: one may stand closer to it than its radius.
-    spread, facing = radius * radius / (squared + radius * radius if is_flat else squared), _ONE
-    if is_flat:
-        facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
-        spread *= facing
-    if cosine <= _ZERO or facing == _ZERO or (distance <= radius and not is_flat):
-        return _ZERO, _ZERO, _ZERO
-    # The microfacets that mirror the ball's centre.
-    wo_x, wo_y, wo_z = _outgoing(k, lanes)
-    hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
-    scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
-    facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
-    half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
-    over = mirrored_share(facet, half, cosine, height, alpha, spread) if pane or alpha >= SHARP else _ZERO
-    coated = primary[rec.UNDER_ALPHA, k] < _ONE
-    under = mirrored_share(facet, half, cosine, height, primary[rec.UNDER_ALPHA, k], spread) if coated and not pane else _ZERO
-    if over + under == _ZERO:
-        return _ZERO, _ZERO, _ZERO
-    r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-    red, green, blue = gloss_fresnel(half, k, primary, lanes)
-    r, g, b, under_r, under_g, under_b = over * red * r, over * green * g, over * blue * b, under * r, under * g, under * b
-    if under > _ZERO:
-        red, green, blue = base_fresnel(schlick_weight(half), k, lanes)
-        r, g, b = r + red * under_r, g + green * under_g, b + blue * under_b
-    return r, g, b
 
 
 @inlined

@@ -77,7 +77,8 @@ def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArr
     a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
     root = ggx_g1_root(wo_z, alpha)
     seen = c * (wo_z + root) / (c * root + wo_z * ggx_g1_root(c, alpha)) if c > _ZERO else _ZERO
-    red, green, blue = gloss_fresnel(half, k, primary, lanes)
+    mean = primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
+    red, green, blue = lobe_fresnel(schlick_weight(half), mean, primary[rec.UNDER_ALPHA, k] < _ONE, k, lanes)
     primary[rec.GAIN, k] = min(seen * red / max(primary[rec.SHARE, k], _LEAST_SHARE), _MOST_GAIN)
     primary[rec.GAIN + 1, k] = min(seen * green / max(primary[rec.SHARE + 1, k], _LEAST_SHARE), _MOST_GAIN)
     primary[rec.GAIN + 2, k] = min(seen * blue / max(primary[rec.SHARE + 2, k], _LEAST_SHARE), _MOST_GAIN)
@@ -88,16 +89,16 @@ def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArr
 
 
 @inlined
-def gloss_fresnel(half: np.float32, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> Rgb:
-    """Return what microfacets that are seen with the cosine ``half`` reflect by the lobe of SHARE (r, g, b); glass as in the mean."""
-    schlick = schlick_weight(half)
-    if lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k] > _HALF:
-        return primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
+def lobe_fresnel(schlick: np.float32, mean: Rgb, coated: bool, k: int, lanes: NDArray[np.float32]) -> Rgb:
+    """Return what microfacets at a weight after Schlick reflect by a lobe that reflects ``mean`` (r, g, b); glass as in the mean.
+
+    ``coated``: whether it is that of the coat alone.
+    """
+    glass = lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k] > _HALF
     coat = lanes[ln.COAT + k] * (COAT_F0 + (_ONE - COAT_F0) * schlick)
-    if primary[rec.UNDER_ALPHA, k] < _ONE:
-        return coat, coat, coat
-    r, g, b = base_fresnel(schlick, k, lanes)
-    return r + coat, g + coat, b + coat
+    base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
+    r, g, b = coat if coated else base_r + coat, coat if coated else base_g + coat, coat if coated else base_b + coat
+    return mean[0] if glass else r, mean[1] if glass else g, mean[2] if glass else b
 
 
 @inlined

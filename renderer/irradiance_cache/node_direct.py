@@ -14,10 +14,11 @@ from renderer.core.lanes import count_chosen
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
+from renderer.irradiance_cache.view_factors import view_factor
 from renderer.path.direct_light import weigh_lights
 from renderer.path.light_nodes import Atlas
 from renderer.path.light_sampling import sample_groups, sample_sun
-from renderer.path.lights import BY_SKY
+from renderer.path.lights import BY_SKY, LightGroups
 from renderer.path.records import LitScene, Scratch
 
 _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
@@ -26,6 +27,8 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _STEP_U, _STEP_V = np.float32(0.7548777), np.float32(0.5698403)
 _FREE_SAMPLES = 64
 _LEAST_SAMPLES = np.float32(2.0)
+_NEAR = np.float32(3.0)
+"""In radii of a group of lights: a few points tell too little of how much of the view it fills from less far away."""
 
 
 @entry
@@ -61,20 +64,18 @@ def light_nodes(
 
 @inlined
 def _add_groups(scene: LitScene, samples: np.float32, node: int, key: np.uint32, scratch: Scratch, light: NodeLight) -> None:
-    """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``; write ``filled``.
+    """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``.
 
     ``samples``: for each unit of importance.
     """
     lanes, lights = scratch.lanes, scene.lights
     r = g = b = x = y = z = sky_r = sky_g = sky_b = _ZERO
-    light.filled[node] = _ZERO
     for k in range(LANES):
         lanes[ln.IMPORTANCE + k] = lanes[ln.GROUP_IMPORTANCE + k] = _ONE
     for group in range(len(lights.groups.area)):
         budget = scratch.importances[group * LANES] * samples
         if budget > _ZERO:
-            red, green, blue, dx, dy, dz, filled = _light_of_group(scene, group, budget, node, key, scratch)
-            light.filled[node] += filled
+            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, node, key, scratch)
             x, y, z = x + dx, y + dy, z + dz
             if lights.varies[lights.groups.start[group]] == BY_SKY:
                 sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
@@ -128,14 +129,14 @@ class _Run(NamedTuple):
 @inlined
 def _light_of_group(
     scene: LitScene, group: int, budget: np.float32, node: int, key: np.uint32, scratch: Scratch
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return illuminance (r, g, b) by one group of lights, luminance times direction, and which share of the view the group would fill.
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
 
     Few samples tell which share of the light is blocked, many, without rays, how much there would be: where nothing stands between, no
     noise is left.  There are two runs of samples, and the share that one has seen is that of what the other lacks (a control variate): the
     share of its own, wrong together with it, would make light too dark in the mean where faint parts of a lamp are hidden.
     """
-    lanes = scratch.lanes
+    lanes, groups = scratch.lanes, scene.lights.groups
     samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), LANES)
     vx = vy = vz = filled = able = whole = _ZERO
     first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
@@ -173,7 +174,7 @@ def _light_of_group(
                 vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     sampled = _RED * (first.r + second.r) + _GREEN * (first.g + second.g) + _BLUE * (first.b + second.b)
     if sampled <= _ZERO:
-        return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
+        return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
     # How much there would be if nothing stood between, and at how many of these points a light.
     for begin in range(0, _FREE_SAMPLES, LANES):
         _sample_evenly(scene, group, begin, scratch)
@@ -183,14 +184,26 @@ def _light_of_group(
                 filled += gain * cosine
                 whole += gain * cosine * _shown(lanes, k)
                 able += _ONE
-    # No light fills more than the hemisphere, though few samples of one that is near may say so.
-    scale = min(_PI / max(filled, _TINY), _ONE / np.float32(_FREE_SAMPLES))
-    whole, able, share = scale * whole, scale * able, scale * filled / _PI
+    mean, able = whole / max(filled, _TINY), able / np.float32(_FREE_SAMPLES)
+    whole /= np.float32(_FREE_SAMPLES)
+    if _is_near(groups, group, lanes):
+        point, normal = (lanes[ln.P_X], lanes[ln.P_Y], lanes[ln.P_Z]), (lanes[ln.NS_X], lanes[ln.NS_Y], lanes[ln.NS_Z])
+        whole = mean * _PI * view_factor(scene.lights.emitters, groups.start[group], groups.start[group + 1], point, normal)
     r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
     g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
     b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
     scale = max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
-    return r, g, b, scale * vx, scale * vy, scale * vz, share
+    return r, g, b, scale * vx, scale * vy, scale * vz
+
+
+@inlined
+def _is_near(groups: LightGroups, group: int, lanes: NDArray[np.float32]) -> bool:
+    """Return whether a group is so near to the point of all lanes that what it fills of the view is computed, not sampled."""
+    squared, reach_m = _ZERO, _NEAR * groups.bounds[group, 3]
+    for axis in range(3):
+        between = groups.bounds[group, axis] - lanes[ln.P_X + LANES * axis]
+        squared += between * between
+    return bool(squared < reach_m * reach_m)
 
 
 @inlined

@@ -23,7 +23,7 @@ class NodeLight(NamedTuple):
     indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps; sun: (n, 4), that by the sun, and
     which share of it arrives; toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and
     direct; valid: (n,), 1, less where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds
-    the node, metres; filled: (n,), which share of the view, by the cosine, lights fill if nothing hides them.
+    the node, metres.
     """
 
     indirect: NDArray[np.float32]
@@ -32,13 +32,12 @@ class NodeLight(NamedTuple):
     toward: NDArray[np.float32]
     valid: NDArray[np.float32]
     open_m: NDArray[np.float32]
-    filled: NDArray[np.float32]
 
 
 def make_node_light(count: int) -> NodeLight:
     """Return light of so many nodes, all dark."""
     color = (count, 3)
-    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count, count)))
+    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count)))
 
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
-from renderer.core.ray_packet import LANES
+from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.irradiance_cache.gathering import CoarseLight
 from renderer.irradiance_cache.hemisphere import Rays
 from renderer.irradiance_cache.strays import Strays, make_strays
+from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 
 SHARP = np.float32(0.01)
 """Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
@@ -23,7 +24,7 @@ ROUGH = np.float32(0.03)
 WIDE = np.float32(0.1)
 """Width of GGX from which on window panes are shown as lamps are."""
 LAMP_RAYS = 4
-"""By how many points of lamps and panes that rough gloss shows it is asked whether they are seen."""
+"""By how many points of lamps and panes that rough gloss shows it is asked at most whether they are seen."""
 _FAINT = np.float32(0.06)
 APART = np.float32(2.0)
 """Added to the width of GGX in pictures where every pixel of the surface has a ray, so that none needs those of a block."""
@@ -43,13 +44,25 @@ ALPHA = _PRIMARY.field()
 UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
 UNDER_ALPHA = _PRIMARY.field()
 DENSE = _PRIMARY.field()  # 1 where every pixel of a rough surface sends a ray: metal
-LAMPLIGHT = _PRIMARY.field()  # what lamps and panes in rough gloss add where nothing stands between, r + g + b
-PICKED = _PRIMARY.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
-PICKED_U = _PRIMARY.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
-PICKED_R, PICKED_G, PICKED_B = (_PRIMARY.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
+
+# A field of ``ShadeScratch.gloss``: what rough gloss of 16 hits shows of lamps and panes.
+_GLOSS = Layout(LANES)
+ASKS = _GLOSS.field()  # 1 where they are asked for
+LOBE_R, LOBE_G, LOBE_B = _GLOSS.vector()  # SHARE
+LOBE_ALPHA, LOBE_UNDER_ALPHA = _GLOSS.field(), _GLOSS.field()  # ALPHA, UNDER_ALPHA
+BALL_X, BALL_Y, BALL_Z = _GLOSS.vector()  # unit direction to a ball
+BALL_FACING = _GLOSS.field()  # cosine between that and what is flat, 1 for others
+BALL_OVER, BALL_UNDER = _GLOSS.field(), _GLOSS.field()  # what the lobe mirrors of it, and the one under a coat, over Fresnel's term
+BALL_HALF = _GLOSS.field()  # cosine between view and the microfacets that mirror it
+BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # its luminance, cd/m2; then what it adds to the pixel where nothing stands between
+LAMPLIGHT = _GLOSS.field()  # what all add, r + g + b
+LAMP_RAY_COUNT = _GLOSS.field()  # how many shadow rays it is worth, 0 to LAMP_RAYS
+PICKED = _GLOSS.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
+PICKED_U = _GLOSS.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
+PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
 
 
 class Lamps(NamedTuple):
@@ -82,16 +95,26 @@ class Tables(NamedTuple):
     roughest: np.float32
 
 
+class CachedView(NamedTuple):
+    """A view that is shaded: the scene and its cache, the hits, and the key of the frame's random numbers."""
+
+    scene: LitScene
+    tables: Tables
+    traced: TracedView
+    frame_key: np.uint32
+
+
 class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
     trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; primary: (PRIMARY, 16), primary hits while their
-    rays are traced; edges: (7, 48), rays of a tile's edges; strays: those of a packet.
+    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (7, 48), rays of a tile's edges; strays: those of a packet.
     """
 
     trace: Scratch
     pixels: NDArray[np.int32]
     primary: NDArray[np.float32]
+    gloss: NDArray[np.float32]
     edges: NDArray[np.float32]
     strays: Strays
 
@@ -99,7 +122,7 @@ class ShadeScratch(NamedTuple):
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
     primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
-    return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, edges, make_strays(trace))
+    return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, aligned_floats(_GLOSS.size), edges, make_strays(trace))
 
 
 @inlined

@@ -15,8 +15,6 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,17 +31,16 @@ from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
+from renderer.irradiance_cache.incident import Incident, light_of_stray, read_light
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
-from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID, NodeLight
-from renderer.irradiance_cache.nodes import LIGHT as LIT
 from renderer.irradiance_cache.reconstruction import Picture
-from renderer.irradiance_cache.records import APART, ROUGH, SHARP, ShadeScratch, Tables, takes_from_others
+from renderer.irradiance_cache.records import APART, ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
 from renderer.irradiance_cache.specular import pass_glass
-from renderer.irradiance_cache.strays import add_stray, light_strays
+from renderer.irradiance_cache.strays import NONE, add_stray, light_strays
 from renderer.path.direct_light import wi_to_lights
-from renderer.path.ground_truth import Hits, TracedView
-from renderer.path.light_nodes import CORNERS, GRID, Atlas, find_nodes
+from renderer.path.ground_truth import Hits
+from renderer.path.light_nodes import GRID, Atlas
 from renderer.path.light_sampling import sample_sun
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
@@ -56,7 +53,6 @@ _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _FIRST_ORDER = np.float32(1.0)
 _SUN_RAYS = 4
-_LEAST_VALID = np.float32(1e-4)
 _LEAST_ALPHA = np.float32(1e-4)
 
 
@@ -74,40 +70,10 @@ def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int,
             last_face, last_cell = face, mark_nodes(atlas, face, hits.u[y, x], hits.v[y, x], last_cell, is_read)
 
 
-class Incident(NamedTuple):
-    """What is known of the light at a hit.
-
-    r, g, b: illuminance without the sun's, lux; x, y, z: its direction (``NodeLight.toward``); rest: what is to be added to the cosine
-    between that and a normal; sun: the most of the sun's share that any node has; lamps: the share of lamps; known: whether any node that
-    is not within something knows it.
-    """
-
-    r: np.float32
-    g: np.float32
-    b: np.float32
-    x: np.float32
-    y: np.float32
-    z: np.float32
-    rest: np.float32
-    sun: np.float32
-    lamps: np.float32
-    known: bool
-
-
 @entry
-def shade_hits(
-    scene: LitScene,
-    tables: Tables,
-    view: TracedView,
-    frame_key: np.uint32,
-    samples: EdgeSamples,
-    memory: ShadeScratch,
-    picture: Picture,
-    first: int,
-    step: int,
-) -> None:
+def shade_hits(shown: CachedView, samples: EdgeSamples, memory: ShadeScratch, picture: Picture, first: int, step: int) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs."""
-    primary, apart = memory.primary, len(samples.counts) > 0
+    view, apart = shown.traced, len(samples.counts) > 0
     for row in range(first * TILE, view.camera.height, step * TILE):
         end, stride = (samples.counts[row // TILE], LANES) if apart else (view.camera.width, TILE)
         for begin in range(0, end, stride):
@@ -118,39 +84,41 @@ def shade_hits(
                 restore_hits(view, begin, row, memory.trace.rays)
                 for k in range(LANES):
                     memory.pixels[0, k], memory.pixels[1, k] = begin + (k & 3), row + (k >> 2)
-            _shade_packet(scene, tables, _ONE / view.camera.focal_px, frame_key, apart, memory)
+            _shade_packet(shown, apart, memory)
             if apart:
-                add_samples(samples, row // TILE, begin, primary, picture.light)
+                add_samples(samples, row // TILE, begin, memory.primary, picture.light)
             else:
-                _store(begin, row, primary, picture)
+                _store(begin, row, memory.primary, picture)
 
 
 @inlined
-def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key: np.uint32, alone: bool, memory: ShadeScratch) -> None:
+def _shade_packet(shown: CachedView, alone: bool, memory: ShadeScratch) -> None:
     """Shade 16 hits, which lie in the packet; ``alone``: whether each sends mirrored rays of its own."""
-    lanes, primary = memory.trace.lanes, memory.primary
+    scene, tables, frame_key, lanes = shown.scene, shown.tables, shown.frame_key, memory.trace.lanes
+    spread = _ONE / shown.traced.camera.focal_px
     kinds = _build_surfaces(scene, spread, memory.trace)
-    sunny = lamplit = traced = strays = 0
+    sunny = asking = traced = strays = 0
     # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
     for turn in range(2):
-        for i in range(LANES if turn == 0 else strays):
-            k = i if turn == 0 else int(memory.strays.lanes[i])
+        for k in range(LANES):
             if turn == 0:
-                _begin_pixel(lanes, primary, k)
+                _begin_pixel(lanes, memory, k)
                 if lanes[ln.HIT + k] == _ZERO:
                     continue
-            incident = _read_light(tables, k, memory) if turn == 0 else _light_of_stray(memory.strays.light, k)
+            elif memory.strays.server[k] == NONE:
+                continue
+            incident = read_light(tables, k, memory) if turn == 0 else light_of_stray(memory.strays, k)
             if not incident.known:
-                strays = add_stray(lanes, k, strays, memory.strays)
+                strays = add_stray(memory.trace, k, strays, tables.rays.far_m, memory.strays)
                 continue
             more = _shade_lane(scene, tables, incident, kinds, alone, k, memory)
-            sunny, lamplit, traced = sunny + more[0], lamplit + more[1], traced + more[2]
+            sunny, asking, traced = sunny + more[0], asking + more[1], traced + more[2]
         if strays == 0:
             break
         if turn == 0:
             light_strays(scene, tables.source, tables.rays, strays, memory.strays)
-    if lamplit > 0:
-        add_lamps(scene, tables.lamps, memory)
+    if asking > 0:
+        add_lamps(scene, tables.lamps, choose_lamps(scene.surfaces, tables.lamps, memory), memory)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
         _add_sun(scene, kinds, frame_key, memory)
     if any_sheet(lanes):
@@ -163,20 +131,20 @@ def _shade_packet(scene: LitScene, tables: Tables, spread: np.float32, frame_key
 def _shade_lane(
     scene: LitScene, tables: Tables, incident: Incident, kinds: int, alone: bool, k: int, memory: ShadeScratch
 ) -> tuple[int, int, int]:
-    """Add matt light to the pixel of lane k, and prepare what it mirrors; return 1 or 0 for the sun, a lamp, a ray of its own."""
+    """Add matt light to the pixel of lane k, and prepare what it mirrors; return 1 or 0 for the sun, lamps, a ray of its own."""
     lanes, primary, x, y = memory.trace.lanes, memory.primary, memory.pixels[0, k], memory.pixels[1, k]
     along = incident.x * lanes[ln.NS_X + k] + incident.y * lanes[ln.NS_Y + k] + incident.z * lanes[ln.NS_Z + k] + incident.rest
-    sunny, lamplit = _add_diffuse(incident, along, kinds, lanes, primary, k), 0
+    sunny, asking = _add_diffuse(incident, along, kinds, lanes, primary, k), 0
     glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
     if not glossy:
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
-        lamplit = choose_lamps(scene.surfaces, tables.lamps, x, y, k, primary, lanes)
+        memory.gloss[rec.ASKS + k], asking = _ONE, 1
     if not (glass or alone) and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
         _guess_mirrored(incident, around, primary, k)
-        return sunny, lamplit, 0
+        return sunny, asking, 0
     _send_ray(incident, glass, k, memory)
-    return sunny, lamplit, 1
+    return sunny, asking, 1
 
 
 @inlined
@@ -191,10 +159,12 @@ def _build_surfaces(scene: LitScene, spread: np.float32, scratch: Scratch) -> in
 
 
 @inlined
-def _begin_pixel(lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
+def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> None:
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
-    lanes[ln.IMPORTANCE + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = primary[rec.LAMPLIGHT, k] = _ZERO
+    primary = memory.primary
+    memory.strays.server[k] = NONE
+    lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
     primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
 
@@ -204,60 +174,6 @@ def _add_light(primary: NDArray[np.float32], k: int, r: np.float32, g: np.float3
     primary[rec.LIGHT, k] += r
     primary[rec.LIGHT + 1, k] += g
     primary[rec.LIGHT + 2, k] += b
-
-
-@inlined
-def _read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
-    """Return the light at the hit of lane k, by the nodes around it."""
-    nodes, weights, rows, rays = memory.trace.nodes, memory.trace.weights, tables.rows, memory.trace.rays
-    face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
-    front = memory.trace.lanes[ln.COS_FRONT + k] > _ZERO
-    count = find_nodes(tables.fine, face, u, v, front, nodes, weights)
-    r = g = b = x = y = z = sun = lamps = total = _ZERO
-    for i in range(count):
-        node = nodes[i]
-        weight = weights[i] * rows[node, VALID]
-        total += weight
-        r, g, b = r + weight * rows[node, LIT], g + weight * rows[node, LIT + 1], b + weight * rows[node, LIT + 2]
-        x += weight * rows[node, TOWARD]
-        y += weight * rows[node, TOWARD + 1]
-        z += weight * rows[node, TOWARD + 2]
-        lamps += weight * rows[node, LAMPS]
-        sun = max(sun, rows[node, SUN])
-    # Nodes that are black may lie in gaps that what is seen stands out of: it looks around itself.
-    if total > _LEAST_VALID and r + g + b + sun > _ZERO:
-        scale = _ONE / total
-        x, y, z = scale * x, scale * y, scale * z
-        rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
-        return Incident(scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps, True)
-    return Incident(_ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, False)
-
-
-@inlined
-def _light_of_stray(light: NodeLight, k: int) -> Incident:
-    """Return the light at the hit of lane k, computed for it alone."""
-    r, g, b = light.indirect[k, 0], light.indirect[k, 1], light.indirect[k, 2]
-    red, green, blue = light.direct[k, 0], light.direct[k, 1], light.direct[k, 2]
-    lamps = (red + green + blue) / max(r + g + b + red + green + blue, _TINY)
-    x, y, z = light.toward[k, 0], light.toward[k, 1], light.toward[k, 2]
-    return Incident(r + red, g + green, b + blue, x, y, z, _ZERO, light.sun[k, 3], lamps, True)
-
-
-@inlined
-def _turned(atlas: Atlas, count: int, x: np.float32, y: np.float32, z: np.float32, memory: ShadeScratch) -> np.float32:
-    """Return what the light's direction lacks of a cosine of 1 with the normal that lies between those of the nodes around.
-
-    Each node knows illuminance for its own normal.  Between nodes of other normals it is interpolated; only how relief turns the
-    normal away from the one in between changes it.
-    """
-    nx = ny = nz = _ZERO
-    for i in range(count):
-        node, weight = memory.trace.nodes[i], memory.trace.weights[i]
-        nx += weight * atlas.normal[node, 0]
-        ny += weight * atlas.normal[node, 1]
-        nz += weight * atlas.normal[node, 2]
-    cosine: np.float32 = (x * nx + y * ny + z * nz) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-6))
-    return _ONE - cosine
 
 
 @inlined
@@ -380,7 +296,7 @@ def _add_from_behind(scene: LitScene, tables: Tables, frame_key: np.uint32, memo
     kinds = build_bsdfs(scene.surfaces, True, memory.trace)
     for k in range(LANES):
         if lanes[ln.BEHIND + k] > _ZERO:
-            incident = _read_light(tables, k, memory)
+            incident = read_light(tables, k, memory)
             if incident.known:
                 sunny += _add_diffuse(incident, _ONE, kinds, lanes, memory.primary, k)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:

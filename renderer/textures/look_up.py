@@ -47,7 +47,8 @@ _BYTE, _SLOPE_BYTE = np.float32(1.0 / 255.0), np.float32(1.0 / 127.0)
 _LEVEL, _TWO = np.float32(128.0), np.float32(2.0)
 _STEEPEST = np.float32(1.2)
 _DITHER_U, _DITHER_V = np.float32(0.7548777), np.float32(0.5698403)  # of an even sequence in two dimensions
-_LOW_HALF, _HALF_WORD = np.uint64(0xFFFFFFFF), np.uint64(32)
+_EVEN_BYTES, _BYTE_BITS, _BITS = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF), np.uint64(8)
+_FULL, _PER_FULL = np.float32(256.0), np.float32(1.0 / 256.0)
 
 
 class Textures(NamedTuple):
@@ -129,6 +130,12 @@ def _face_rows(vertices: NDArray[np.float32], uvs: NDArray[np.float32], faces: N
 
 
 @inlined
+def _sum_of(words: np.uint64, place: int) -> np.float32:
+    """Return the 16 bits at a place, 256ths of a byte, as a number of bytes."""
+    return np.float32(np.int32((words >> np.uint64(16 * place)) & np.uint64(0xFFFF))) * _PER_FULL
+
+
+@inlined
 def _read_texels(
     textures: Textures, row: int, u: np.float32, v: np.float32, detail: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
@@ -153,27 +160,27 @@ def _read_texels(
     fx, fy = np.floor(x), np.floor(y)
     x, y = x - fx, y - fy
     column, line = int(fx), int(fy)
-    a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = _ZERO
+    # Weights in 256ths, of sum 256, so that all eight channels are added in 16 bits each, four of a word at a time.
+    right, over = int(x * _FULL + _HALF), int(y * _FULL + _HALF)
+    both = (right * over + 128) >> 8
+    even = odd = np.uint64(0)
+    a0 = a1 = a2 = _ZERO
     for corner in range(4):
-        right, over = corner & 1, corner >> 1
-        weight = (x if right else _ONE - x) * (y if over else _ONE - y)
-        place = offset + (((line + over) & ((1 << h) - 1)) << w) + ((column + right) & ((1 << w) - 1))
+        weight = both if corner == 3 else over - both if corner == 2 else right - both if corner == 1 else 256 - right - over + both
+        place = offset + (((line + (corner >> 1)) & ((1 << h) - 1)) << w) + ((column + (corner & 1)) & ((1 << w) - 1))
         word = texels[place]
-        low, high = np.int32(word & _LOW_HALF), np.int32(word >> _HALF_WORD)
-        first, second, third = low & 255, (low >> 8) & 255, (low >> 16) & 255
+        even += (word & _EVEN_BYTES) * np.uint64(weight)
+        odd += ((word >> _BITS) & _EVEN_BYTES) * np.uint64(weight)
         if picture:
-            a0 += weight * linear[first]
-            a1 += weight * linear[second]
-            a2 += weight * linear[third]
-        else:
-            a0 += weight * np.float32(first)
-            a1 += weight * np.float32(second)
-            a2 += weight * np.float32(third)
-        a3 += weight * np.float32((low >> 24) & 255)
-        a4 += weight * np.float32(high & 255)
-        a5 += weight * np.float32((high >> 8) & 255)
-        a6 += weight * np.float32((high >> 16) & 255)
-        a7 += weight * np.float32((high >> 24) & 255)
+            share = np.float32(weight)
+            a0 += share * linear[np.int32(word & _BYTE_BITS)]
+            a1 += share * linear[np.int32((word >> _BITS) & _BYTE_BITS)]
+            a2 += share * linear[np.int32((word >> (_BITS + _BITS)) & _BYTE_BITS)]
+    if picture:
+        a0, a1, a2 = a0 * _PER_FULL, a1 * _PER_FULL, a2 * _PER_FULL
+    else:
+        a0, a1, a2 = _sum_of(even, 0), _sum_of(odd, 0), _sum_of(even, 1)
+    a3, a4, a5, a6, a7 = _sum_of(odd, 1), _sum_of(even, 2), _sum_of(odd, 2), _sum_of(even, 3), _sum_of(odd, 3)
     return a0, a1, a2, a3, a4, a5, a6, a7
 
 

@@ -7,7 +7,13 @@ from cached_rooms import CACHED, look_up
 from model_rooms import furnace, lit_room, views
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.core import lanes as ln
+from renderer.core.kernel import from_python
+from renderer.irradiance_cache import strays
+from renderer.irradiance_cache.strays import make_strays
+from renderer.path.records import make_scratch
 
+add_stray = from_python(strays.add_stray)
 CAMERA = CameraConfig(width=96, height=72)
 FINE = RenderConfig(integrator="cached", cache_spacing_m=0.03, threads=2)
 TRACED = RenderConfig(samples_per_pixel=4, threads=2)
@@ -56,6 +62,25 @@ def test_a_body_turned_inside_out_is_lit_like_any_other():
     for inside in (False, True):
         found.append(look_up(scene(*room, box((-0.4, -0.4, 0), (0.4, 0.4, 0.8), inside=inside, object_id=3)), view).radiance)
     np.testing.assert_allclose(found[1], found[0], rtol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("apart_m", "turn", "part", "shared"),
+    [(0.02, 0.0, 3, True), (0.04, 0.0, 3, False), (0.02, 0.6, 3, False), (0.02, 0.3, 3, True), (0.02, 0.0, 4, False)],
+    ids=["close", "apart", "turned", "turned a little", "of another part"],
+)
+def test_strays_close_to_each_other_have_their_light_in_common(apart_m, turn, part, shared):
+    trace = make_scratch(0)
+    found, lanes = make_strays(trace), trace.lanes
+    lanes[ln.P_X + 5], lanes[ln.NG_X + 5], lanes[ln.NG_Z + 5] = apart_m, np.sin(turn), np.cos(turn)
+    lanes[ln.NG_Z + 2] = 1.0
+    trace.parts[2], trace.parts[5] = 3, part
+    count = 0
+    for k in (2, 5):
+        count = add_stray(trace, k, count, np.float32(0.03), found)
+    assert found.met[0] == 2
+    assert (count, found.server[[2, 5]].tolist()) == ((1, [2, 2]) if shared else (2, [2, 5]))
+    assert found.lanes[:count].tolist() == [2, 5][:count]
 
 
 def test_hits_between_nodes_within_something_are_lit_and_counted():

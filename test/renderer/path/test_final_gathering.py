@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 from box_room import box, pose, quad, scene
+from impatience import prepared_impatiently
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
-from renderer.core.errors import RenderCancelled
 from renderer.core.kernel import from_python
 from renderer.core.ray_packet import LANES
 from renderer.path import final_gathering as fg
@@ -82,19 +82,10 @@ def test_bytes_depend_on_neither_threads_nor_pieces_nor_who_has_gathered_before(
 
 
 def test_light_that_is_cancelled_while_it_is_gathered_is_finished_later():
-    """Asked again and again by one that gives up after each piece, in the calling thread as a next room is prepared."""
     flat = lamp_behind_a_board()
     expected = rendered(flat, config(2)).layers["radiance"]
     with Renderer(flat, CAMERA, config(2, threads=1), 5) as renderer:
-        for asked in range(1000):  # noqa: B007
-            answers = iter((False, True))
-            with renderer.in_this_thread():
-                try:
-                    renderer.prepare(VIEW, cancelled=lambda: next(answers, True))  # noqa: B023
-                    break
-                except RenderCancelled:
-                    continue
-        assert 2 < asked < 999
+        assert prepared_impatiently(renderer, VIEW, 1000) > 2
         np.testing.assert_array_equal(renderer.render(VIEW, 0, ("radiance",)).layers["radiance"], expected)
 
 

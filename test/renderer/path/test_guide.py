@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 from box_room import box, pose, quad, scene
+from impatience import prepared_impatiently
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core import lanes as ln
 from renderer.core import sampling
-from renderer.core.errors import RenderCancelled
 from renderer.core.kernel import from_python
 from renderer.core.lanes import LANES_SIZE
 from renderer.core.ray_packet import LANES, aligned_floats
@@ -155,20 +155,11 @@ def test_bytes_depend_on_neither_threads_nor_pieces_nor_whose_guide_it_is():
 
 
 def test_a_guide_that_was_cancelled_is_finished_later():
-    """Asked again and again by one that gives up after each piece, in the calling thread as a next room is prepared."""
     flat = lamp_behind_a_board()
     expected = images(flat, 2, guiding=True)["radiance"]
     config = RenderConfig(samples_per_pixel=2, max_depth=32, guiding=True, threads=1)
     with Renderer(flat, CameraConfig(width=40, height=24, horizontal_fov_rad=1.2), config, 5) as renderer:
-        for asked in range(100):  # noqa: B007
-            answers = iter((False, True))
-            with renderer.in_this_thread():
-                try:
-                    renderer.prepare(VIEW, cancelled=lambda: next(answers, True))  # noqa: B023
-                    break
-                except RenderCancelled:
-                    continue
-        assert 2 < asked < 99
+        assert prepared_impatiently(renderer, VIEW, 100) > 2
         np.testing.assert_array_equal(renderer.render(VIEW, 0, ("radiance",)).layers["radiance"], expected)
 
 

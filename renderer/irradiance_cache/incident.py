@@ -1,0 +1,93 @@
+"""The light at a hit: by the nodes around it, or by what was computed for a stray."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
+from renderer.core.kernel import inlined
+from renderer.irradiance_cache.nodes import LAMPS, LIGHT, SUN, TOWARD, VALID
+from renderer.irradiance_cache.records import ShadeScratch, Tables
+from renderer.irradiance_cache.strays import Strays
+from renderer.path.light_nodes import CORNERS, Atlas, find_nodes
+
+_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
+_LEAST_VALID = np.float32(1e-4)
+
+
+class Incident(NamedTuple):
+    """What is known of the light at a hit.
+
+    r, g, b: illuminance without the sun's, lux; x, y, z: its direction (``NodeLight.toward``); rest: what is to be added to the cosine
+    between that and a normal; sun: the most of the sun's share that any node has; lamps: the share of lamps; known: whether any node that
+    is not within something knows it.
+    """
+
+    r: np.float32
+    g: np.float32
+    b: np.float32
+    x: np.float32
+    y: np.float32
+    z: np.float32
+    rest: np.float32
+    sun: np.float32
+    lamps: np.float32
+    known: bool
+
+
+@inlined
+def read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
+    """Return the light at the hit of lane k, by the nodes around it."""
+    nodes, weights, rows, rays = memory.trace.nodes, memory.trace.weights, tables.rows, memory.trace.rays
+    face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
+    front = memory.trace.lanes[ln.COS_FRONT + k] > _ZERO
+    count = find_nodes(tables.fine, face, u, v, front, nodes, weights)
+    r = g = b = x = y = z = sun = lamps = total = _ZERO
+    for i in range(count):
+        node = nodes[i]
+        weight = weights[i] * rows[node, VALID]
+        total += weight
+        r, g, b = r + weight * rows[node, LIGHT], g + weight * rows[node, LIGHT + 1], b + weight * rows[node, LIGHT + 2]
+        x += weight * rows[node, TOWARD]
+        y += weight * rows[node, TOWARD + 1]
+        z += weight * rows[node, TOWARD + 2]
+        lamps += weight * rows[node, LAMPS]
+        sun = max(sun, rows[node, SUN])
+    # Nodes that are black may lie in gaps that what is seen stands out of: it looks around itself.
+    if total > _LEAST_VALID and r + g + b + sun > _ZERO:
+        scale = _ONE / total
+        x, y, z = scale * x, scale * y, scale * z
+        rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
+        return Incident(scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps, True)
+    return Incident(_ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, False)
+
+
+@inlined
+def light_of_stray(strays: Strays, k: int) -> Incident:
+    """Return the light at the hit of lane k, computed for it or another stray."""
+    light, i = strays.light, strays.server[k]
+    r, g, b = light.indirect[i, 0], light.indirect[i, 1], light.indirect[i, 2]
+    red, green, blue = light.direct[i, 0], light.direct[i, 1], light.direct[i, 2]
+    lamps = (red + green + blue) / max(r + g + b + red + green + blue, _TINY)
+    x, y, z = light.toward[i, 0], light.toward[i, 1], light.toward[i, 2]
+    return Incident(r + red, g + green, b + blue, x, y, z, _ZERO, light.sun[i, 3], lamps, True)
+
+
+@inlined
+def _turned(atlas: Atlas, count: int, x: np.float32, y: np.float32, z: np.float32, memory: ShadeScratch) -> np.float32:
+    """Return what the light's direction lacks of a cosine of 1 with the normal that lies between those of the nodes around.
+
+    Each node knows illuminance for its own normal.  Between nodes of other normals it is interpolated; only how relief turns the
+    normal away from the one in between changes it.
+    """
+    nx = ny = nz = _ZERO
+    for i in range(count):
+        node, weight = memory.trace.nodes[i], memory.trace.weights[i]
+        nx += weight * atlas.normal[node, 0]
+        ny += weight * atlas.normal[node, 1]
+        nz += weight * atlas.normal[node, 2]
+    cosine: np.float32 = (x * nx + y * ny + z * nz) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-6))
+    return _ONE - cosine
