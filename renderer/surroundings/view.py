@@ -103,9 +103,7 @@ def _directions() -> NDArray[np.float32]:
     return np.ascontiguousarray(map_directions(ROWS, COLUMNS), np.float32)
 
 
-def panorama_of(
-    place: Neighbourhood, light: OutsideLight, eye_m: float, shown: NDArray[np.bool_] = ALL_AROUND
-) -> NDArray[np.float32]:
+def panorama_of(place: Neighbourhood, light: OutsideLight, eye_m: float, shown: NDArray[np.bool_] = ALL_AROUND) -> NDArray[np.float32]:
     """Return the view all around (ROWS, COLUMNS, 3), in the neighbourhood's frame, from ``eye_m`` above ground; ``shown``: its columns."""
     directions, image = _directions(), np.zeros((ROWS, COLUMNS, 3), np.float32)
     tiles = tile_lists(place, eye_m)
