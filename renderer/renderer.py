@@ -116,7 +116,6 @@ class Renderer:
         self._guide: RoomGuide = same._guide if same else RoomGuide(flat)
         self._room_light: RoomLight = self._find_room_light(like, same)
         self._closed = False
-        self._room_light: RoomLight = self._find_room_light(like, same)
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
