@@ -40,7 +40,7 @@ def test_no_room_has_a_fault(scenes, synthesizer):
 
 def test_every_kind_of_fault_is_found(synthesizer):
     request = SceneRequest(room_type="bedroom", grammar_set="by_hand", room_shape="rectangle", min_objects=16)
-    scene = to_mapping(synthesizer.synthesize(request, 11, 0, TIMES))
+    scene = to_mapping(synthesizer.synthesize(request, 12, 0, TIMES))
     grammar = synthesizer.grammar_of(request)
     bed = next(k for k, item in enumerate(scene["objects"]) if item["category"] == "bed")
     wardrobe = max((k for k, item in enumerate(scene["objects"]) if k != bed and item["support"]["kind"] == "floor"

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES
 
-from grammar.checks.validity import check_room, door_start_m
+from grammar.checks.validity import check_room
 from grammar.derivation.derive import derive
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.circulation import circulation_losses, empty_floor
+from grammar.layout.circulation import circulation_losses
 from grammar.layout.energies import full_energy
 from grammar.layout.entrants import enter
 from grammar.layout.floor_raster import FREE
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, ChainRun, run_chain
 from grammar.layout.problem import move_settings
-from grammar.sampled_room import _objects
+from grammar.sampled_room import _objects, room_floor
 from grammar.spec.energy_terms import HARD_TERMS, TERM, TERMS
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
@@ -30,7 +30,7 @@ def entered(grammar, seed):
     rng = np.random.default_rng(seed)
     tree = derive(grammar, CATEGORIES, SceneRequest(min_objects=12, max_objects=24), rng)
     problem, state = assemble(grammar, CATEGORIES, tree)
-    floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, grammar.validity.robot_radius_m), grammar.validity)
+    floor = room_floor(grammar, tree.room)
     settings = move_settings(grammar.moves)
     for i in np.concatenate(
         [np.flatnonzero((state.active == 0) & (problem.mount != col.OBJECT)), np.flatnonzero(problem.mount == col.OBJECT)]

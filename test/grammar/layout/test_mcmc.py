@@ -8,15 +8,15 @@ import pytest
 from scipy import stats
 from small_grammar import CATEGORIES, closet, entered, item, small_grammar
 
-from grammar.checks.validity import door_start_m
 from grammar.derivation.derive import derive
 from grammar.layout.assemble import assemble
-from grammar.layout.circulation import circulation_losses, empty_floor
+from grammar.layout.circulation import circulation_losses
 from grammar.layout.columns import ACCEPTED, AROUND_MODES, FLOOR, MODE_X, MODE_Y, MODE_YAW, OBJECT, TRIED, WALL
 from grammar.layout.energies import full_energy
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, ChainRun, run_chain
 from grammar.layout.problem import move_settings
+from grammar.sampled_room import room_floor
 from grammar.spec.request import SceneRequest
 
 
@@ -87,7 +87,7 @@ def test_swaps_are_in_balance_with_circulation_and_reach():
     rng = np.random.default_rng(7)
     tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng)
     problem, state = assemble(grammar, CATEGORIES, tree)
-    floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, grammar.validity.robot_radius_m), grammar.validity)
+    floor = room_floor(grammar, tree.room)
     settings, items = move_settings(grammar.moves), np.flatnonzero(problem.mount == FLOOR)
     middle = np.mean(tree.room.polygon_m, axis=0)
     orders, energy = list(itertools.permutations(range(3))), []
