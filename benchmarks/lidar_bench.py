@@ -31,7 +31,7 @@ from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, w
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.prove.bag import ReadBag
-from scene_synth_ros.prove.decode import CloudRow, ImuRows, cloud_row, imu_row
+from scene_synth_ros.prove.decode import CloudRow, ImuRows, cloud_row, imu_rows
 from scene_synth_ros.prove.evidence import Evidence, Room
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ def _sensed(evidence: Evidence, room: Room, errs: bool) -> Sensed:
     """Return what the lidar and the IMU read, or would without any error."""
     cloud, imu = (roles.LIDAR_POINTS, roles.IMU_DATA) if errs else (roles.LIDAR_IDEAL, roles.IMU_IDEAL)
     sweeps = [cloud_row(CdrReader(message)) for _, message in room.each(evidence.first(cloud))]
-    rows: ImuRows | None = room.table(imu, imu_row, ImuRows)
+    rows: ImuRows | None = room.table(imu, imu_rows, ImuRows)
     between = np.eye(4)
     lidar, device = evidence.mount(sweeps[0].frame), evidence.mount(str(rows.frames[0])) if rows is not None else None
     if lidar is not None and device is not None:

@@ -101,9 +101,12 @@ def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_pa
     process = Child(record_command(bag, "--rooms", 2, "--frames", 30, "--respawn", 3, *CHEAP), env=env, start_new_session=True)
     try:
         files = lambda size: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > size]  # noqa: E731
+        killed = [0]
+        running = lambda: node_pids(marker).get("renderer_node", killed[-1])  # noqa: E731
         for size in (100_000, 1_000_000):
-            wait_until(lambda size=size: files(size) and "renderer_node" in node_pids(marker), 180, "frames in the bag", process)
-            os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
+            wait_until(lambda size=size: files(size) and running() != killed[-1], 180, "frames in the bag", process)
+            killed.append(running())
+            os.kill(killed[-1], signal.SIGKILL)
         output, errors = process.communicate(timeout=900)
         assert process.returncode == 0, errors + output
         assert errors.count("renderer_node was ended by SIGKILL; started again") == 2

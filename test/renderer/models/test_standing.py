@@ -12,10 +12,11 @@ from scene_description.share import config_path
 CATEGORIES = read_categories(config_path("categories.yaml"))
 THINGS = read_small_things(config_path("small_things.yaml"), CATEGORIES).things
 HELD = {
-    "broom", "calendar", "coat", "garden_tools", "guitar", "hanging_bag", "hose_reel", "key_rack", "photo_wall", "poster", "scarf",
-    "thermostat", "tool_board", "umbrella", "wall_basket", "wall_hooks", "wall_mirror", "wall_plates", "wall_shelf",
+    "air_grille", "broom", "calendar", "coat", "double_socket", "fuse_box", "garden_tools", "guitar", "hanging_bag", "hose_reel",
+    "intercom", "key_rack", "photo_wall", "plugged_socket", "poster", "scarf", "smoke_detector", "socket", "thermostat", "tool_board",
+    "umbrella", "wall_basket", "wall_hooks", "wall_mirror", "wall_plates", "wall_shelf",
 }  # fmt: skip
-"""They hang, or lean on walls."""
+"""They hang, lean on walls, or are built into them."""
 TILT, INSIDE_M = 0.08, 0.003
 """What comes to the floor by so small a turn belongs to the foot."""
 STANDING = sorted({name for name, thing in THINGS.items() if name in MODELS and name not in HELD})

@@ -7,8 +7,8 @@ import pytest
 from box_room import DARK, box, hollow_sphere, pierced, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer import renderer as facade
 from renderer.core.embree import EmbreeScene
+from renderer.path import light_tables
 from renderer.path.lights import build_lights
 from renderer.path.sun_patches import MOST_PATCHES, find_sun_patches
 
@@ -82,7 +82,7 @@ def test_what_only_luck_has_found_is_found_on_purpose(monkeypatch, floor):
     """A matt and a glossy floor in the sun, seen by way of the walls: the same mean as without patches, from samples that spread less."""
     flat, view = sunny_room(floor), pose((2.0, 3.5, 1.5), (1.0, 0.2, 2.2))
     guided = np.array([radiance(flat, view, 64, frame, max_depth=5) for frame in range(4)])
-    monkeypatch.setattr(facade, "find_sun_patches", lambda *scene: np.zeros((0, 11), np.float32))
+    monkeypatch.setattr(light_tables, "find_sun_patches", lambda *scene: np.zeros((0, 11), np.float32))
     plain = np.array([radiance(flat, view, 256, frame, max_depth=5) for frame in range(4)])
     assert guided.mean() == pytest.approx(plain.mean(), rel=0.03)
     assert guided.var(axis=0).mean() < plain.var(axis=0).mean()  # of a quarter of the samples
