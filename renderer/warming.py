@@ -35,7 +35,7 @@ def warm_up(
 ) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone pane in the sun.
 
-    Those that look for the patches where the sun falls and for where a camera stands are among them.
+    Those that look for where a camera stands are among them and, with layers of light, those that look for the patches where the sun falls.
 
     ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; the others: as of ``RenderConfig``.
 

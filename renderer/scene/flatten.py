@@ -41,7 +41,7 @@ from scene_description.scene_json import SURFACES
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
-"""Rec. 709 luminance of linear RGB."""
+"""Most triangles of a scene."""
 
 
 class _Materials(NamedTuple):
