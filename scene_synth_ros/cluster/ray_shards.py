@@ -10,6 +10,7 @@ import importlib.util
 import logging
 import os
 import secrets
+import signal
 import socket
 import tempfile
 from collections import deque
@@ -104,11 +105,13 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
                 "_temp_dir": own,
             }
         ray = importlib.import_module("ray")
+        terminated = signal.getsignal(signal.SIGTERM)  # init puts its own in place, which ends with another status
         try:
             ray.init(**options)
         except Exception as error:  # of many kinds, some of the system's
             raise ShardError(f"--ray {address}: cannot be reached: {_line(error)}") from None
         ends.callback(ray.shutdown)
+        signal.signal(signal.SIGTERM, terminated)
         yield ray
 
 

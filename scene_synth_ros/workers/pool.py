@@ -216,9 +216,12 @@ def prepare_numbered(work: tuple[Callable[[Any], Do], Any]) -> Do:
 @contextlib.contextmanager
 def terminable() -> Iterator[None]:
     """Let SIGTERM end a run as Ctrl-C does, what it has begun with it, with status 143; for the first thread."""
-    before = signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    terminated = 128 + signal.SIGTERM
+    before = signal.signal(signal.SIGTERM, lambda *_: sys.exit(terminated))
     try:
         yield
+    except SystemExit:  # nothing else ends a run so; Ray, if it is waited for meanwhile, puts a status of its own in it
+        sys.exit(terminated)
     finally:
         signal.signal(signal.SIGTERM, before)
 

@@ -1,5 +1,8 @@
 """Shards as Ray tasks: on a cluster of two nodes of which one is killed at work, and on a Ray of the run's own."""
 
+import signal
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -101,6 +104,17 @@ def test_a_ray_of_the_runs_own_begins_and_ends_with_it(monkeypatch: pytest.Monke
         monkeypatch.setattr("scene_synth_ros.cluster.ray_shards._temporary", lambda: folder)
         make_on_ray(plan, folder, [], address=LOCAL, workers=1)
         assert not list(Path(folder).iterdir())
+
+
+def test_a_run_that_is_terminated_has_the_status_of_one_that_is(cluster: Any, tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "scene_synth_ros", "generate", *WORDS, "--out", str(tmp_path / "ended"), "--ray", cluster.address]
+    run = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    while run.poll() is None and not list(tmp_path.glob("ended/shards/*.json")):
+        time.sleep(0.1)
+    run.terminate()
+    output, _ = run.communicate(timeout=60.0)
+    assert run.returncode == 128 + signal.SIGTERM, output
+    assert output.splitlines()[-1].startswith("interrupted; what is complete stays"), output
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:9", "ray://somewhere:10001", "nowhere"])
