@@ -6,19 +6,20 @@ room type and each value of a factor is looked at by itself: is it worse than th
 the rooms' means, and of their logarithms where all are positive)?  All metrics together err with 2.5 % at most, and all such groups with as
 much: the level of each is raised by their number (Bonferroni).
 
-An algorithm that computes the same every time has differences of exactly zero, which are the same; one that is worse by the same amount
-in every room has an interval of no width.  A difference of a single room cannot be judged and passes.  Differences that do not matter
-(``RELEVANT``) are the same, however sure.  Values that a baseline has and the new evaluation lacks are losses, and fail the gate.
+An algorithm that computes the same every time has differences of exactly zero, which are the same; one that is worse by the same amount in
+every room has an interval of no width. Differences that do not matter (``RELEVANT``) are the same, however sure. Where neither a change nor
+sameness is shown, as of a single room, a metric is unsure, and passes. Values that a baseline has and the new evaluation lacks are losses,
+and fail the gate.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ RELEVANT: Mapping[str, float] = {"": 1e-4, "m": 1e-4, "deg": 0.01, "px": 0.01}
 ROUNDING = 1e-9
 """Differences below this share of the values themselves, or of 0.001, are those of rounding, and count as zero."""
 Floats = NDArray[np.float64]
+Word = Literal["worse", "better", "same", "unsure", "unproved"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +46,8 @@ class Verdict:
 
     ``baseline`` and ``new`` are its means over the frames in which both have a value, ``difference`` is new minus baseline, ``low`` and
     ``high`` its interval, infinite where there is one room only.  ``detectable`` is the difference that is seen four times of five with
-    rooms that scatter as these do, ``same`` says whether an equivalence that was asked for is proved.
+    rooms that scatter as these do.  ``same`` is what lies within what matters, or within an equivalence that was asked for; ``unproved``
+    what does not where one was, ``unsure`` where none was.
     """
 
     task: str
@@ -58,7 +61,7 @@ class Verdict:
     high: float
     detectable: float
     rooms: int
-    verdict: Literal["worse", "better", "same", "unproved"]
+    verdict: Word
 
 
 class Group(NamedTuple):
@@ -83,7 +86,7 @@ class GateReport:
     @property
     def passed(self) -> bool:
         """Whether nothing is worse, nothing is lost and nothing that was to be proved the same is unproved."""
-        return not self.losses and not self.groups and all(one.verdict in ("same", "better") for one in self.verdicts)
+        return not self.losses and not self.groups and all(one.verdict in ("same", "better", "unsure") for one in self.verdicts)
 
 
 class _FrameId(NamedTuple):
@@ -242,15 +245,13 @@ def _verdict(task: str, metric: MetricRow, pairs: list[_Pair], alone: float, equ
     reach = reach_of(error, 1.0 - 0.5 * alone, len(rooms))
     low, high = difference - reach, difference + reach
     before = float(np.mean([pair.baseline for pair in pairs]))
-    verdict: Literal["worse", "better", "same", "unproved"] = "same"
-    if low > 0.0 or high < 0.0:
-        worse = (low > 0.0) == (metric.better == "lower")
-        large = abs(difference) > RELEVANT.get(metric.unit, 0.0)
-        verdict = "same" if not large else "worse" if worse else "better"
-    if equivalence is not None and verdict == "same":
-        one_sided = reach_of(error, 1.0 - alone, len(rooms))
-        margin = max(equivalence * abs(before), RELEVANT.get(metric.unit, 0.0))
-        verdict = "same" if abs(difference) + one_sided < margin else "unproved"
+    matters = RELEVANT.get(metric.unit, 0.0)
+    farthest = abs(difference) + reach_of(error, 1.0 - alone, len(rooms))
+    verdict: Word = "unsure" if equivalence is None else "unproved"
+    if (low > 0.0 or high < 0.0) and abs(difference) > matters:
+        verdict = "worse" if (low > 0.0) == (metric.better == "lower") else "better"
+    elif farthest <= max(matters, (equivalence or 0.0) * abs(before)):
+        verdict = "same"
     return Verdict(
         task=task,
         metric=metric.name,
@@ -352,7 +353,7 @@ def group_chance(inside: Floats, outside: Floats) -> float:
 
 
 def gate_table(report: GateReport) -> str:
-    """Return what a terminal shows, in lines: what is lost, groups that are worse, then every metric, and how many did not change."""
+    """Return what a terminal shows, in lines: what is lost, groups that are worse, then every metric, and how many are what."""
     shown = [f"lost      {loss}" for loss in report.losses]
     for group in report.groups:
         unit = f" {group.unit}" if group.unit else ""
@@ -367,5 +368,6 @@ def gate_table(report: GateReport) -> str:
             continue
         interval = f"{verdict.difference:+.3g} [{verdict.low:+.3g}, {verdict.high:+.3g}]"
         shown.append(f"{verdict.verdict:<9} {change}, {interval} over {verdict.rooms} rooms, detectable {verdict.detectable:.2g}")
-    same = sum(verdict.verdict == "same" for verdict in report.verdicts)
-    return "\n".join([*shown, f"{same} of {len(report.verdicts)} metrics are the same"])
+    counts = Counter(verdict.verdict for verdict in report.verdicts)
+    told = f"{len(report.verdicts)} metrics: {', '.join(f'{counts[word]} {word}' for word in get_args(Word) if counts[word])}"
+    return "\n".join([*shown, f"{told}; {len(report.groups)} worse in one room, room type or value" if report.groups else told])

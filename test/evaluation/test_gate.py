@@ -132,7 +132,7 @@ def test_regressions_are_caught(baseline, name):
 def test_clean_reruns_pass(baseline, seed):
     report = compare(baseline, run(seed))
     assert report.passed
-    assert {verdict.verdict for verdict in report.verdicts} == {"same"}
+    assert {verdict.verdict for verdict in report.verdicts} <= {"same", "unsure"}
 
 
 def test_what_is_computed_again_has_no_differences(baseline):
@@ -140,7 +140,7 @@ def test_what_is_computed_again_has_no_differences(baseline):
     assert report.passed
     assert {(verdict.difference, verdict.low, verdict.high) for verdict in report.verdicts} == {(0.0, 0.0, 0.0)}
     count = sum(len(task.metrics) for task in baseline.tasks)
-    assert gate_table(report).splitlines()[-1] == f"{count} of {count} metrics are the same"
+    assert gate_table(report).splitlines()[-1] == f"{count} metrics: {count} same"
 
 
 def test_what_becomes_better_is_told_and_passes(baseline):
@@ -262,6 +262,7 @@ def test_sameness_is_proved_only_by_small_intervals(baseline):
     rerun = compare(baseline, run(1), equivalence=0.001)
     assert not rerun.passed
     assert "unproved" in gate_table(rerun)
+    assert "unsure    depth.abs_rel" in gate_table(compare(baseline, run(1)))  # nothing was to be proved, and nothing is shown
     assert {verdict.verdict for verdict in compare(baseline, run(1), equivalence=0.9).verdicts if verdict.task == "depth"} == {"same"}
 
 

@@ -16,8 +16,8 @@ _RAY = {
     "RAY_NUM_REDIS_GET_RETRIES": "120",
     "RAY_worker_niceness": "0",
 }
-"""One token for all that this process speaks to, which it reads once; a busy machine has two minutes to start Ray, whose workers give way to
-nobody: by itself Ray makes them the nicest processes of the machine."""
+"""One token for all that this process speaks to, which it reads once; a busy machine has two minutes to start Ray, whose workers give way
+to nobody: by itself Ray makes them the nicest processes of the machine."""
 NODE = {"num_cpus": 1, "object_store_memory": 80 * 2**20, "include_dashboard": False, "include_log_monitor": False}
 
 
