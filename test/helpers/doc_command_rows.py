@@ -255,7 +255,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth generate --rooms 200 --seed 3 --out runs/kitchens --params ground_truth"
     " -p grammar_node.scene.room_type:=kitchen,dining_room": Parsed(_GENERATE),
     "scene_synth generate --resume --out runs/rooms": Parsed(_GENERATE),
-    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --resume --out runs/rooms": Parsed(
+    "scene_synth generate --rooms 5000 --resume --out runs/rooms": Parsed(
         "test/scene_synth_ros/cli/commands/test_generate_mixed.py::test_more_rooms_extend_a_dataset_whose_shards_and_splits_stay"
     ),
     "scene_synth generate --resume --check --out runs/rooms": Parsed(f"{_GENERATE_TESTS}::test_a_damaged_shard_is_found_and_made_again"),

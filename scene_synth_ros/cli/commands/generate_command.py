@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     size = parser.add_mutually_exclusive_group()
     add_number(size, "--shard-rooms", 1, MAX_ROOMS, metavar="R", help="rooms of a shard (default: 1 to 16, by the number of rooms)")
     size.add_argument("--shard-size", metavar="SIZE", help="about the size of a shard, 1GB, say: R follows from the first room's bytes")
-    resume = "make what is missing of a dataset; without --rooms, by its own plan; with more --rooms, extend it"
+    resume = "make what is missing of a dataset; by its own plan; with more --rooms, extend it"
     parser.add_argument("--resume", action="store_true", help=resume)
     mixed = "go on with a dataset that another program, configuration or kind of machine has begun; plan and card list them"
     parser.add_argument("--accept-mixed", action="store_true", help=mixed)
@@ -135,8 +135,7 @@ def _finish(store: Store, arguments: argparse.Namespace) -> int:
 
 def _check_options(arguments: argparse.Namespace) -> None:
     if arguments.rooms is None:
-        given = [name for name in _OF_PLAN if getattr(arguments, name) not in (None, [], False)]
-        if given:
+        if given := _given(arguments):
             raise UsageError(f"--{given[0].replace('_', '-')}: expected together with --rooms; a plan that there is already has its own")
         if arguments.plan is None and not _goes_on(arguments):
             raise UsageError("--rooms: expected a number of rooms, or --plan; --resume, --shard and --finish take the plan of the folder")
@@ -152,11 +151,18 @@ def _check_options(arguments: argparse.Namespace) -> None:
     check_namespace(arguments.namespace)
 
 
+def _given(arguments: argparse.Namespace) -> list[str]:
+    """Return which options that decide the plan were given, beside ``--rooms``."""
+    return [name for name in _OF_PLAN if getattr(arguments, name) not in (None, [], False)]
+
+
 def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
     """Return the plan that the options ask for, that of a file, or that of the folder."""
     data = store.read(PLAN_NAME) if _goes_on(arguments) else None
     there = read_plan(data, f"{arguments.out}/{PLAN_NAME}") if data is not None else None
-    if arguments.rooms is not None:
+    if there is not None and arguments.rooms is not None and not _given(arguments) and arguments.namespace == NAMESPACE:
+        plan = there.extended(arguments.rooms) if arguments.rooms > there.rooms else replace(there, rooms=arguments.rooms)
+    elif arguments.rooms is not None:
         plan = _given_plan(arguments, there)
     elif arguments.plan is not None:
         plan = read_plan(read_at_most(arguments.plan, MAX_PLAN_BYTES, UsageError), str(arguments.plan))

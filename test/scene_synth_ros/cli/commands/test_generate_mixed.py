@@ -67,7 +67,9 @@ def test_more_rooms_extend_a_dataset_whose_shards_and_splits_stay(tmp_path: Path
     types, out, whole = ["-p", "grammar_node.scene.room_type:=hallway,storage"], tmp_path / "rooms", tmp_path / "whole"
     assert generate("--rooms", 3, "--shard-rooms", 2, *WORDS, *types, "--out", out) == 0
     before, splits = digests(out), split(out)
-    assert generate("--rooms", 7, *WORDS, *types, "--out", out, "--resume") == 0
+    assert generate("--rooms", 2, "--out", out, "--resume") == generate("--rooms", 7, "--frames", 2, "--out", out, "--resume") == 2
+    assert generate("--rooms", 5, *WORDS, *types, "--out", out, "--resume") == 0
+    assert generate("--rooms", 7, "--out", out, "--resume") == 0, "by its own plan"
     after = digests(out)
     assert all(after[name] == before[name] for name in before if name.startswith("shards/"))
     assert [len(json.loads((out / "shards" / f"0000{k}.json").read_text())["rooms"]) for k in range(4)] == [2, 1, 2, 2]
