@@ -34,7 +34,7 @@ class MaterialExport:
         row = int(self._flat.parts.material[part])
         emission = tuple(float(x) for x in self._flat.parts.emission[part])
         texture = self.texture(part)
-        look = () if texture is None else (id(texture.tile), texture.colors, texture.contrast, texture.slope)
+        look = () if texture is None else (texture.tile_id, texture.colors, texture.contrast, texture.relief)
         key = (row, emission, look)
         if key not in self._indices:
             item = self._item(self._materials[row], emission)

@@ -31,9 +31,10 @@ class BakedTexture(NamedTuple):
 
 def bake(texture: AppliedTexture, material: Material) -> BakedTexture:
     """Return what a texture makes of a material, texel by texel; the same sums as ``look_up`` has at hits."""
-    level = next(item for item in texture.tile.levels if max(item.shape[:2]) <= MOST_SIDE)
+    tile = texture.tile
+    level = next(item for item in tile.levels if max(item.shape[:2]) <= MOST_SIDE)
     byte = level[::-1].astype(np.float64) / 255.0
-    if texture.tile.picture:
+    if tile.picture:
         color = level[::-1, :, :3].copy()
         roughness, metallic = material.roughness * byte[..., 4], material.metallic * byte[..., 3]
     else:
@@ -48,7 +49,7 @@ def bake(texture: AppliedTexture, material: Material) -> BakedTexture:
         color = _encoded(np.minimum(shade[..., None] * mixed, 1.0))
         roughness, metallic = material.roughness + 2.0 * byte[..., 4] - 1.0, np.full(byte.shape[:2], material.metallic)
     surface = _bytes(np.stack([np.ones_like(roughness), roughness, metallic], axis=-1))
-    slopes = (level[::-1, :, 5:7].astype(np.float64) - 128.0) / 127.0 * texture.slope
+    slopes = (level[::-1, :, 5:7].astype(np.float64) - 128.0) / 127.0 * (texture.relief * tile.steepest)
     upright = np.concatenate([-slopes, np.ones((*slopes.shape[:2], 1))], axis=-1)
     normal = _bytes(0.5 + 0.5 * upright / np.linalg.norm(upright, axis=-1, keepdims=True))
     varies = np.ptp(surface.reshape(-1, 3), axis=0).max() > _FLAT

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
 from renderer.scene.flat_scene import FlatScene, Sky
+from renderer.textures.tile import TileKey
 from scene_description.products import norm
 
 SKY_COLORS = ("zenith", "horizon", "ground")
@@ -76,13 +77,15 @@ def _check_textures(flat: FlatScene) -> None:
         raise RenderError(f"scene part_texture: expected int32, one per part or none, got {chosen.dtype} {chosen.shape}")
     _check_index("part_texture", chosen[chosen >= 0], count)
     for k, texture in enumerate(flat.textures):
-        numbers = (*texture.size, texture.rotation_rad, texture.contrast, texture.slope, texture.shift, *np.ravel(texture.colors))
+        numbers = (*texture.size, texture.rotation_rad, texture.contrast, texture.relief, texture.shift, *np.ravel(texture.colors))
         if not np.isfinite(numbers).all() or min(texture.size) <= 0.0 or len(texture.colors) > 3:
             raise RenderError(f"scene textures[{k}]: expected finite numbers, a size above 0 and at most 3 colours, got {numbers}")
-        shapes = [level.shape for level in texture.tile.levels]
+        if isinstance(texture.source, TileKey):
+            continue
+        shapes = [level.shape for level in texture.source.levels]
         wanted = [(max(shapes[0][0] >> n, 1), max(shapes[0][1] >> n, 1), 8) for n in range(max(shapes[0][:2]).bit_length())]
         powers = all(side & (side - 1) == 0 for side in shapes[0][:2])
-        if not powers or shapes != wanted or any(level.dtype != np.uint8 for level in texture.tile.levels):
+        if not powers or shapes != wanted or any(level.dtype != np.uint8 for level in texture.source.levels):
             raise RenderError(f"scene textures[{k}].tile: expected uint8 levels from powers of two, halved down to 1 x 1, got {shapes}")
 
 

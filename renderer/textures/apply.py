@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from renderer.geometry.mesh import Mesh
 from renderer.textures.generators import GENERATORS
 from renderer.textures.pattern import Color
-from renderer.textures.tile import TextureTile, generated_tile
+from renderer.textures.tile import TextureTile, TileKey, generated_tile, tile_key
 from scene_description import Material, Texture
 
 OTHER_COLORS = 3
@@ -18,18 +19,29 @@ OTHER_COLORS = 3
 class AppliedTexture(NamedTuple):
     """A tile on a part.
 
-    size: length of the tile's sides along u and v, in the unit of the part's texture coordinates (metres, or 1 for coordinates from 0 to
-    1).  colors: the second to fourth colour, linear.  contrast: 0.5 leaves the tile as it was drawn, 0 is plain.  slope: factor from
-    the tile's slope bytes to true slopes.  shift: see ``pattern.Generator``.
+    source: the tile, or what it is drawn by once its texels are asked for, as light does and geometry does not. size: length of the tile's
+    sides along u and v, in the unit of the part's texture coordinates (metres, or 1 for coordinates from 0 to 1). colors: the second to
+    fourth colour, linear. contrast: 0.5 leaves the tile as it was drawn, 0 is plain. relief: factor on the tile's slopes, in its own units.
+    shift: see ``pattern.Generator``.
     """
 
-    tile: TextureTile
+    source: TextureTile | TileKey
     size: tuple[float, float] = (1.0, 1.0)
     rotation_rad: float = 0.0
     colors: tuple[Color, ...] = ()
     contrast: float = 0.5
-    slope: float = 1.0
+    relief: float = 1.0
     shift: float = 0.0
+
+    @property
+    def tile(self) -> TextureTile:
+        """The tile, drawn if it is not kept."""
+        return generated_tile(self.source) if isinstance(self.source, TileKey) else self.source
+
+    @property
+    def tile_id(self) -> Hashable:
+        """What tells tiles apart."""
+        return self.source if isinstance(self.source, TileKey) else id(self.source)
 
 
 def applied_texture(material: Material, texture: Texture, mesh: Mesh) -> tuple[Mesh, AppliedTexture]:
@@ -48,9 +60,8 @@ def applied_texture(material: Material, texture: Texture, mesh: Mesh) -> tuple[M
     else:
         scale = length = texture.scale_m
         size = (scale * generator.units[0], scale * generator.units[1])
-    tile = generated_tile(texture.generator, texture.seed, aspect, colors)
-    relief = texture.relief_m / length * tile.steepest
-    return mesh, AppliedTexture(tile, size, texture.rotation_rad, colors[1:], texture.contrast, relief, generator.shift)
+    key = tile_key(texture.generator, texture.seed, aspect, colors)
+    return mesh, AppliedTexture(key, size, texture.rotation_rad, colors[1:], texture.contrast, texture.relief_m / length, generator.shift)
 
 
 def _colors(material: Material, given: tuple[Color, ...], tints: tuple[Color, ...]) -> tuple[Color, ...]:

@@ -8,7 +8,7 @@ a surface does not turn glossy with distance (after M. Olano and D. Baker, "LEAN
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from renderer.core.layout import Layout
 from renderer.core.ray_packet import aligned_floats
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
 from renderer.textures.packing import CHANNELS
+from renderer.textures.tile import TextureTile
 
 _ROW = Layout()
 PER_U, PER_V = _ROW.field(), _ROW.field()  # tiles per unit of the texture coordinates
@@ -89,20 +90,21 @@ def build_textures(
     faces: NDArray[np.uint32],
 ) -> Textures:
     """Return the tables of a scene; ``part``: row of ``applied`` for each part, -1 for none.  Tiles of several textures are stored once."""
-    start: dict[int, int] = {}
+    stored: dict[Hashable, tuple[TextureTile, int]] = {}
     chunks: list[NDArray[np.uint64]] = []
     total = 0
     rows, layout = np.zeros((max(len(applied), 1), ROW_SIZE), np.float32), np.zeros((max(len(applied), 1), 5), np.int64)
     for k, texture in enumerate(applied):
-        tile = texture.tile
-        if id(tile) not in start:
-            start[id(tile)] = total
-            chunks += [level.reshape(-1).view("<u8") for level in tile.levels]
-            total += tile.size_bytes // CHANNELS
+        if texture.tile_id not in stored:
+            stored[texture.tile_id] = texture.tile, total
+            chunks += [level.reshape(-1).view("<u8") for level in stored[texture.tile_id][0].levels]
+            total += stored[texture.tile_id][0].size_bytes // CHANNELS
+        tile, start = stored[texture.tile_id]
         height, width = tile.levels[0].shape[:2]
-        layout[k] = start[id(tile)], width.bit_length() - 1, height.bit_length() - 1, len(tile.levels), tile.picture
+        layout[k] = start, width.bit_length() - 1, height.bit_length() - 1, len(tile.levels), tile.picture
         turn = (math.cos(texture.rotation_rad), math.sin(texture.rotation_rad))
-        rows[k, :COLORS] = (1.0 / texture.size[0], 1.0 / texture.size[1], *turn, texture.shift, 2.0 * texture.contrast, texture.slope)
+        slope = texture.relief * tile.steepest
+        rows[k, :COLORS] = (1.0 / texture.size[0], 1.0 / texture.size[1], *turn, texture.shift, 2.0 * texture.contrast, slope)
         colors = np.asarray(texture.colors, np.float32).ravel()
         rows[k, COLORS : COLORS + len(colors)] = colors
     texels = np.concatenate(chunks) if chunks else np.zeros(1, np.uint64)

@@ -112,8 +112,17 @@ class ImageMaps(NamedTuple):
 _KEPT: TileCache[TextureTile] = TileCache(CACHED_BYTES)
 
 
-def generated_tile(generator: str, seed: int, aspect: float, colors: tuple[Color, ...]) -> TextureTile:
-    """Return a tile of a generator; equal requests give the same tile again.
+class TileKey(NamedTuple):
+    """What decides a tile of a generator; ``colors`` are there for pictures only."""
+
+    generator: str
+    variant: int
+    aspect: float
+    colors: tuple[Color, ...]
+
+
+def tile_key(generator: str, seed: int, aspect: float, colors: tuple[Color, ...]) -> TileKey:
+    """Return which tile of a generator a seed means.
 
     ``aspect``: width over height of what a texture is mapped on once; ``colors``: base colour first, linear, for pictures.
 
@@ -122,7 +131,11 @@ def generated_tile(generator: str, seed: int, aspect: float, colors: tuple[Color
     """
     known = GENERATORS[generator]
     variant = seed % known.variants if known.variants else seed
-    key = (generator, variant, round(aspect, 1) if known.once else 1.0, colors if known.inked else ())
+    return TileKey(generator, variant, round(aspect, 1) if known.once else 1.0, colors if known.inked else ())
+
+
+def generated_tile(key: TileKey) -> TextureTile:
+    """Return a tile of a generator; the same one again while it is kept."""
     return _KEPT.get(key, lambda: _drawn(*key))
 
 

@@ -189,7 +189,7 @@ def test_baked_textures_are_what_hits_see() -> None:
     texels[0, 0, 5] = 255
     plain = bake(texture._replace(colors=()), Material(id="m", family="f", base_color=(1.0, 1.0, 1.0)))
     assert plain.color[1, 1].max() <= 1 and plain.color[0].min() >= 254, "colours that are not there are black, as at hits"
-    sloped = bake(texture._replace(tile=TextureTile((texels,), False, 1.0)), Material(id="m", family="f", base_color=(1.0, 1.0, 1.0)))
+    sloped = bake(texture._replace(source=TextureTile((texels,), False, 1.0)), Material(id="m", family="f", base_color=(1.0, 1.0, 1.0)))
     assert sloped.normal is not None
     normal = sloped.normal[1, 0] / 127.5 - 1.0
     assert np.allclose(normal, np.array([-1.0, 0.0, 1.0]) / math.sqrt(2.0), atol=0.01), "a slope of 1 along u leans back by 45 degrees"

@@ -12,7 +12,8 @@ from renderer.core.equirectangular import map_directions, pixel_solid_angles
 from renderer.scene import sky
 from renderer.scene.flatten import flatten
 from renderer.surroundings.panorama import COLUMNS, ROWS
-from scene_description.types import Daylight, Surroundings
+from renderer.textures import tile
+from scene_description.types import Daylight, Surroundings, Texture
 
 TINY = CameraConfig(width=16, height=12)
 QUICK = RenderConfig(samples_per_pixel=1, threads=1)
@@ -34,15 +35,27 @@ def drawn(monkeypatch):
     return calls
 
 
-def test_basic_ground_truth_draws_nothing_and_colour_of_two_renderers_draws_once(drawn):
+@pytest.fixture
+def tiles(monkeypatch):
+    """Return a list that grows by one whenever a texture is drawn."""
+    calls = []
+    draw = tile._drawn
+    monkeypatch.setattr(tile, "_drawn", lambda *key: calls.append(key) or draw(*key))
+    tile.forget_tiles()
+    return calls
+
+
+def test_basic_ground_truth_draws_nothing_and_colour_of_two_renderers_draws_once(drawn, tiles):
     scene = suburban()
+    papered = [replace(material, texture=Texture(generator="weave", scale_m=0.1, seed=5)) for material in scene.materials]
+    scene = replace(scene, materials=tuple(papered))
     flat = flatten(scene)
     assert flat.outside == scene.environment
     with Renderer(flat, TINY, QUICK, 1) as renderer, Renderer(flat, TINY, QUICK, 1, like=renderer) as second:
         basic = renderer.render(scene.camera_path[0], 0, GEOMETRIC_LAYERS)
-        assert not drawn and basic.rays == 16 * 12
+        assert not drawn and not tiles and basic.rays == 16 * 12
         one, two = (each.render(scene.camera_path[0], 0, ("color",)) for each in (renderer, second))
-        assert len(drawn) == 1 and one.radiance.tobytes() == two.radiance.tobytes() and one.rays > 0
+        assert len(drawn) == 1 and len(tiles) == len(set(tiles)) > 0 and one.radiance.tobytes() == two.radiance.tobytes() and one.rays > 0
     assert sky.sky_of(flat).table.tobytes() != flat.sky.table.tobytes() and len(drawn) == 1
 
 
