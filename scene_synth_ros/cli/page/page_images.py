@@ -85,9 +85,10 @@ def page_image(pixels: Pixels, form: str, layer: Layer | None, max_size: int) ->
         PageImageError: the image is empty, or has another number of channels than its form.
     """
     channels = pixels.shape[2] if pixels.ndim == 3 else 1
-    if not pixels.size or channels not in _CHANNELS[form] or pixels.dtype.kind not in "uif":
+    expected = sorted({*_CHANNELS[form], *([layer.channels] if layer is not None and form == "picture" else [])})
+    if not pixels.size or channels not in expected or pixels.dtype.kind not in "uif":
         size = f"{pixels.dtype} {' x '.join(map(str, pixels.shape))}"
-        raise PageImageError(f"expected pixels of {' or '.join(map(str, _CHANNELS[form]))} channels, got {size}")
+        raise PageImageError(f"expected pixels of {' or '.join(map(str, expected))} channels, got {size}")
     height, width = pixels.shape[:2]
     scale = min(1.0, max_size / max(height, width))
     shown = max(1, round(width * scale)), max(1, round(height * scale))

@@ -19,6 +19,7 @@ from room_bag import CAMERA, RoomBag, write, write_room_bag
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
+from renderer import LAYERS
 from scene_description import SceneSynthError
 from scene_description.labels import NYU40
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
@@ -28,7 +29,7 @@ from scene_synth_ros.cli.commands import demo_command, run_command, show_command
 from scene_synth_ros.cli.page import page_file
 from scene_synth_ros.cli.page.bag_index import OTHERS, find_layers
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
-from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM, PageImageError, distance_codes, page_image
+from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM, PageImageError, distance_codes, form_of, page_image
 from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"
@@ -294,6 +295,13 @@ def test_codes_of_distances() -> None:
     assert distance_codes(np.array([[0, 1, 65534, 65535]], np.uint16)).tolist() == [[0, 1, MOST_MM, MOST_MM]]
     with pytest.raises(PageImageError, match=r"expected pixels of 1 channels, got uint8 2 x 2 x 3"):
         page_image(np.zeros((2, 2, 3), np.uint8), "ids", None, 16)
+
+
+@pytest.mark.parametrize("name", LAYERS)
+def test_every_layer_can_be_shown(name: str) -> None:
+    layer = LAYERS[name]
+    image = page_image(np.ones(layer.shape(12, 16), layer.dtype), form_of(layer), layer, 16)
+    assert image["shown"] == (16, 12) and image["data"]
 
 
 def arguments(*words: str) -> argparse.Namespace:
