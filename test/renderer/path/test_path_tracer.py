@@ -67,9 +67,7 @@ def test_a_lamp_shows_through_a_net():
     """Straight through the holes, and by what the threads between them let through: L b (h + (1 - h) t F), F by Lambert's formula."""
     holes, through, color = 0.4, 0.5, np.array([0.8, 0.6, 0.4])
     lamp = quad((-0.5, 1.0, -0.5), (1.0, 0, 0), (0, 0, 1.0), emission=(100.0,) * 3, color=(0, 0, 0))
-    net = quad(
-        (-0.01, 0, -0.01), (0.02, 0, 0), (0, 0, 0.02), color=tuple(color), ior=1.5, transmission=holes, diffuse_transmission=through
-    )
+    net = quad((-0.01, 0, -0.01), (0.02, 0, 0), (0, 0, 0.02), color=tuple(color), ior=1.5, transmission=holes, diffuse_transmission=through)
     image = radiance(scene(lamp, net), pose((0, -1, 0), (0, 1, 0)), fov=0.004, samples=1024, depth=2)
     a = 0.5 / np.hypot(1.0, 0.5)
     form = 4.0 / np.pi * a * np.arctan(a)
