@@ -23,7 +23,7 @@ def sharpen(codes: NDArray[np.uint8], amount: float) -> NDArray[np.uint8]:
     square = detail * detail
     detail *= np.float32(amount) * square / (square + _CORE * _CORE)
     sharp = codes + detail[..., None] + np.float32(0.5)
-    return np.clip(sharp, np.float32(0.0), np.float32(255.0)).astype(np.uint8)
+    return np.asarray(np.clip(sharp, np.float32(0.0), np.float32(255.0)), np.uint8)
 
 
 def _blurred(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
@@ -31,4 +31,4 @@ def _blurred(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
     padded = np.pad(image, [(2, 2) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
     size = image.shape[axis]
     at = [np.take(padded, np.arange(i, i + size), axis) for i in range(5)]
-    return _WEIGHTS[0] * at[2] + _WEIGHTS[1] * (at[1] + at[3]) + _WEIGHTS[2] * (at[0] + at[4])
+    return np.asarray(_WEIGHTS[0] * at[2] + _WEIGHTS[1] * (at[1] + at[3]) + _WEIGHTS[2] * (at[0] + at[4]), np.float32)
