@@ -3,7 +3,8 @@
     light -> lateral chromatic aberration -> vignetting          the lens          renderer.camera.sensor, .sensor
           -> shot noise, well, read noise, converter             the sensor        renderer.camera.sensor
           -> Bayer mosaic -> demosaicing                         its filters       renderer.camera.bayer
-          -> white balance -> response curve, 8 bits             the processor     renderer.film.tone, .response
+          -> white balance -> response curve, 8 bits             the processor     renderer.film.tone
+          -> sharpening                                                            renderer.camera.sharpening
           -> JPEG                                                the file          renderer.files.image_io
 
 The order is that of common image pipelines (R. Ramanath et al., "Color image processing pipeline", IEEE Signal Processing Magazine 22(1),
@@ -20,6 +21,7 @@ from renderer.camera.bayer import demosaic, mosaic
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
 from renderer.camera.sensor import expose, magnify_channels, vignetting
+from renderer.camera.sharpening import sharpen
 from renderer.files.image_io import through_jpeg
 from renderer.film.tone import Exposure, balance, encode, thresholds, to_display, white_luminance
 from renderer.film.white_balance import adaptation
@@ -53,6 +55,7 @@ def read_color(
         picture = to_display(read, exposure, tone_curve, base_stops)
     else:
         picture = encode(balance(read, exposure), thresholds(sensor.response, sensor.response_gamma, sensor.response_points))
+    picture = sharpen(picture, sensor.sharpening) if sensor.sharpening else picture
     return through_jpeg(picture, sensor.jpeg_quality) if sensor.jpeg_quality else picture
 
 

@@ -69,10 +69,11 @@ class Material:
     """A metallic-roughness ("principled") material.
 
     Linear base colour, perceptual roughness (its square is the microfacet distribution's alpha), metalness, share of the light that enters
-    that is let through (glass), share of the light that a thin sheet scatters which leaves on its other side (cloth, leaves), index of
-    refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at grazing angles), and a pattern: drawn
-    by a generator, or the images of a model file, not both.  ``glow_cd_m2``: luminance that white of its colour or pattern sends out on its
-    front, as screens and figures of clocks do; the surface itself is nearly black then.  ``wear``: how much of the scene's wear it shows.
+    that is let through (glass; of a thin sheet the share that is holes, as in nets), share of the light that a thin sheet scatters which
+    leaves on its other side (cloth, leaves), index of refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen
+    (fabrics seen at grazing angles), and a pattern: drawn by a generator, or the images of a model file, not both.  ``glow_cd_m2``:
+    luminance that white of its colour or pattern sends out on its front, as screens and figures of clocks do; the surface itself is nearly
+    black then.  ``wear``: how much of the scene's wear it shows.
     """
 
     id: Name

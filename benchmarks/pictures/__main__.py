@@ -1,9 +1,10 @@
 """Pictures of unseen rooms beside photographs, and what views show.
 
-python -m benchmarks.pictures [--seed N] [--rooms N] [--types TYPE ...] [--size WIDTHxHEIGHT] [--preset NAME] [--pictures DIR]
-    [--of DIR] [--views N] [--json FILE] [--write]
+python -m benchmarks.pictures [--seed N] [--rooms N] [--types TYPE ...] [--size WIDTHxHEIGHT] [--preset NAME] [--overlay NAME]
+    [--pictures DIR] [--of DIR] [--views N] [--json FILE] [--write]
 
-The seed is drawn from the clock unless it is given.  ``--of`` measures PNG files of a folder instead; ``--views`` judges the views of so
+The seed is drawn from the clock unless it is given.  Preset and overlays are those of ``scene_synth render``; pictures are what the sensor
+reads (``color_sensed``), the camera at rest.  ``--of`` measures PNG files of a folder instead; ``--views`` judges the views of so
 many rooms of each type by primary rays, without light.
 """
 
@@ -22,7 +23,7 @@ from PIL import Image
 
 from benchmarks.pictures.statistics import FIGURES, figures
 from benchmarks.pictures.views import View, judge_views
-from benchmarks.sampled_rooms import TIMES, camera_of, preset_config
+from benchmarks.sampled_rooms import TIMES
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import SceneRequest, room_types
 from grammar.synthesize import SceneSynthesizer
@@ -30,25 +31,24 @@ from renderer import RenderConfig, Renderer, warm_up
 from renderer.exposure import exposed, meter
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
+from scene_synth_ros.cli.parameters.render_settings import Settings, add_arguments, read_settings
 
 PHOTOGRAPHS: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "photographs.json").read_text())
 """Statistics of real frames: means, and the ranges of several sets."""
 
 
-def render_pictures(
-    seed: int, rooms: int, types: Sequence[str], size: tuple[int, int], preset: str
-) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+def render_pictures(seed: int, rooms: int, types: Sequence[str], settings: Settings) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     """Yield the first view of ``rooms`` rooms of each type, with names."""
     warm_up()
-    synthesizer, config = SceneSynthesizer.from_config(), preset_config(preset)
+    synthesizer, camera, config = SceneSynthesizer.from_config(), settings.camera, settings.render
     for index in range(rooms):
         for place, room_type in enumerate(types):  # rooms of one index share daylight and palette
             scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index * len(types) + place, TIMES)
-            flat, key, camera = flatten(scene, Path.cwd()), scene_key(scene), camera_of(size)
-            exposure = exposed(RenderConfig(auto_exposure=True), meter(flat, camera, RenderConfig(), key, scene.camera_path))
-            with Renderer(flat, camera, config, key) as renderer:
-                frame = renderer.render(scene.camera_path[0], 0, ("color",), exposure=exposure)
-            yield f"{room_type}_{index}", np.asarray(frame.layers["color"], np.uint8)
+            flat, key = flatten(scene, Path.cwd()), scene_key(scene)
+            exposure = exposed(config, meter(flat, camera, RenderConfig(), key, scene.camera_path))
+            with Renderer(flat, camera, config, key, sensor=settings.sensor) as renderer:
+                frame = renderer.render(scene.camera_path[0], 0, ("color_sensed",), exposure=exposure)
+            yield f"{room_type}_{index}", np.asarray(frame.layers["color_sensed"], np.uint8)
 
 
 def tabulate(found: Sequence[dict[str, float]]) -> list[Row]:
@@ -99,8 +99,7 @@ def _measured(arguments: argparse.Namespace, seed: int) -> Iterator[tuple[str, d
         files = sorted(arguments.of.rglob("*.png"))
         pictures: Iterator[tuple[str, NDArray[np.uint8]]] = ((path.stem, np.asarray(Image.open(path).convert("RGB"))) for path in files)
     else:
-        width, height = map(int, arguments.size.split("x"))
-        pictures = render_pictures(seed, arguments.rooms, arguments.types, (width, height), arguments.preset)
+        pictures = render_pictures(seed, arguments.rooms, arguments.types, read_settings(arguments))
     for name, picture in pictures:
         print(name, flush=True)
         if arguments.pictures:
@@ -115,8 +114,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, help="of the rooms (default: drawn from the clock)")
     parser.add_argument("--rooms", type=int, default=3, help="of each type (default: %(default)s)")
     parser.add_argument("--types", nargs="+", choices=room_types(), default=list(room_types()), help="room types (default: all)")
-    parser.add_argument("--size", default="512x384", metavar="WIDTHxHEIGHT", help="(default: %(default)s)")
-    parser.add_argument("--preset", default="balanced", help="(default: %(default)s)")
+    add_arguments(parser)
+    parser.set_defaults(size="512x384")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="write every picture there")
     parser.add_argument("--of", type=Path, metavar="DIR", help="measure the PNG files of a folder instead of rendering")
     parser.add_argument("--views", type=int, metavar="N", help="judge the views of N rooms of each type instead of rendering")

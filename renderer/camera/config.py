@@ -159,6 +159,9 @@ class SensorConfig:
         tuple[Annotated[float, Limits(ge=0.0, le=1.0)], ...],
         Limits(max_length=1024, description="Measured response: brightness at even steps of light from 0 to white"),
     ] = ()
+    sharpening: Annotated[
+        float, Limits(ge=0.0, le=5.0, description="How much is added of what a pixel's luma has more than its surroundings; 0: none")
+    ] = 0.0
     jpeg_quality: Annotated[int, Limits(ge=0, le=100, description="Quality of the JPEG that a picture has been through; 0: none")] = 0
 
     def __post_init__(self) -> None:

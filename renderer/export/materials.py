@@ -91,7 +91,7 @@ class MaterialExport:
                 "metallicFactor": material.metallic,
                 "roughnessFactor": material.roughness,
             },
-            "doubleSided": material.transmission == 0.0,  # slats and leaves have no thickness
+            "doubleSided": material.transmission == 0.0 or material.diffuse_transmission > 0.0,  # slats and leaves have no thickness
             "extras": {"family": material.family},
         }
         extensions: dict[str, Any] = {}

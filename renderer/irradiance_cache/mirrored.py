@@ -182,6 +182,14 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
             if not met:
                 continue
             table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
+            if through and table[at + st.PORTAL] > _ZERO and depth + 1 < _DEEPEST:
+                # From a net out of a window.
+                for channel in range(0, 3 * LANES, LANES):
+                    lanes[ln.BETA_R + channel + k] *= table[at + st.TRANSMISSION]
+                primary[rec.PANE, k], integer[ray.MASK + k] = _ONE, PASS_PANES
+                go_on(rays, k, False)
+                waiting += 1
+                continue
             clear, mirror = is_clear(table, at), is_mirror(table, at)
             if (clear or mirror) and depth + 1 < _DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:

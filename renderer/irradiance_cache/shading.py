@@ -8,7 +8,7 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
     classify   what mirrors: by the first order of the light around, or by a ray of its own             lane by lane
     lamps      some of the lamps and panes that rough gloss shows, as balls                             lane by lane, then shadow rays
     sun        sampled where the nodes around have any
-    behind     what sheets let through: matt light and sun again, from their other side
+    behind     what sheets let through: matt light and sun again, from their other side; what shows through holes has a ray
     gloss      mirrored rays and those through glass (:mod:`renderer.irradiance_cache.mirrored`)
     store      into the picture
 """
@@ -45,7 +45,7 @@ from renderer.path.light_sampling import sample_sun
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
 from renderer.path.sheets import any_sheet, take_from_behind
-from renderer.path.surfaces import evaluate_surfaces
+from renderer.path.surfaces import evaluate_surfaces, lift_height
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _PI, _INVERSE_PI = np.float32(np.pi), np.float32(1.0 / np.pi)
@@ -237,6 +237,8 @@ def _boundary(lanes: NDArray[np.float32], kinds: int, k: int) -> tuple[np.float3
     r, g, b = specular_albedo(lanes, kinds, k)
     roughness = lanes[ln.ROUGHNESS + k]
     glass = (lanes[ln.TRANSMISSION + k] > _HALF) & (lanes[ln.THIN + k] == _ZERO)
+    if lanes[ln.OPENNESS + k] > _ZERO:
+        return r, g, b, _ZERO, True
     if lanes[ln.THIN + k] > _ZERO:
         r = g = b = fresnel_thin_dielectric(lanes[ln.WO_Z + k], lanes[ln.IOR + k])
         roughness = _ZERO
@@ -276,11 +278,15 @@ def _send_ray(incident: Incident, glass: bool, k: int, memory: ShadeScratch) -> 
     primary[rec.EVEN, k] = _INVERSE_PI * incident.r
     primary[rec.EVEN + 1, k] = _INVERSE_PI * incident.g
     primary[rec.EVEN + 2, k] = _INVERSE_PI * incident.b
+    holes = lanes[ln.OPENNESS + k]
+    beyond = _TWO * lift_height(lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k])
     for channel in range(3):
-        tint = _ONE if lanes[ln.THIN + k] > _ZERO else np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
-        primary[rec.BASE + channel, k] = tint * lanes[ln.TRANSMISSION + k]
+        base = lanes[ln.BASE_R + LANES * channel + k]
+        tint = _ONE if lanes[ln.THIN + k] > _ZERO else np.sqrt(base)
+        primary[rec.BASE + channel, k] = holes * base if holes > _ZERO else tint * lanes[ln.TRANSMISSION + k]
         primary[rec.POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
-        primary[rec.EYE + channel, k] = real[ray.ORG_X + LANES * channel + k]
+        behind = lanes[ln.P_X + LANES * channel + k] - beyond * lanes[ln.NG_X + LANES * channel + k]
+        primary[rec.EYE + channel, k] = behind if holes > _ZERO else real[ray.ORG_X + LANES * channel + k]
         primary[rec.WAY + channel, k] = real[ray.DIR_X + LANES * channel + k]
     aim_gloss(memory.pixels[0, k], memory.pixels[1, k], k, primary, lanes)
 
@@ -292,6 +298,7 @@ def _add_from_behind(scene: LitScene, tables: Tables, frame_key: np.uint32, memo
     for k in range(LANES):
         lanes[ln.IMPORTANCE + k] = _ZERO
         if lanes[ln.HIT + k] * lanes[ln.DIFFUSE_TRANSMISSION + k] > _ZERO:
+            lanes[ln.DIFFUSE_TRANSMISSION + k] -= lanes[ln.OPENNESS + k]
             take_from_behind(lanes, k)
     kinds = build_bsdfs(scene.surfaces, True, memory.trace)
     for k in range(LANES):

@@ -125,14 +125,18 @@ def _surround(x0: float, x1: float, outer: float, inner: float, top: float, inne
 
 def _leaf(rng: np.random.Generator, front: float, thick: float, half: float, low: float, high: float, style: str) -> Mesh:
     back = front - thick
-    if style == "flush":
-        return block((back, -half, low), (front, half, high), 0.002)
     sunk = 0.008
+    core = block((back + sunk, -half + 0.002, low + 0.002), (front - sunk, half - 0.002, high - 0.002))
+    if style == "flush":
+        # A smooth leaf, or one with some grooves across.
+        edges = np.linspace(low, high, 1 + int(rng.integers(1, 6)))
+        boards = blocks([(back, -half, z + 0.0015) for z in edges[:-1]], [(front, half, z - 0.0015) for z in edges[1:]], 0.002)
+        return merged(boards, core)
     if style == "planked":
         count = max(3, round(2.0 * half / rng.uniform(0.09, 0.13)))
         edges = np.linspace(-half, half, count + 1)
         planks = blocks([(back, y + 0.001, low) for y in edges[:-1]], [(front, y - 0.001, high) for y in edges[1:]], 0.004)
-        return merged(planks, block((back + sunk, -half + 0.002, low + 0.002), (front - sunk, half - 0.002, high - 0.002)))
+        return merged(planks, core)
     stile, rail, middle = 0.115, 0.12, 0.5 * (low + high) - 0.05
     levels = [(low, low + 1.5 * rail), (middle - 0.6 * rail, middle + 0.6 * rail), (high - rail, high)]
     mullion = [(-0.05, 0.05)] if half > 0.34 else []
@@ -154,14 +158,13 @@ def _leaf(rng: np.random.Generator, front: float, thick: float, half: float, low
         [(front - 0.003, b - margin, d - margin) for _, b, _, d in fields],
         0.009,
     )
-    core = block((back + sunk, -half + 0.01, low + 0.01), (front - sunk, half - 0.01, high - 0.01))
     return merged(blocks(low_rows, high_rows, 0.004), raised, core)
 
 
 def _lever(rng: np.random.Generator, side: float) -> Mesh:
-    """Return plate and lever on the face x = 0; the lever points towards the hinge (``side`` of y)."""
+    """Return plate and lever on the face x = 0, and a rose for the key; the lever points towards the hinge (``side`` of y)."""
     plate = (
-        rod((-0.002, 0.0, 0.0), (0.007, 0.0, 0.0), 0.026, segments=18)
+        merged(*(rod((-0.002, 0.0, z), (0.007, 0.0, z), 0.026, segments=18) for z in (0.0, -0.09)))
         if rng.random() < 0.6
         else block((-0.002, -0.02, -0.14), (0.006, 0.02, 0.05), 0.002)
     )

@@ -150,7 +150,7 @@ def _update_path_state(lanes: NDArray[np.float32]) -> None:
         lanes[ln.P_Z + k] = pz + down * lanes[ln.NG_Z + k]
         lanes[ln.PDF + k] = pdf if up & (total + lanes[ln.OUTSIDE + k] > _ZERO) else _INFINITE
         lanes[ln.IMPORTANCE + k] = total if total > _TINY else _TINY
-        passes = (lanes[ln.THIN + k] > _ZERO) & (not up)
+        passes = (lanes[ln.THIN + k] > _ZERO) & (lanes[ln.DIFFUSE_TRANSMISSION + k] == _ZERO) & (not up)
         leaves = _ONE if lanes[ln.COS_FRONT + k] > _ZERO else _ZERO
         lanes[ln.OUTSIDE + k] = leaves if passes else lanes[ln.OUTSIDE + k]
 

@@ -4,6 +4,9 @@ What a sheet sends to the viewer has arrived on this side or on the other.  A hi
 proportion to what the base scatters to either, and its beta makes up for the choice; from behind it has point and normals on the far side,
 and of its BSDF the diffuse base alone.  All that follows, sampling of lights, of directions, and the weights of both, goes on from that
 side as from any surface, so that it needs to know nothing of sheets.
+
+Nets have holes: camera rays go straight on through that share of them, as through a pane that mirrors nothing.  For scattered light what
+passes holes leaves as all that the sheet lets through does, in every direction: suns and lamps behind a net are found by sampling then.
 """
 
 from __future__ import annotations
@@ -20,6 +23,8 @@ from renderer.path.surfaces import lift_height
 
 _ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 _SIDE_PAIRS = 1 << 19
+_AIR = np.float32(1.0003)
+"""Index of refraction."""
 
 
 @inlined
@@ -34,7 +39,7 @@ def any_sheet(lanes: NDArray[np.float32]) -> bool:
 
 @inlined
 def choose_sides(depth: int, sample: np.uint32, scratch: Scratch) -> None:
-    """Take hits on sheets from behind as often as their light leaves there, and divide BETA by the probability."""
+    """Take hits on sheets from behind as often as their light leaves there, and divide BETA by the probability; pass camera rays on."""
     lanes = scratch.lanes
     if not any_sheet(lanes):
         return
@@ -43,12 +48,24 @@ def choose_sides(depth: int, sample: np.uint32, scratch: Scratch) -> None:
     for k in range(LANES):
         through = lanes[ln.HIT + k] * lanes[ln.DIFFUSE_TRANSMISSION + k]
         if through > _ZERO:
+            if depth == 0 and lanes[ln.U_PATCH + k] < lanes[ln.OPENNESS + k]:
+                _take_as_hole(lanes, k)
+                continue
             behind = lanes[ln.U_PATCH + k] < through
             scale = _ONE / (through if behind else _ONE - through)
             for channel in range(0, 3 * LANES, LANES):
                 lanes[ln.BETA_R + channel + k] *= scale
             if behind:
                 take_from_behind(lanes, k)
+
+
+@inlined
+def _take_as_hole(lanes: NDArray[np.float32], k: int) -> None:
+    """Make lane k a clear pane of the sheet's colour, which BETA takes."""
+    lanes[ln.THIN + k] = lanes[ln.TRANSMISSION + k] = _ONE
+    lanes[ln.OPEN + k], lanes[ln.IOR + k] = _ZERO, _AIR
+    for channel in range(0, 3 * LANES, LANES):
+        lanes[ln.BETA_R + channel + k] *= lanes[ln.BASE_R + channel + k]
 
 
 @kernel

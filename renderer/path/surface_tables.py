@@ -22,6 +22,7 @@ ROUGHNESS = _ROW.field()
 METALLIC = _ROW.field()
 TRANSMISSION = _ROW.field()
 DIFFUSE_TRANSMISSION = _ROW.field()
+OPENNESS = _ROW.field()  # share of a thin sheet that is holes
 IOR = _ROW.field()
 COAT = _ROW.field()
 COAT_ROUGHNESS = _ROW.field()
@@ -56,7 +57,8 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     """Resolve the materials of a scene's parts."""
     materials, parts = flat.materials, flat.parts
     row = parts.material
-    clear = (materials.transmission[row] > 0.0) & ~parts.portal
+    holes = np.where(materials.diffuse_transmission > 0.0, materials.transmission, np.float32(0.0))
+    clear = (materials.transmission[row] > holes[row]) & ~parts.portal
     iors, glass = np.unique(materials.ior[row[clear]], return_inverse=True)
     table = np.zeros((len(row), ROW_SIZE), np.float32)
     table[:, BASE : BASE + 3] = materials.base_color[row]
@@ -64,8 +66,9 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     for column, values in (
         (ROUGHNESS, materials.roughness),
         (METALLIC, materials.metallic),
-        (TRANSMISSION, materials.transmission),
-        (DIFFUSE_TRANSMISSION, materials.diffuse_transmission),
+        (TRANSMISSION, materials.transmission - holes),
+        (DIFFUSE_TRANSMISSION, holes + (np.float32(1.0) - holes) * materials.diffuse_transmission),
+        (OPENNESS, holes),
         (IOR, materials.ior),
         (COAT, materials.clearcoat),
         (COAT_ROUGHNESS, materials.clearcoat_roughness),
@@ -73,6 +76,10 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         (GLOW, materials.glow_cd_m2),
     ):
         table[:, column] = values[row]
+    # What has holes is matt: a boundary of its threads would make up for what they do not cover.
+    table[holes[row] > 0.0, IOR] = 1.0
+    for column in (METALLIC, COAT, SHEEN):
+        table[holes[row] > 0.0, column] = 0.0
     table[:, PORTAL] = parts.portal
     table[clear, GLASS] = glass
     if len(flat.part_profile):

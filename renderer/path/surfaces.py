@@ -99,6 +99,7 @@ def _fetch_materials(
             lanes[ln.METALLIC + k] = table[row + st.METALLIC]
             lanes[ln.TRANSMISSION + k] = table[row + st.TRANSMISSION]
             lanes[ln.DIFFUSE_TRANSMISSION + k] = table[row + st.DIFFUSE_TRANSMISSION]
+            lanes[ln.OPENNESS + k] = table[row + st.OPENNESS]
             lanes[ln.IOR + k] = table[row + st.IOR]
             lanes[ln.COAT + k] = table[row + st.COAT]
             lanes[ln.COAT_ROUGHNESS + k] = table[row + st.COAT_ROUGHNESS]

@@ -98,9 +98,11 @@ def test_a_wall_keeps_light_out():
     assert lit.mean() > 50.0 and np.median(dark) < 1e-4 * lit.mean() and dark.mean() < 1e-3 * lit.mean()
 
 
-def test_cloth_that_parts_a_room_lets_as_much_light_through_as_paths_find():
-    """The cloth itself is seen from its dark side, too; sun and lamp light it from the other."""
-    flat = scene(SHELL, LAMP, quad((2.03, 0, 0), (0, 3, 0), (0, 0, 2.5), color=(0.8, 0.7, 0.6), ior=1.5, diffuse_transmission=0.5))
+@pytest.mark.parametrize("holes", [0.0, 0.4])
+def test_cloth_that_parts_a_room_lets_as_much_light_through_as_paths_find(holes):
+    """The cloth itself is seen from its dark side, too; sun and lamp light it from the other.  A net shows what stands there."""
+    look = {"color": (0.8, 0.7, 0.6), "ior": 1.5, "transmission": holes, "diffuse_transmission": 0.5}
+    flat = scene(SHELL, LAMP, quad((2.03, 0, 0), (0, 3, 0), (0, 0, 2.5), **look))
     camera = CameraConfig(width=96, height=72)
     for view in (LIT, SHADED, pose((3.7, 1.5, 1.2), (2.0, 1.5, 1.2))):
         images = []

@@ -42,7 +42,7 @@ def test_a_white_thing_in_a_furnace_is_invisible(name):
     assert image.mean() == pytest.approx(1.0, abs=5e-3)
 
 
-@pytest.mark.parametrize("look", [{"ior": 1.0}, {"ior": 1.5, "roughness": 0.4, "sheen": 0.5}])
+@pytest.mark.parametrize("look", [{"ior": 1.0}, {"ior": 1.5, "roughness": 0.4, "sheen": 0.5}, {"ior": 1.5, "transmission": 0.4}])
 def test_a_white_sheet_in_a_furnace_is_invisible(look):
     walls = box((-2, -2, -2), (2, 2, 2), inside=True, emission=ALL, color=(0, 0, 0))
     sheet = quad((-1.5, 0, -1.5), (3, 0, 0), (0, 0.6, 3), color=ALL, diffuse_transmission=0.6, **look)
@@ -61,6 +61,17 @@ def test_a_sheet_lit_from_behind_shows_what_it_lets_through(front):
     a = 0.5 / np.hypot(1.0, 0.5)
     form = 4.0 / np.pi * a * np.arctan(a)
     np.testing.assert_allclose(image.mean(axis=(0, 1)), 100.0 * form * np.array([0.4, 0.2, 0.1]), rtol=0.01)
+
+
+def test_a_lamp_shows_through_a_net():
+    """Straight through the holes, and by what the threads between them let through: L b (h + (1 - h) t F), F by Lambert's formula."""
+    holes, through, color = 0.4, 0.5, np.array([0.8, 0.6, 0.4])
+    lamp = quad((-0.5, 1.0, -0.5), (1.0, 0, 0), (0, 0, 1.0), emission=(100.0,) * 3, color=(0, 0, 0))
+    net = quad((-0.01, 0, -0.01), (0.02, 0, 0), (0, 0, 0.02), color=tuple(color), ior=1.5, transmission=holes, diffuse_transmission=through)
+    image = radiance(scene(lamp, net), pose((0, -1, 0), (0, 1, 0)), fov=0.004, samples=1024, depth=2)
+    a = 0.5 / np.hypot(1.0, 0.5)
+    form = 4.0 / np.pi * a * np.arctan(a)
+    np.testing.assert_allclose(image.mean(axis=(0, 1)), 100.0 * color * (holes + (1.0 - holes) * through * form), rtol=0.01)
 
 
 def test_a_shining_furnace_sums_to_one():

@@ -1,0 +1,34 @@
+"""Sharpening, as processors of cameras do it last: an unsharp mask of luma, so that colour gets no fringes and its noise stays as it is.
+
+Luma is that of ITU-R BT.601; the blurred image is its mean by binomial weights, 1 4 6 4 1, along rows and columns: a Gaussian of one pixel.
+What is no stronger than noise stays as it is (coring): detail d counts d^2 / (d^2 + c^2) of itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+_RED, _GREEN, _BLUE = np.float32(0.299), np.float32(0.587), np.float32(0.114)
+_WEIGHTS = (np.float32(6.0 / 16.0), np.float32(4.0 / 16.0), np.float32(1.0 / 16.0))
+"""Of a pixel, of each that is one away, and of each that is two away."""
+_CORE = np.float32(1.5)
+"""The detail c, in codes, of which half counts."""
+
+
+def sharpen(codes: NDArray[np.uint8], amount: float) -> NDArray[np.uint8]:
+    """Return codes (height, width, 3) plus ``amount`` times what their luma has more than its surroundings."""
+    luma = _RED * codes[..., 0] + _GREEN * codes[..., 1] + _BLUE * codes[..., 2]
+    detail = luma - _blurred(_blurred(luma, 0), 1)
+    square = detail * detail
+    detail *= np.float32(amount) * square / (square + _CORE * _CORE)
+    sharp = codes + detail[..., None] + np.float32(0.5)
+    return np.asarray(np.clip(sharp, np.float32(0.0), np.float32(255.0)), np.uint8)
+
+
+def _blurred(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+    """Return an image (height, width) blurred along an axis; what lies outside is taken to be as its edge."""
+    padded = np.pad(image, [(2, 2) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
+    size = image.shape[axis]
+    at = [np.take(padded, np.arange(i, i + size), axis) for i in range(5)]
+    return np.asarray(_WEIGHTS[0] * at[2] + _WEIGHTS[1] * (at[1] + at[3]) + _WEIGHTS[2] * (at[0] + at[4]), np.float32)
