@@ -12,7 +12,7 @@ import numpy as np
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
 from grammar.derivation.openings import SpecialWalls
 from grammar.derivation.outlines import draw_arms, draw_outline
-from grammar.derivation.parse_tree import Attribute, RejectedError
+from grammar.derivation.parse_tree import Attribute, OtherShareError, RejectedError
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import ARMED, SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.rules import Grammar
@@ -76,13 +76,13 @@ def check_share(size: DrawnSize, covered_m2: float, rng: np.random.Generator) ->
     """Reject furniture by how far the share of the floor that it covers is from that of the component, where that has one.
 
     Raises:
-        RejectedError: the furniture covers another share of the floor than in rooms of that size.
+        OtherShareError: the furniture covers another share of the floor than in rooms of that size.
     """
     component = size.component
     if component is not None and component.floor_share is not None:
         off = (covered_m2 / size.area_m2 - component.floor_share) / component.share_sd
         if rng.random() > math.exp(-0.5 * off * off):
-            raise RejectedError("furniture on as much of the floor as in rooms of that size")
+            raise OtherShareError("furniture on as much of the floor as in rooms of that size")
 
 
 class Extent(NamedTuple):
