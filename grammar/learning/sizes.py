@@ -307,7 +307,7 @@ def _learn_hall_sizes(extents: Floats, areas: Floats, outlines: Sequence[Sequenc
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
     """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does.
 
-    Three notches or more of those with six corners are the kernels of the notches of an L, as wide as those of the rooms' sides.
+    Three notches or more of those with five or six corners are the kernels of the notches of an L, as wide as those of the rooms' sides.
     """
     filled = areas / extents.prod(1) > _WHOLE
     corners = [4 if whole else len(without_steps(outline)) for whole, outline in zip(filled, outlines, strict=True)]
@@ -320,7 +320,8 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
         counts |= {name: rest * getattr(base, name) / others for name in eight}
     total = len(corners) + alpha
     shares = {name: round((counts.get(name, 0.0) + alpha * getattr(base, name)) / total, 4) for name in SHAPES if name != "rectangle"}
-    notches = [_notch_shares(outline) for outline, count in zip(outlines, corners, strict=True) if count in _L_CORNERS]
+    bent = (_notch_shares(outline) for outline, count in zip(outlines, corners, strict=True) if count in _L_CORNERS)
+    notches = [shares for shares in bent if max(shares) <= _MOST_NOTCH]  # what takes a whole side is a wall that is not straight
     if len(notches) >= _LEAST_NOTCHES:
         spread = _ROOM_WIDTH * 1.06 * float(np.std(notches, axis=0).mean()) * len(notches) ** -0.2
         low, high = np.clip([np.min(notches), np.max(notches)], _LEAST_NOTCH, _MOST_NOTCH).tolist()
