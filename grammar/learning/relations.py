@@ -105,7 +105,7 @@ def learn_object(
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
         alike = LOW_TABLE in categories[rule.category].roles
         if rule.one_each == "place" and PULLED_UP in categories[rule.category].roles:
-            rule = _drawn_up(rule, seen, enough, counts)
+            rule, matched = _drawn_up(rule, seen, enough, counts), True  # loose chairs stand at no place or at two
         rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, alike, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
@@ -190,7 +190,8 @@ def _learn_group(
     """Learn the poses around the core, and how often the object has no core though one is offered.
 
     Learned modes are not exclusive.  Places that are exclusive, that other objects follow by their numbers (``matched``), or that lie
-    across the room stay where they are and become as tight or loose as the data.  ``alike``: the object looks so from both sides.
+    across the room stay where they are; all but the matched ones become as tight or loose as the data.  ``alike``: the object looks so
+    from both sides.
     """
     cores = dict(rule.cores or {})
     poses = _group_poses(seen)
