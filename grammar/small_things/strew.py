@@ -188,7 +188,7 @@ def _valid(
     Those that come up to clutter 1 add no fault of use either to what is there then, ``in_order``; what comes later is a mess.
     """
     rules, odd = _rules(source, sampled), _faults(source, sampled, in_order)
-    faults = {(): odd}
+    faults: dict[tuple[int, ...], int] = {(): odd}
 
     def judged(things: Sequence[Placed]) -> tuple[bool, ValidityReport]:
         objects = [*there, *(thing.item for thing in things)]
