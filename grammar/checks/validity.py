@@ -34,7 +34,7 @@ from grammar.geometry.boxes import (
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.slopes import above_slopes, low_ceiling, slope_rows
 from grammar.geometry.solids import object_sheets, rest_top, surface_top, whole_box
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distances
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, REFLEX, START_X, START_Y, outside_distances
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -102,7 +102,7 @@ def _check_bounds(limits: Thresholds, found: Furnished) -> ValidityCheck:
 def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
     """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
     worst = max(-box[Z_LOW], box[Z_HIGH] - ceiling_m, outside_distances(wall, footprint_corners(box)).max())
-    if worst <= tolerance_m:
+    if worst <= tolerance_m and wall[:, REFLEX].any():  # no wall gets between the corners where none sticks into the room
         inner = box.copy()
         inner[[HALF_DEPTH, HALF_WIDTH]] = np.maximum(box[[HALF_DEPTH, HALF_WIDTH]] - tolerance_m, 0.0)
         for ax, ay, tx, ty, length in wall[:, [START_X, START_Y, ALONG_X, ALONG_Y, LENGTH]]:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from shapely import LineString, Point
 
-from grammar.derivation.densities import draw_index
+from grammar.derivation.densities import draw_index, draw_truncated_normal, truncated_normal_log_density
 from grammar.derivation.parse_tree import Attribute
 from grammar.geometry.walls import wall_lengths
 from grammar.spec.request import RequestError
@@ -71,11 +71,35 @@ def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, d
     low_deep, span_deep = _notch_range(shapes, across, 1.0, _LEAST_STEP_M)
     if min(span, span_deep) <= 0.0:
         return None
-    first, second, deep = low + span * rng.random(), low + span * rng.random(), low_deep + span_deep * rng.random()
+    if name == "l_shape" and shapes.notches:
+        first, deep, log_notch = _seen_notch(rng, shapes, along >= across, (low, low + span), (low_deep, low_deep + span_deep))
+        second, log = first, log + log_notch - math.log(4.0)
+    else:
+        first, second, deep = low + span * rng.random(), low + span * rng.random(), low_deep + span_deep * rng.random()
+        log -= math.log(4.0) + (2 if name == "t_shape" else 1) * math.log(span) + math.log(span_deep)
     points = _turned(_notched(name, along, across, first, second, deep), turns)
-    log -= math.log(4.0) + (2 if name == "t_shape" else 1) * math.log(span) + math.log(span_deep)
     text = f"{name}, notch {first:.3f}, depth {deep:.3f}, {turns} quarter turns"
     return Outline(tuple(points), Attribute("shape", text, log))
+
+
+def _seen_notch(
+    rng: np.random.Generator, shapes: RoomShapes, long: bool, along: tuple[float, float], across: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Return the shares of the sides along and across a notch that it takes, and the log-density of both.
+
+    Args:
+        rng: source of randomness.
+        shapes: with notches.
+        long: whether the side along the notch is the long one.
+        along: bounds of its share.
+        across: bounds of the other one.
+    """
+    seen = shapes.notches[int(rng.integers(len(shapes.notches)))]
+    shares, log = [], -math.log(len(shapes.notches))
+    for mean, (low, high) in zip(seen if long else seen[::-1], (along, across), strict=True):
+        shares.append(draw_truncated_normal(rng, mean, shapes.notch_sd, low, high))
+        log += truncated_normal_log_density(shares[-1], mean, shapes.notch_sd, low, high)
+    return shares[0], shares[1], log
 
 
 def draw_arms(rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float, arm_m: float) -> Outline | None:

@@ -14,6 +14,7 @@ import numpy as np
 from grammar.geometry.solids import surface_top
 from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
+from grammar.learning.graph import PULLED_UP
 from grammar.learning.modes import (
     ALIGNED_RAD,
     LEAST_ANGLE_RAD,
@@ -44,6 +45,9 @@ _LEAST_TURNS, _LEAST_TURNED, _STRAIGHT_RAD = 3, 0.15, 0.1
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
 
+
+_OUTWARDS = {"front": (1.0, 0.0), "back": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
+"""Side of a core -> the direction away from it there, in its frame."""
 
 LOW_TABLE: Role = "low_table"
 _TIED_M = 0.1
@@ -100,6 +104,8 @@ def learn_object(
         scale = Scale.of(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
         alike = LOW_TABLE in categories[rule.category].roles
+        if rule.one_each == "place" and PULLED_UP in categories[rule.category].roles:
+            rule, matched = _drawn_up(rule, seen, enough, counts), True  # loose chairs stand at no place or at two
         rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, alike, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
@@ -184,14 +190,11 @@ def _learn_group(
     """Learn the poses around the core, and how often the object has no core though one is offered.
 
     Learned modes are not exclusive.  Places that are exclusive, that other objects follow by their numbers (``matched``), or that lie
-    across the room stay where they are and become as tight or loose as the data.  ``alike``: the object looks so from both sides.
+    across the room stay where they are; all but the matched ones become as tight or loose as the data.  ``alike``: the object looks so
+    from both sides.
     """
     cores = dict(rule.cores or {})
-    poses = []
-    for room, item in seen:
-        if item.core is not None:
-            core = room.objects[item.core]
-            poses.append((core.symbol, GroupPose(relative_pose(item.seen, core.seen), item.seen.size_m, core.seen.size_m)))
+    poses = _group_poses(seen)
     across = any(mode.gap_m > _ACROSS_M for mode in rule.around)
     kept = matched or across or rule.one_each == "place" or all(mode.side == "centre" for mode in rule.around)
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
@@ -211,6 +214,27 @@ def _learn_group(
             counts["cores"] = len(offered)
             rule = replace(rule, cores=cores)
     return rule
+
+
+def _group_poses(seen: Seen) -> list[tuple[str, GroupPose]]:
+    """Return the poses of objects that have a core, each with the core's symbol."""
+    pairs = [(room.objects[item.core], item.seen) for room, item in seen if item.core is not None]
+    return [(core.symbol, GroupPose(relative_pose(one, core.seen), one.size_m, core.seen.size_m)) for core, one in pairs]
+
+
+def _drawn_up(rule: ObjectRule, seen: Seen, least: int, counts: dict[str, int]) -> ObjectRule:
+    """Return a rule whose exclusive places are as near to the core as the median object at each side that has ``least`` of them."""
+    nearer: dict[str, list[float]] = {side: [] for side in _OUTWARDS}
+    for _, pose in _group_poses(seen):
+        targets = [(mode.side, *around_target(mode, pose.size_m, pose.core_m)[:2]) for mode in rule.around]
+        off = [(side, pose.frame.x_m - x, pose.frame.y_m - y) for side, x, y in targets]
+        side, dx, dy = min(off, key=lambda place: math.hypot(*place[1:]))
+        if side in nearer and math.hypot(dx, dy) <= _OFF_PLACE_M:
+            nearer[side].append(_OUTWARDS[side][0] * dx + _OUTWARDS[side][1] * dy)
+    shift = {side: float(np.median(found)) for side, found in nearer.items() if len(found) >= least}
+    if shift:
+        counts["around"] = sum(len(nearer[side]) for side in shift)
+    return replace(rule, around=tuple(replace(mode, gap_m=mode.gap_m + shift.get(mode.side, 0.0)) for mode in rule.around))
 
 
 def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose], alike: bool) -> tuple[AroundMode, ...]:

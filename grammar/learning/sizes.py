@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from shapely import Polygon, box, get_parts
 
 from grammar.geometry.arrays import Bools, Floats
 from grammar.learning.observed import ObservedRoom, filled_outline, size_log_density, without_steps
@@ -29,6 +30,7 @@ _BARE_ROOMS = 0.25
 """If so many rooms of a type have no furniture, that belongs to the type."""
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
+_L_CORNERS, _LEAST_NOTCHES, _LEAST_NOTCH, _MOST_NOTCH = (5, 6), 3, 0.05, 0.9
 
 Size = tuple[float, float, float]
 Kernel = tuple[float, Floats, Floats]
@@ -303,10 +305,13 @@ def _learn_hall_sizes(extents: Floats, areas: Floats, outlines: Sequence[Sequenc
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
-    """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does."""
+    """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does.
+
+    Three notches or more of those with five or six corners are the kernels of the notches of an L, as wide as those of the rooms' sides.
+    """
     filled = areas / extents.prod(1) > _WHOLE
     corners = [4 if whole else len(without_steps(outline)) for whole, outline in zip(filled, outlines, strict=True)]
-    counts = {"rectangle": corners.count(4), "l_shape": sum(count in (5, 6) for count in corners)}
+    counts = {"rectangle": corners.count(4), "l_shape": sum(count in _L_CORNERS for count in corners)}
     eight = [name for name in SHAPES if name not in counts]
     rest, others = len(corners) - sum(counts.values()), sum(getattr(base, name) for name in eight)
     if others <= 0.0:
@@ -315,4 +320,25 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
         counts |= {name: rest * getattr(base, name) / others for name in eight}
     total = len(corners) + alpha
     shares = {name: round((counts.get(name, 0.0) + alpha * getattr(base, name)) / total, 4) for name in SHAPES if name != "rectangle"}
+    bent = (_notch_shares(outline) for outline, count in zip(outlines, corners, strict=True) if count in _L_CORNERS)
+    notches = [shares for shares in bent if max(shares) <= _MOST_NOTCH]  # what takes a whole side is a wall that is not straight
+    if len(notches) >= _LEAST_NOTCHES:
+        spread = _ROOM_WIDTH * 1.06 * float(np.std(notches, axis=0).mean()) * len(notches) ** -0.2
+        low, high = np.clip([np.min(notches), np.max(notches)], _LEAST_NOTCH, _MOST_NOTCH).tolist()
+        base = replace(
+            base,
+            notches=tuple(notches),
+            notch_sd=max(spread, _LEAST_SHARE_SD),
+            notch_low=min(base.notch_low, low),
+            notch_high=max(base.notch_high, high),
+        )
     return replace(base, rectangle=round(1.0 - sum(shares.values()), 4), **shares)
+
+
+def _notch_shares(outline: Sequence[Point2]) -> tuple[float, float]:
+    """Return the shares of the long and of the short side of its bounding rectangle that the largest notch of an outline takes."""
+    whole = box(*Polygon(outline).bounds)
+    notch = max(get_parts(whole.difference(Polygon(outline))), key=lambda part: part.area)
+    sides, cut = ((right - left, top - bottom) for left, bottom, right, top in (whole.bounds, notch.bounds))
+    shares = [float(part / side) for part, side in sorted(zip(cut, sides, strict=True), key=lambda pair: -pair[1])]
+    return shares[0], shares[1]

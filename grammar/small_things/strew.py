@@ -188,13 +188,17 @@ def _valid(
     Those that come up to clutter 1 add no fault of use either to what is there then, ``in_order``; what comes later is a mess.
     """
     rules, odd = _rules(source, sampled), _faults(source, sampled, in_order)
+    faults: dict[tuple[int, ...], int] = {(): odd}
 
     def judged(things: Sequence[Placed]) -> tuple[bool, ValidityReport]:
         objects = [*there, *(thing.item for thing in things)]
         known = rules | {thing.item.id: _plain_rule(thing.item) for thing in things}
         report = check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
-        early = [*in_order, *(thing.item for thing in things if thing.level <= TIDY)]
-        return report.valid and _faults(source, sampled, early) <= odd, report
+        early = [thing.item for thing in things if thing.level <= TIDY]
+        ids = tuple(item.id for item in early)
+        if report.valid and ids not in faults:
+            faults[ids] = _faults(source, sampled, [*in_order, *early])
+        return report.valid and faults[ids] <= odd, report
 
     passes, report = judged(added)
     if passes:

@@ -17,9 +17,10 @@ OPENINGS: tuple[OpeningKind, ...] = get_args(OpeningKind)
 class RoomShapes:
     """Probabilities of the shapes of a floor, and the proportions of those that are not rectangles.
 
-    A notch takes a share between ``notch_low`` and ``notch_high`` of a side.  A chimney breast juts out from the middle of a side, an
-    alcove is let into one, and a bay is an alcove whose walls carry the room's windows, with side walls at 45 degrees by the odds of
-    ``bay_canted``; these are as wide and as deep as their ranges say.  No arm of the floor is narrower than ``narrowest_m``.
+    A notch takes a share between ``notch_low`` and ``notch_high`` of a side.  With ``notches`` that of an L takes about these shares of its
+    long and of its short side, one pair as likely as the others, with the deviation ``notch_sd``.  A chimney breast juts out from the
+    middle of a side, an alcove is let into one, and a bay is an alcove whose walls carry the room's windows, with side walls at 45 degrees
+    by the odds of ``bay_canted``; these are as wide and as deep as their ranges say.  No arm of the floor is narrower than ``narrowest_m``.
     """
 
     rectangle: Probability = 1.0
@@ -31,6 +32,8 @@ class RoomShapes:
     bay: Probability = 0.0
     notch_low: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.25
     notch_high: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.45
+    notches: Annotated[tuple[tuple[Probability, Probability], ...], Limits(max_length=64)] = ()
+    notch_sd: Annotated[float, Limits(ge=0.001, le=1.0)] = 0.05
     narrowest_m: Annotated[float, Limits(ge=0.3, le=20.0, unit="m")] = 1.6
     breast_width_m: tuple[Extent, Extent] = (1.0, 1.6)
     breast_depth_m: tuple[Extent, Extent] = (0.3, 0.45)

@@ -39,6 +39,18 @@ def test_sizes_are_learned_with_the_share_that_furniture_covers() -> None:
     assert learned.shapes.rectangle == pytest.approx((2.0 + 2.0 * BASE.room.shapes.rectangle) / 4.0, abs=1e-4)
 
 
+def test_notches_of_an_l_are_learned_as_shares_of_its_sides() -> None:
+    # 1 of 5 m and 2 of 4 m, either way round.
+    bent = ((0.0, 0.0), (5.0, 0.0), (5.0, 2.0), (4.0, 2.0), (4.0, 4.0), (0.0, 4.0))
+    turned = tuple((-y, x) for x, y in bent)
+    rooms = [replace(room(1.0, 1.0), polygon_m=polygon) for polygon in (bent, turned, bent)]
+    shapes = learn_room(BASE.room, [*rooms, room(4.0, 3.0)], [6.0] * 4, 0.0).shapes
+    assert np.allclose(shapes.notches, [(0.2, 0.5)] * 3) and shapes.notch_sd == pytest.approx(0.02)
+    assert (shapes.l_shape, shapes.rectangle) == (0.75, 0.25)
+    # Two of them teach no more than how many there are.
+    assert learn_room(BASE.room, rooms[:2], [6.0] * 2, 0.0).shapes.notches == ()
+
+
 def test_halls_keep_the_width_of_their_arms_and_stay_bare() -> None:
     # An L of arms 1 m wide in 5 by 3 m: 7 m2; half of the halls are bare, the others hold a tenth.
     bent = ((0.0, 0.0), (5.0, 0.0), (5.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))
