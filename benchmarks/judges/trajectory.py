@@ -1,0 +1,39 @@
+"""The error of a trajectory, by evo (M. Grupp, https://github.com/MichaelGrupp/evo): absolute, after the best rotation and shift."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from evo.core import metrics, sync
+from evo.core.trajectory import PoseTrajectory3D
+from numpy.typing import NDArray
+
+_APART_S = 0.002
+
+
+class Judged(NamedTuple):
+    """What evo says of a trajectory: root mean square error (m), scale against the truth, poses that were compared."""
+
+    ate_m: float
+    scale: float
+    poses: int
+
+
+def judge(said: PoseTrajectory3D, true: PoseTrajectory3D, *, scaled: bool = False) -> Judged:
+    """Return the error of ``said`` after the best rotation and shift, and scale where it is ``scaled``, which is told anyway.
+
+    Raises:
+        evo.core.sync.SyncException: no stamp of one is within 2 ms of one of the other.
+    """
+    true, said = sync.associate_trajectories(true, said, max_diff=_APART_S)
+    _, _, scale = PoseTrajectory3D(said.positions_xyz, said.orientations_quat_wxyz, said.timestamps).align(true, correct_scale=True)
+    said.align(true, correct_scale=scaled)
+    error = metrics.APE(metrics.PoseRelation.translation_part)
+    error.process_data((true, said))
+    return Judged(float(error.get_statistic(metrics.StatisticsType.rmse)), 1.0 / float(scale), len(said.timestamps))
+
+
+def places_only(stamps_s: NDArray[np.float64], places: NDArray[np.float64]) -> PoseTrajectory3D:
+    """Return a trajectory of positions (n, 3) at stamps (n,), without orientations."""
+    return PoseTrajectory3D(places, np.tile((1.0, 0.0, 0.0, 0.0), (len(places), 1)), stamps_s)
