@@ -19,6 +19,7 @@ from renderer.camera.config import CameraConfig
 from renderer.export.scene_glb import scene_to_glb
 from renderer.scene.flatten import flatten
 from scene_description import SceneDescription, scene_from_json
+from scene_synth_ros.dataset.part import find_cameras
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader, read_text
 from scene_synth_ros.messages.streams import Role, Stream, find_streams
@@ -115,6 +116,8 @@ def _bare(scene: SceneDescription) -> SceneDescription:
     return replace(scene, materials=materials, wear=(), environment=replace(scene.environment, surroundings=None, daylight=None, map=None))
 
 
+_MOST_OF_IMAGES = 256 * 2**20
+"""Bytes of images that are held; where there are more, all are read again when they are looked at."""
 _BEGINNING = 512
 """Bytes of a message in which its header is, and an image's height and width."""
 
@@ -154,18 +157,29 @@ class Evidence:
         self._begins: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
         digests = {topic: keep for role, keep in digest.items() for topic in find_streams(self.types, role)}
         self._digested: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in digests}
+        self._images: dict[str, list[tuple[int, memoryview]]] = {
+            topic: [] for topics in find_cameras(self.types).values() for topic in topics.images.values()
+        }
+        room = _MOST_OF_IMAGES
         for topic, log_ns, data in messages.all():
+            if topic in self._images:
+                self._images[topic].append((log_ns, data))
+                room -= len(data)
+                if room < 0:
+                    self._images.clear()
             if topic in digests:
                 self._digested[topic].append((log_ns, digests[topic](data)))
             if topic in self._kept:
                 self._kept[topic].append((log_ns, data))
             if topic in self._begins:
                 self._begins[topic].append((log_ns, memoryview(bytes(data[:_BEGINNING]))))
-        for rows in (*self._kept.values(), *self._digested.values(), *self._begins.values()):
+        for rows in (*self._kept.values(), *self._digested.values(), *self._begins.values(), *self._images.values()):
             rows.sort(key=lambda row: row[0])
 
     def each(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
         """Yield log time and bytes of each message of a topic; of one whose messages are large those log times that are wanted."""
+        if topic in self._images:
+            return (row for row in self._images[topic] if wanted is None or row[0] in wanted)
         return iter(self._kept[topic]) if topic in self._kept else self._messages.messages(topic, wanted)
 
     def digested(self, topic: str) -> list[tuple[int, Any]]:
