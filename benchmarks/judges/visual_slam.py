@@ -1,4 +1,4 @@
-"""ORB-SLAM3, unmodified, in its six modes on rooms that nobody has looked at, judged by evo.
+"""ORB-SLAM3 in its six modes and OpenCV's RGB-D odometry, unmodified, on rooms that nobody has looked at, judged by evo.
 
 python -m benchmarks.judges.visual_slam [--rooms N] [--frames N] [--seed S] [--modes NAMES] [--python EXE] [--exports DIR] [--write] ...
 
@@ -29,9 +29,10 @@ from benchmarks.judges.trajectory import Judged, judge
 from benchmarks.judges.vocabulary import descriptors, train
 from benchmarks.table import DOCS, Row, at_least, at_most, markdown_table, render_table, write_section
 
-MODES = ("MONOCULAR", "STEREO", "RGBD", "IMU_MONOCULAR", "IMU_STEREO", "IMU_RGBD")
+_OPENCV = "OPENCV_RGBD"
+MODES = ("MONOCULAR", "STEREO", "RGBD", "IMU_MONOCULAR", "IMU_STEREO", "IMU_RGBD", _OPENCV)
 _HELD, _LIMIT_M, _SCALE = "IMU_STEREO", 0.02, 0.01
-_RUNNER = Path(__file__).with_name("orb_slam.py")
+_RUNNER, _OPENCV_RUNNER = (Path(__file__).with_name(f"{name}.py") for name in ("orb_slam", "rgbd_odometry"))
 _LAYERS = ("normals", "semantic", "instance")
 _NOISE = ("sensor.vignetting:=0.3", "sensor.full_well_e:=8000.0", "sensor.read_noise_e:=3.0", "streams.color_sensed:=true")
 _MOST_S = 600.0
@@ -79,7 +80,8 @@ def run(mode: str, room: Path, tum: Path, vocabulary: Path, arguments: argparse.
     """Run a mode on a room; a run that ends badly has no pose."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
-        words = [arguments.python, str(_RUNNER), mode, str(room), str(tum / "depth"), str(vocabulary), folder, f"--pace={arguments.pace}"]
+        runner = _OPENCV_RUNNER if mode == _OPENCV else _RUNNER
+        words = [arguments.python, str(runner), mode, str(room), str(tum / "depth"), str(vocabulary), folder, f"--pace={arguments.pace}"]
         try:
             subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=_MOST_S)
             said = json.loads((out / "said.json").read_text(encoding="utf-8"))
@@ -146,7 +148,7 @@ def main() -> None:
                 runs.append(run(mode, room, tum, vocabulary, arguments))
                 print(f"room {number}: {runs[-1]}", flush=True)
     rows = list(measure(runs))
-    print(render_table(f"ORB-SLAM3, seed {arguments.seed}, {arguments.frames} frames a room, {arguments.size}", rows))
+    print(render_table(f"Visual SLAM, seed {arguments.seed}, {arguments.frames} frames a room, {arguments.size}", rows))
     if arguments.write:
         told = f"Seed {arguments.seed}, {arguments.frames} frames a room, {arguments.size}.\n\n{markdown_table(rows)}"
         write_section(DOCS / "body.md", "visual", told)

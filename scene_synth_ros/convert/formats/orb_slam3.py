@@ -7,12 +7,14 @@ are commonly told more (``sensor.yaml`` of ``imu0`` has both).  ``RGBD.DepthMapF
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.body.config import ImuConfig
+from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens
 from scene_synth_ros.convert.formats.tum import STEPS_A_METRE
 
@@ -64,9 +66,11 @@ def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None) -> str:
             rows += [f"Camera{number}.overlappingBegin: 0\nCamera{number}.overlappingEnd: {lens.width - 1}\n"]
     rows += [f"Camera.width: {first.lens.width}\nCamera.height: {first.lens.height}\nCamera.fps: {max(round(first.rate_hz), 1)}\n"]
     if len(cameras) > 1:
-        between = np.linalg.solve(first.mounted, cameras[1].mounted)
+        between, back = np.eye(4), first.mounted[:3, :3].T
+        between[:3, :3] = matmul(back, cameras[1].mounted[:3, :3])
+        between[:3, 3] = matmul(back, cameras[1].mounted[:3, 3] - first.mounted[:3, 3])
         rows += [_matrix("Stereo.T_c1_c2", between)]
-        baseline = float(np.linalg.norm(between[:3, 3]))
+        baseline = math.dist(between[:3, 3], (0.0, 0.0, 0.0))
     else:
         baseline = _BASELINE_M
     rows += [f"Stereo.b: {baseline!r}\n", _FIXED]
