@@ -197,6 +197,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "pytest examples/slam_gate": Listed("test/scene_synth_ros/testing/test_judge.py::test_the_plugin_runs_a_test_file_and_keeps_its_bags"),
     "scene_synth prove BAG": Run(),
     "scene_synth export": Named(),
+    "python -m benchmarks.judges.visual_slam --rooms 2 --size 480x360": Parsed("needs pyorbslam3, which is not installed"),
     "python -m benchmarks.judges.lidar_odometry --write": Parsed("needs KISS-ICP, which is not installed"),
     "scene_synth prove my_bag": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth prove my_bag --json": Parsed("test/scene_synth_ros/prove/test_prove.py"),
