@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from evo.core import metrics, sync
+from evo.core.geometry import GeometryException
 from evo.core.trajectory import PoseTrajectory3D
 from numpy.typing import NDArray
 
@@ -23,15 +25,22 @@ class Judged(NamedTuple):
 def judge(said: PoseTrajectory3D, true: PoseTrajectory3D, *, scaled: bool = False) -> Judged:
     """Return the error of ``said`` after the best rotation and shift, and scale where it is ``scaled``, which is told anyway.
 
+    What truly stands still, or goes along a line, has no best rotation and no scale (NaN): then it is only shifted.
+
     Raises:
         evo.core.sync.SyncException: no stamp of one is within 2 ms of one of the other.
     """
     true, said = sync.associate_trajectories(true, said, max_diff=_APART_S)
-    _, _, scale = PoseTrajectory3D(said.positions_xyz, said.orientations_quat_wxyz, said.timestamps).align(true, correct_scale=True)
-    said.align(true, correct_scale=scaled)
+    free = PoseTrajectory3D(said.positions_xyz, said.orientations_quat_wxyz, said.timestamps)
+    try:
+        scale = 1.0 / float(free.align(true, correct_scale=True)[2])
+        said.align(true, correct_scale=scaled)
+    except GeometryException:
+        scale = math.nan
+        said = places_only(said.timestamps, said.positions_xyz - (said.positions_xyz - true.positions_xyz).mean(axis=0))
     error = metrics.APE(metrics.PoseRelation.translation_part)
     error.process_data((true, said))
-    return Judged(float(error.get_statistic(metrics.StatisticsType.rmse)), 1.0 / float(scale), len(said.timestamps))
+    return Judged(float(error.get_statistic(metrics.StatisticsType.rmse)), scale, len(said.timestamps))
 
 
 def places_only(stamps_s: NDArray[np.float64], places: NDArray[np.float64]) -> PoseTrajectory3D:

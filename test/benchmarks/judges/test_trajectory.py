@@ -31,3 +31,9 @@ def test_a_trajectory_that_is_too_large_is_told() -> None:
     large = judge(places_only(STAMPS, 1.02 * true), places_only(STAMPS, true))
     assert large.scale == pytest.approx(1.02) and large.ate_m > 0.1
     assert judge(places_only(STAMPS, 1.02 * true), places_only(STAMPS, true), scaled=True).ate_m < 1e-9
+
+
+def test_what_stands_still_is_only_shifted() -> None:
+    said = np.outer(np.where(np.arange(1000) % 2, 0.02, -0.02), (0.0, 0.0, 1.0)) + 7.0
+    found = judge(places_only(STAMPS, said), places_only(STAMPS, np.ones((1000, 3))))
+    assert found.ate_m == pytest.approx(0.02, rel=1e-3) and np.isnan(found.scale)
