@@ -73,7 +73,7 @@ def export(arguments: argparse.Namespace, folder: Path) -> None:
 def rooms_of(folder: Path) -> list[tuple[Path, Path]]:
     """Return of each exported room its folder in EuRoC's form and that in TUM's."""
     rooms = sorted(path for path in (folder / "euroc").iterdir() if (path / "mav0").is_dir())
-    return list(zip(rooms, sorted(path.parent for path in (folder / "tum").glob("**/groundtruth.txt")), strict=True))
+    return list(zip(rooms, sorted(path.parent for path in (folder / "tum").glob("*/groundtruth.txt")), strict=True))
 
 
 def run(mode: str, room: Path, tum: Path, vocabulary: Path, arguments: argparse.Namespace) -> Run:
