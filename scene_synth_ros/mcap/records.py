@@ -63,14 +63,6 @@ class RawMessage(NamedTuple):
     data: memoryview
 
 
-class PlacedRecord(NamedTuple):
-    """Where a record stands: ``offset`` of its opcode, ``length`` of its body (bytes)."""
-
-    opcode: int
-    offset: int
-    length: int
-
-
 class OpenChunk(NamedTuple):
     """A chunk in memory: its records, one after the other; its messages, (messages,) of ``PLACED``; its schemas and channels in order."""
 
@@ -183,18 +175,23 @@ def look_through(records: bytes, most: int) -> OpenChunk:
     Raises:
         RecordError: they are damaged, or more.
     """
-    messages, definitions = bytearray(), list[Schema | Channel]()
-    for number, (opcode, offset, length) in enumerate(records_in(records)):
+    messages, definitions, message = bytearray(), list[Schema | Channel](), int(Opcode.MESSAGE)
+    offset, number, end = 0, 0, len(records)
+    while offset < end:
         if number == most:
             raise RecordError(f"chunk: expected at most {most} records in {most} bytes of the file, got more")
         start = offset + PREFIX_SIZE
-        if opcode == Opcode.MESSAGE:
+        opcode, length = _PREFIX.unpack_from(records, offset) if start <= end else (0, end)
+        if length > end - start:
+            raise RecordError("chunk: it ends within a record")
+        if opcode == message:
             if length < _MESSAGE_HEAD.size:
                 raise RecordError("message: it is cut off")
             channel_id, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(records, start)
             messages += _PLACED.pack(log_ns, offset, channel_id)
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             definitions.append(decode_definition(opcode, records[start : start + length]))
+        offset, number = start + length, number + 1
     return OpenChunk(records, np.frombuffer(messages, PLACED), definitions)
 
 
@@ -211,23 +208,6 @@ def chunk_records(body: bytes) -> bytes:
     if chunk.uncompressed_crc and crc32(data) != chunk.uncompressed_crc:
         raise RecordError("chunk: its checksum does not match")
     return data
-
-
-def records_in(data: bytes) -> Iterator[PlacedRecord]:
-    """Yield where the records of a decompressed chunk stand.
-
-    Raises:
-        RecordError: at the first byte that is no whole record.
-    """
-    offset = 0
-    while offset < len(data):
-        if len(data) - offset < PREFIX_SIZE:
-            raise RecordError("chunk: it ends within a record")
-        opcode, length = _PREFIX.unpack_from(data, offset)
-        if length > len(data) - offset - PREFIX_SIZE:
-            raise RecordError("chunk: it ends within a record")
-        yield PlacedRecord(opcode, offset, length)
-        offset += PREFIX_SIZE + length
 
 
 def message_at(data: bytes, offset: int) -> RawMessage:

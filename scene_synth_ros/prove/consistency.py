@@ -11,24 +11,26 @@ from scipy.spatial.transform import Rotation
 from scene_synth_ros.dataset.camera import read_camera
 from scene_synth_ros.dataset.part import find_cameras
 from scene_synth_ros.messages import streams as roles
-from scene_synth_ros.messages.cdr import CdrReader
-from scene_synth_ros.prove.decode import PoseRows
+from scene_synth_ros.prove.decode import PoseRows, Ticks, clock_ticks
 from scene_synth_ros.prove.evidence import HEADED, NS, Evidence, Room
+from scene_synth_ros.prove.stack import read_table
 from scene_synth_ros.prove.verdict import Verdict, at_most
 
 _EVEN = (
     roles.SCAN, roles.SCAN_IDEAL, roles.LIDAR_POINTS, roles.LIDAR_IDEAL, roles.IMU_DATA, roles.IMU_IDEAL, roles.ODOM, roles.JOINT_STATES,
 )  # fmt: skip
 _ROUNDING_NS = 1000
+_STAMPED = 12
+"""Bytes of a message with its stamp."""
 
 
 def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether stamps are log times, ascend, come at an even rate, and are the same for all that a frame has."""
     for topic, stream in evidence.streams_of(HEADED).items():
-        found = [(head.log_ns, head.stamp_ns) for head in room.heads(topic)]
-        if not found:
+        logged, found = room.heads(topic)
+        if not len(logged):
             continue
-        logged, told = np.array(found, np.int64).T
+        told = found.stamps
         yield at_most("stamps", topic, "time between stamp and log time", np.abs(logged - told) * NS, 1e-9, "s", told)
         spacing = np.diff(told)
         yield at_most("stamps", topic, "stamps that do not ascend", (spacing <= 0).astype(float), 0.0, "", told[1:])
@@ -45,7 +47,7 @@ def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
 
 
 def _header_stamps(room: Room, topic: str) -> NDArray[np.int64]:
-    return np.array([head.stamp_ns for head in room.heads(topic)], np.int64)
+    return room.heads(topic)[1].stamps
 
 
 def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
@@ -59,7 +61,7 @@ def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     yield at_most("frames", "/tf", "frames with more than one parent", [len(children) - len(set(children))], 0.0)
     yield at_most("frames", "/tf", "frames without a parent, but for one", [len(known - set(children)) - 1], 0.0)
     for topic in evidence.streams_of(HEADED):
-        named = {head.frame for head in room.heads(topic)} - {""}
+        named = set(np.unique(room.heads(topic)[1].frames).tolist()) - {""}
         yield at_most(
             "frames", topic, f"frames in headers that the tree does not know ({', '.join(sorted(named))[:80]})", [len(named - known)], 0.0
         )
@@ -75,7 +77,7 @@ def _cameras_in_tree(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         return
     for topics in find_cameras(evidence.types).values():
         poses = room.poses(topics.pose) if topics.pose else None
-        optical = next((head.frame for topic in topics.images.values() for head in room.heads(topic)), "")
+        optical = next((str(name) for topic in topics.images.values() for name in room.heads(topic)[1].frames[:1]), "")
         mount = evidence.mount(optical)
         if poses is None or mount is None:
             continue
@@ -111,17 +113,15 @@ def _told_twice(evidence: Evidence, room: Room, moving: PoseRows) -> Iterator[Ve
 def camera_info(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether all of a camera's CameraInfo say the same, and the size of its images."""
     for name, topics in find_cameras(evidence.types).items():
-        told = [(topic, read_camera(name, data)) for topic in topics.infos.values() for _, data in room.each(topic)]
-        for topic, camera in told[:1]:
-            differ = [not _same(camera, other) for _, other in told]
-            others = [other for other, is_other in zip(told, differ, strict=True) if is_other]
-            yield at_most(
-                "camera_info", others[0][0] if others else topic, "messages that differ from the camera's first", [len(others)], 0.0
-            )
+        told = [(topic, data) for topic in topics.infos.values() for _, data in room.each(topic)]
+        for topic, first in told[:1]:
+            camera = read_camera(name, first)
+            others = [on for on, data in told if data[_STAMPED:] != first[_STAMPED:] and not _same(camera, read_camera(name, data))]
+            yield at_most("camera_info", (*others, topic)[0], "messages that differ from the camera's first", [len(others)], 0.0)
             for layer, image in topics.images.items():
-                sizes = [(head.height, head.width) for head in room.heads(image) if head.height]
-                wrong = [size != (camera.height, camera.width) for size in sizes]
-                yield at_most("camera_info", image, f"images of {layer} of another size than the CameraInfo's", [sum(wrong)], 0.0)
+                _, of = room.heads(image)
+                wrong = (of.height > 0) & ((of.height != camera.height) | (of.width != camera.width))
+                yield at_most("camera_info", image, f"images of {layer} of another size than the CameraInfo's", [wrong.sum()], 0.0)
 
 
 def _same(one: object, other: object) -> bool:
@@ -135,9 +135,8 @@ def clock(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     topic = evidence.first(roles.CLOCK)
     if not topic:
         return
-    ticks = np.array(
-        [reader.number("i") * 10**9 + reader.number("I") for reader in (CdrReader(data) for _, data in room.each(topic))], np.int64
-    )
+    messages = [data for _, data in room.each(topic)]
+    ticks = read_table(messages, clock_ticks, Ticks).stamps if messages else np.zeros(0, np.int64)
     if len(ticks):
         yield at_most("clock", topic, "seconds that the clock goes back", -np.diff(ticks) * NS, 0.0, "s", ticks[1:])
     for topics in find_cameras(evidence.types).values():

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_synth_ros.messages.cdr import CdrReader
+from scene_synth_ros.prove.stack import Columns, Stack
 
 Floats = NDArray[np.float64]
-Row = tuple[Any, ...]
+
+
+class Heads(NamedTuple):
+    """How messages begin: stamps (n,) int64, frames (n,) str; of plain images height and width (n,), else zeros."""
+
+    stamps: NDArray[np.int64]
+    frames: NDArray[np.str_]
+    height: NDArray[np.int64]
+    width: NDArray[np.int64]
 
 
 class ImuRows(NamedTuple):
@@ -58,6 +66,12 @@ class PoseRows(NamedTuple):
     quaternion: Floats
 
 
+class Ticks(NamedTuple):
+    """rosgraph_msgs/Clock: stamps (n,) int64."""
+
+    stamps: NDArray[np.int64]
+
+
 class ScanRow(NamedTuple):
     """A sensor_msgs/LaserScan; seconds, radians, metres."""
 
@@ -77,39 +91,56 @@ class CloudRow(NamedTuple):
     points: NDArray[Any]
 
 
-def imu_rows(reader: CdrReader) -> list[Row]:
-    """Read a sensor_msgs/Imu."""
-    head, quaternion, _ = reader.header(), reader.numbers("d", 4), reader.numbers("d", 9)
-    rate, rate_covariance = reader.numbers("d", 3), reader.numbers("d", 9)
-    return [(*head, quaternion, rate, rate_covariance, reader.numbers("d", 3), reader.numbers("d", 9))]
+def heads_of_images(stack: Stack) -> list[Columns]:
+    """Read how sensor_msgs/Image begin."""
+    return [(*stack.header(), stack.numbers("u4")[:, 0].astype(np.int64), stack.numbers("u4")[:, 0].astype(np.int64))]
 
 
-def odometry_rows(reader: CdrReader) -> list[Row]:
-    """Read a nav_msgs/Odometry."""
-    placed = _placed(reader)
-    return [(*placed, reader.numbers("d", 36), reader.numbers("d", 3), reader.numbers("d", 3))]
+def heads(stack: Stack) -> list[Columns]:
+    """Read the headers that messages begin with."""
+    stamps, frames = stack.header()
+    return [(stamps, frames, np.zeros_like(stamps), np.zeros_like(stamps))]
 
 
-def joint_rows(reader: CdrReader) -> list[Row]:
-    """Read a sensor_msgs/JointState."""
-    head = reader.header()
-    names = tuple(reader.text() for _ in range(reader.number("I")))
-    return [(*head, names, reader.numbers("d", reader.number("I")))]
+def imu_rows(stack: Stack) -> list[Columns]:
+    """Read sensor_msgs/Imu."""
+    head, quaternion, _ = stack.header(), stack.numbers("f8", 4), stack.numbers("f8", 9)
+    rate, rate_covariance = stack.numbers("f8", 3), stack.numbers("f8", 9)
+    return [(*head, quaternion, rate, rate_covariance, stack.numbers("f8", 3), stack.numbers("f8", 9))]
 
 
-def pose_rows(reader: CdrReader) -> list[Row]:
-    """Read a geometry_msgs/PoseStamped."""
-    return [(*reader.header(), "", reader.numbers("d", 3), reader.numbers("d", 4))]
+def odometry_rows(stack: Stack) -> list[Columns]:
+    """Read nav_msgs/Odometry."""
+    placed = _placed(stack)
+    return [(*placed, stack.numbers("f8", 36), stack.numbers("f8", 3), stack.numbers("f8", 3))]
 
 
-def transform_rows(reader: CdrReader) -> list[Row]:
-    """Read a tf2_msgs/TFMessage."""
-    return [_placed(reader) for _ in range(reader.number("I"))]
+def joint_rows(stack: Stack) -> list[Columns]:
+    """Read sensor_msgs/JointState."""
+    head = stack.header()
+    names = np.stack([stack.text() for _ in range(stack.number("u4"))], axis=1)
+    return [(*head, names, stack.numbers("f8", stack.number("u4")))]
 
 
-def _placed(reader: CdrReader) -> Row:
+def pose_rows(stack: Stack) -> list[Columns]:
+    """Read geometry_msgs/PoseStamped."""
+    stamps, frames = stack.header()
+    return [(stamps, frames, np.full(len(stamps), ""), stack.numbers("f8", 3), stack.numbers("f8", 4))]
+
+
+def transform_rows(stack: Stack) -> list[Columns]:
+    """Read tf2_msgs/TFMessage."""
+    return [_placed(stack) for _ in range(stack.number("u4"))]
+
+
+def clock_ticks(stack: Stack) -> list[Columns]:
+    """Read rosgraph_msgs/Clock."""
+    return [(stack.stamp(),)]
+
+
+def _placed(stack: Stack) -> Columns:
     """Read header, child, place and quaternion."""
-    return *reader.header(), reader.text(), reader.numbers("d", 3), reader.numbers("d", 4)
+    return *stack.header(), stack.text(), stack.numbers("f8", 3), stack.numbers("f8", 4)
 
 
 def scan_row(reader: CdrReader) -> ScanRow:
@@ -135,11 +166,6 @@ def cloud_row(reader: CdrReader) -> CloudRow:
     names, offsets, kinds = [row[0] for row in fields], [row[1] for row in fields], [order + _KINDS.get(row[2], "f4") for row in fields]
     record = np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": int(size)})
     return CloudRow(head.stamp_ns, head.frame_id, np.frombuffer(reader.octets(), record).reshape(height, width))
-
-
-def columns(rows: list[Row], kind: Callable[..., Any]) -> Any:
-    """Return rows as a table: an array for each field of ``kind``."""
-    return kind(*(np.array(values) for values in zip(*rows, strict=True)))
 
 
 def cut(table: Any, kept: NDArray[np.bool_]) -> Any:

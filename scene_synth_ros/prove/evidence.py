@@ -19,20 +19,23 @@ from renderer.camera.config import CameraConfig
 from renderer.export.scene_glb import scene_to_glb
 from renderer.scene.flatten import flatten
 from scene_description import SceneDescription, scene_from_json
+from scene_synth_ros.dataset.part import find_cameras
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader, read_text
 from scene_synth_ros.messages.streams import Role, Stream, find_streams
 from scene_synth_ros.prove.decode import (
+    Heads,
     OdometryRows,
     PoseRows,
-    Row,
-    columns,
     cut,
+    heads,
+    heads_of_images,
     odometry_rows,
     pose_rows,
     transform_rows,
 )
 from scene_synth_ros.prove.room_mesh import RoomMesh
+from scene_synth_ros.prove.stack import Columns, Stack, read_table
 
 Floats = NDArray[np.float64]
 NS = 1e-9
@@ -51,16 +54,6 @@ class Messages(Protocol):
 
     def all(self) -> Iterator[tuple[str, int, memoryview]]:
         """Yield topic, log time and bytes of every message."""
-
-
-class Head(NamedTuple):
-    """What the beginning of a message says: log time, stamp and frame, and of a plain image height and width, else zeros."""
-
-    log_ns: int
-    stamp_ns: int
-    frame: str
-    height: int
-    width: int
 
 
 class Reel:
@@ -123,11 +116,10 @@ def _bare(scene: SceneDescription) -> SceneDescription:
     return replace(scene, materials=materials, wear=(), environment=replace(scene.environment, surroundings=None, daylight=None, map=None))
 
 
-def _head(log_ns: int, data: memoryview, type_name: str) -> Head:
-    reader = CdrReader(data)
-    head = reader.header()
-    height, width = (reader.number("I"), reader.number("I")) if type_name == roles.IMAGE_TYPE else (0, 0)
-    return Head(log_ns, head.stamp_ns, head.frame_id, height, width)
+_MOST_OF_IMAGES = 256 * 2**20
+"""Bytes of images that are held; where there are more, all are read again when they are looked at."""
+_BEGINNING = 512
+"""Bytes of a message in which its header is, and an image's height and width."""
 
 
 _KEPT = (
@@ -159,25 +151,35 @@ class Evidence:
         self.types, self.catalog_dir = messages.types, catalog_dir
         self._messages = messages
         self._tables: dict[str, Any] = {}
+        self._heads: dict[str, tuple[NDArray[np.int64], Heads]] = {}
         self._mounts: dict[str, Mount | None] = {}
         self._kept: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *_KEPT)}
-        self.heads: dict[str, list[Head]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
+        self._begins: dict[str, list[tuple[int, memoryview]]] = {topic: [] for topic in find_streams(self.types, *HEADED)}
         digests = {topic: keep for role, keep in digest.items() for topic in find_streams(self.types, role)}
         self._digested: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in digests}
+        self._images: dict[str, list[tuple[int, memoryview]]] = {
+            topic: [] for topics in find_cameras(self.types).values() for topic in topics.images.values()
+        }
+        room = _MOST_OF_IMAGES
         for topic, log_ns, data in messages.all():
+            if topic in self._images:
+                self._images[topic].append((log_ns, data))
+                room -= len(data)
+                if room < 0:
+                    self._images.clear()
             if topic in digests:
                 self._digested[topic].append((log_ns, digests[topic](data)))
             if topic in self._kept:
                 self._kept[topic].append((log_ns, data))
-            if topic in self.heads:
-                self.heads[topic].append(_head(log_ns, data, self.types[topic]))
-        for rows in (*self._kept.values(), *self._digested.values()):
+            if topic in self._begins:
+                self._begins[topic].append((log_ns, memoryview(bytes(data[:_BEGINNING]))))
+        for rows in (*self._kept.values(), *self._digested.values(), *self._begins.values(), *self._images.values()):
             rows.sort(key=lambda row: row[0])
-        for heads in self.heads.values():
-            heads.sort(key=lambda head: head.log_ns)
 
     def each(self, topic: str, wanted: Collection[int] | None = None) -> Iterator[tuple[int, memoryview]]:
         """Yield log time and bytes of each message of a topic; of one whose messages are large those log times that are wanted."""
+        if topic in self._images:
+            return (row for row in self._images[topic] if wanted is None or row[0] in wanted)
         return iter(self._kept[topic]) if topic in self._kept else self._messages.messages(topic, wanted)
 
     def digested(self, topic: str) -> list[tuple[int, Any]]:
@@ -196,12 +198,21 @@ class Evidence:
         """Return the first topic of a role; empty if there is none."""
         return next(iter(self.streams(role)), "")
 
-    def table(self, topic: str, read: Callable[[CdrReader], list[Row]], kind: Callable[..., Any]) -> Any:
+    def table(self, topic: str, read: Callable[[Stack], list[Columns]], kind: Callable[..., Any]) -> Any:
         """Return what the messages of a topic say as rows; None where there are none."""
         if topic not in self._tables:
-            rows = [row for _, data in self.each(topic) for row in read(CdrReader(data))] if topic else []
-            self._tables[topic] = columns(rows, kind) if rows else None
+            messages = [data for _, data in self.each(topic)] if topic else []
+            self._tables[topic] = read_table(messages, read, kind) if messages else None
         return self._tables[topic]
+
+    def heads(self, topic: str) -> tuple[NDArray[np.int64], Heads] | None:
+        """Return log times, and how the messages of a topic begin; None where there are none."""
+        rows = self._begins.pop(topic, None)
+        if rows:
+            read = heads_of_images if self.types[topic] == roles.IMAGE_TYPE else heads
+            table = read_table([data for _, data in rows], read, Heads)
+            self._heads[topic] = np.array([log_ns for log_ns, _ in rows], np.int64), table
+        return self._heads.get(topic)
 
     def transforms(self, role: Role) -> PoseRows | None:
         """Return the transforms of ``/tf`` or ``/tf_static``."""
@@ -261,7 +272,7 @@ class Room:
     def __init__(self, evidence: Evidence, start_ns: int, end_ns: int, text: str) -> None:
         self.evidence, self.start_ns, self.end_ns, self._text = evidence, start_ns, end_ns, text
 
-    def table(self, role_or_topic: Role | str, read: Callable[[CdrReader], list[Row]], kind: Callable[..., Any]) -> Any:
+    def table(self, role_or_topic: Role | str, read: Callable[[Stack], list[Columns]], kind: Callable[..., Any]) -> Any:
         """Return the rows of a topic, or of the first of a role, that lie in the room; None where there are none."""
         topic = role_or_topic if isinstance(role_or_topic, str) else self.evidence.first(role_or_topic)
         table = self.evidence.table(topic, read, kind)
@@ -270,9 +281,15 @@ class Room:
         inside = (table.stamps >= self.start_ns) & (table.stamps < self.end_ns)
         return cut(table, inside) if inside.any() else None
 
-    def heads(self, topic: str) -> list[Head]:
-        """Return how the messages of a topic in the room begin."""
-        return [head for head in self.evidence.heads.get(topic, ()) if self.start_ns <= head.log_ns < self.end_ns]
+    def heads(self, topic: str) -> tuple[NDArray[np.int64], Heads]:
+        """Return log times, and how the messages of a topic in the room begin."""
+        found = self.evidence.heads(topic)
+        if found is None:
+            none = np.zeros(0, np.int64)
+            return none, Heads(none, none.astype(str), none, none)
+        logged, table = found
+        inside = (logged >= self.start_ns) & (logged < self.end_ns)
+        return logged[inside], cut(table, inside)
 
     def digested(self, topic: str) -> list[Any]:
         """Return what was kept of the messages of a topic in the room."""

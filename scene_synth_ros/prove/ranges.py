@@ -156,7 +156,7 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         return
     read, known = [np.zeros(0)], [np.zeros(0)]
     alone = aside = 0
-    logged = [head.log_ns for head in room.heads(topic)]
+    logged = room.heads(topic)[0].tolist()
     firsts = np.linspace(0, max(len(logged) - _SWEEPS, 0), _RUNS).astype(int).tolist()
     chosen = {log_ns for first in firsts for log_ns in logged[first : first + _SWEEPS]}
     true = Reel(room.each(ideal, chosen))

@@ -193,14 +193,18 @@ class FrameSorter:
     def finish(self) -> list[OrderedMessage]:
         """Return, when nothing more will come, the complete groups that wait, what is before them, and what only follows.
 
-        Of groups that miss something, what is expected of every group is left out.
+        Of groups that miss something, what is expected of every group is left out.  Behind the last frame, what is of patient topics moves
+        the clock.
         """
         if self._expected is None:
             return self.flush()
         for stamp in [stamp for stamp, group in self._groups.items() if group.missing]:
             self._take_out(stamp, self._expected)
         last = max((stamp for stamp, group in self._groups.items() if not group.missing), default=-1)
-        return self.flush(last) + self.flush_following()
+        released = self.flush(last)
+        for stamp in sorted(stamp for stamp, group in self._groups.items() if self._is_patient(group)):
+            released += self._release(stamp) if stamp > self.clock_ns else []
+        return released + self.flush_following()
 
     def _take_out(self, stamp_ns: int, topics: Collection[str]) -> list[tuple[int, bytes]]:
         """Return what waits of some topics with a stamp, as stamps (ns) and messages, and hold it no more."""
@@ -269,8 +273,11 @@ class FrameSorter:
 
     def _counted(self) -> int:
         """Return how many stamps wait that have more than what is patient."""
-        groups = self._groups.values()
-        return sum(not group.messages or any(topic not in self._patient for topic, _ in group.messages) for group in groups)
+        return sum(not self._is_patient(group) for group in self._groups.values())
+
+    def _is_patient(self, group: _Group) -> bool:
+        """Return whether a group has messages, and all are of patient topics."""
+        return bool(group.messages) and all(topic in self._patient for topic, _ in group.messages)
 
     def _last_leading(self) -> float:
         """Return the last waiting stamp up to which the clock may go; infinitely early if there is none."""

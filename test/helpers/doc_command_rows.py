@@ -188,7 +188,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth generate --rooms 1 --frames 600 --overlay euroc_stereo --out drone": Parsed("test/scene_synth_ros/test_body_bag.py"),
     "scene_synth convert drone --to euroc --out drone_euroc": Parsed(_CONVERT),
     "scene_synth generate --rooms 1 --frames 450 --overlay lidar_robot --out lidar": Parsed("test/scene_synth_ros/test_lidar_bag.py"),
-    "python -m benchmarks.lidar_bench --rooms 2": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
+    "python -m benchmarks.judges.lidar_odometry --rooms 2": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
     "scene_synth run --overlay turtlebot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true": Parsed(
         "test/scene_synth_ros/test_driven_base.py"
     ),
@@ -197,7 +197,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "pytest examples/slam_gate": Listed("test/scene_synth_ros/testing/test_judge.py::test_the_plugin_runs_a_test_file_and_keeps_its_bags"),
     "scene_synth prove BAG": Run(),
     "scene_synth export": Named(),
-    "python -m benchmarks.lidar_bench --write": Parsed("needs KISS-ICP, which is not installed"),
+    "python -m benchmarks.judges.visual_slam --rooms 2 --size 480x360": Parsed("needs pyorbslam3, which is not installed"),
+    "python -m benchmarks.judges.lidar_odometry --write": Parsed("needs KISS-ICP, which is not installed"),
     "scene_synth prove my_bag": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth prove my_bag --json": Parsed("test/scene_synth_ros/prove/test_prove.py"),
     "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(

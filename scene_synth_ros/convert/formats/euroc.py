@@ -4,7 +4,7 @@ Burri et al., "The EuRoC micro aerial vehicle datasets" (IJRR 2016), section 3. 
 ITU-R BT.601).  The body frame is that of the inertial measurement unit, ``imu0``, where the room has one, and the states are true ones at
 its rate; else it is the optical frame of ``cam0``, and ``state_groundtruth_estimate0`` has its poses, velocities that are central
 differences of its positions, and biases of 0.  ``T_BS`` of a camera is its place against the body, which must not change.  Stamps and names
-of pictures have 19 digits, so that they sort by time.
+of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` beside ``mav0`` is for ORB-SLAM3, which reads such folders.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
 from scene_synth_ros.convert.files import write_png
 from scene_synth_ros.convert.formats.euroc_imu import DIGITS, RoomImu, room_imu, states_of, write_imu
+from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera, settings_text
 from scene_synth_ros.convert.writer import ConvertError, Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
 
@@ -50,14 +51,23 @@ class _Camera:
         return self.room / "mav0" / f"cam{self.sequence.place}"
 
 
+@dataclass(slots=True)
+class _Body:
+    """The body of a room: poses of its first camera, which ``from_first`` (4, 4) takes to it, its device, and its cameras so far."""
+
+    poses: list[CameraPose]
+    from_first: NDArray[np.float64]
+    imu: RoomImu | None
+    cameras: list[MountedCamera] = field(default_factory=list)
+
+
 class FormatWriter(Writer):
     """Writes sequences in EuRoC's form."""
 
     def begin(self, out: Path, source: Source) -> None:
         """Begin with no room."""
         super().begin(out, source)
-        self._bodies: dict[str, list[CameraPose]] = {}
-        self._from_first: dict[str, NDArray[np.float64]] = {}
+        self._bodies: dict[str, _Body] = {}
 
     def begin_sequence(self, sequence: Sequence) -> _Camera:
         """Make the folders of a camera.
@@ -90,20 +100,23 @@ class FormatWriter(Writer):
             ConvertError: the camera moves against the first one, or has no frame together with it.
         """
         place = state.sequence.place
-        body = self._bodies.setdefault(state.sequence.folder, state.poses)
-        first = self.source.frame(state.sequence, 0)
-        imu = room_imu(first) if place == 0 else None
         if place == 0:
-            self._from_first[state.sequence.folder] = np.eye(4) if imu is None else imu.from_camera(first)
-        mounted = matmul(self._from_first[state.sequence.folder], np.eye(4) if place == 0 else self._mounted(body, state))
+            first = self.source.frame(state.sequence, 0)
+            imu = room_imu(first)
+            self._bodies[state.sequence.folder] = _Body(state.poses, np.eye(4) if imu is None else imu.from_camera(first), imu)
+        body = self._bodies[state.sequence.folder]
+        mounted = matmul(body.from_first, np.eye(4) if place == 0 else self._mounted(body.poses, state))
+        body.cameras.append(MountedCamera(state.lens, mounted, rate_hz(state.poses)))
         stamps = [stamp_name(pose.stamp_ns) for pose in state.poses]
         names = "".join(f"{stamp},{stamp}.png\n" for stamp in stamps)
         (state.path / "data.csv").write_text(f"#timestamp [ns],filename\n{names}", encoding="utf-8")
-        (state.path / "sensor.yaml").write_text(camera_yaml(state.lens, mounted, rate_hz(state.poses)), encoding="utf-8")
+        (state.path / "sensor.yaml").write_text(camera_yaml(*body.cameras[-1]), encoding="utf-8")
         if place == 0:
-            _write_body(state, imu)
+            _write_body(state, body.imu)
         if place == state.sequence.cameras - 1:
-            del self._bodies[state.sequence.folder], self._from_first[state.sequence.folder]
+            settings = settings_text(body.cameras, None if body.imu is None else body.imu.config)
+            (state.room / "orb_slam3.yaml").write_text(settings, encoding="utf-8")
+            del self._bodies[state.sequence.folder]
 
     def _mounted(self, body: list[CameraPose], state: _Camera) -> NDArray[np.float64]:
         """Return where a camera is against the first one, (4, 4)."""

@@ -231,3 +231,15 @@ def test_a_message_aside_is_not_the_one_that_a_frame_misses():
         ("/tf", 8, b"a"), ("/tf", 10, b"c"), ("/tf", 10, b"b"), ("/color", 10, b""),
     ]  # fmt: skip
     assert sorter.waiting_bytes == 0
+
+
+def test_samples_after_the_last_whole_frame_are_logged_at_their_own_stamps() -> None:
+    """A run that is interrupted ends between two frames; what the body sensed until then has come at its time."""
+    sorter = FrameSorter({"/color", "/depth"})
+    sorter.follow("/imu", True, patient=True)
+    sorter.follow("/stranger", True)
+    for topic, stamp in (("/color", 10), ("/depth", 10), ("/imu", 12), ("/imu", 14), ("/stranger", 15), ("/color", 20), ("/imu", 20)):
+        sorter.add(topic, stamp, b"")
+    assert [(message.topic, message.stamp_ns, message.log_ns) for message in sorter.finish()] == [
+        ("/imu", 12, 12), ("/imu", 14, 14), ("/imu", 20, 20), ("/stranger", None, 20),
+    ]  # fmt: skip

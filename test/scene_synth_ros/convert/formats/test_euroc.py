@@ -40,6 +40,7 @@ def test_points_fall_on_their_pixels(tmp_path, cameras):
     assert export(bag, "euroc", tmp_path / "out") == ()
     for room in (0, 1):
         mav = tmp_path / "out" / f"room_{room:04d}" / "mav0"
+        assert (mav.parent / "orb_slam3.yaml").read_text().startswith("%YAML:1.0")
         trajectory = file_interface.read_euroc_csv_trajectory(str(mav / "state_groundtruth_estimate0" / "data.csv"))
         for number, name in enumerate(cameras):
             sensor = yaml.safe_load((mav / f"cam{number}" / "sensor.yaml").read_text())

@@ -1,14 +1,13 @@
 """Other people's lidar odometry on bags of rooms that nobody has looked at, unmodified, judged by the true poses.
 
-python -m benchmarks.lidar_bench [--rooms N] [--frames N] [--seed S] [--overlay RIG] [--bags DIR] [--write]
+python -m benchmarks.judges.lidar_odometry [--rooms N] [--frames N] [--seed S] [--overlay RIG] [--bags DIR] [--write]
 
 Each room is made offline with a robot that carries a lidar.  Each of ``JUDGES`` (the extra ``bench-lidar``) reads ``lidar/points`` and,
 for comparison, ``lidar/points_ideal``: KISS-ICP (I. Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP", RA-L 2023) with its
 deskewing by the times of points, and without; RKO-LIO (M. Malladi et al., 2025) with ``imu/data`` or ``imu/ideal``; small_gicp (K. Koide,
 JOSS 2024), each sweep onto the map of those before, which does not deskew.  Settings are for rooms: voxels of 10 cm.  What is said of a
-sweep is where the lidar is at its end, or in its middle where it is not deskewed.  The absolute trajectory error is the root mean square
-of what is left of positions after the best rotation and shift (S. Umeyama, 1991, without scale); the true ones come from ``odom/ideal``
-and ``/tf_static``.
+sweep is where the lidar is at its end, or in its middle where it is not deskewed.  Errors are those that evo tells; the true
+places come from ``odom/ideal`` and ``/tf_static``.
 """
 
 from __future__ import annotations
@@ -27,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.judges.trajectory import judge, places_only
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
@@ -80,9 +80,10 @@ def _rides(name: str, evidence: Evidence) -> Iterator[Ride]:
         errors = {}
         for errs in (True, False):
             sensed = _sensed(evidence, room, errs)
-            for name, judge in JUDGES.items():
-                true = _true_places(evidence, room, sensed, judge.at)
-                errors[name, errs] = trajectory_error_m(judge.places(sensed), true)
+            stamps = 1e-9 * np.array([sweep.stamp_ns for sweep in sensed.sweeps])
+            for title, (places, at) in JUDGES.items():
+                true = places_only(stamps, _true_places(evidence, room, sensed, at))
+                errors[title, errs] = judge(places_only(stamps, places(sensed)), true).ate_m
         yield Ride(f"{name}, room {number}", way, turned, errors)
 
 
@@ -166,18 +167,10 @@ HELD = ("KISS-ICP", "RKO-LIO")
 """Judges whose median error is held to a limit."""
 
 
-def trajectory_error_m(said: Floats, true: Floats) -> float:
-    """Return the root mean square distance (m) of positions (n, 3) from the true ones, after the best rotation and shift."""
-    a, b = said - said.mean(axis=0), true - true.mean(axis=0)
-    u, _, v = np.linalg.svd(a.T @ b)
-    turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v
-    return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
-
-
-def make_bags(rooms: int, frames: int, seed: int, overlay: str, folder: Path) -> None:
+def make_bags(arguments: argparse.Namespace, folder: Path) -> None:
     """Make bags of rooms in a folder that is not there yet."""
-    words = [f"--rooms={rooms}", f"--frames={frames}", f"--seed={seed}", f"--overlay={overlay}", f"--out={folder}"]
-    words += [word for value in _QUICK for word in ("-p", f"renderer_node.{value}")]
+    words = [f"--{name}={getattr(arguments, name)}" for name in ("rooms", "frames", "seed", "overlay")] + [f"--out={folder}"]
+    words += [word for value in (*(f"renderer_node.{value}" for value in _QUICK), *arguments.p) for word in ("-p", value)]
     subprocess.run([sys.executable, "-m", "scene_synth_ros", "generate", *words], check=True, stdout=subprocess.DEVNULL)
 
 
@@ -188,28 +181,29 @@ def measure(bags: Path) -> list[Row]:
     rows += [Row("way gone in a room, mean", float(np.mean([ride.way_m for ride in found])), "m")]
     rows += [Row("turned in a room, mean", float(np.mean([ride.turned_rad for ride in found])), "rad")]
     for errs, of in ((True, "as the devices read"), (False, "without noise and losses")):
-        for judge in JUDGES:
-            errors = np.array([ride.errors_m[judge, errs] for ride in found])
-            median, title = float(np.median(errors)), f"{judge}, {of}: ATE, median"
-            rows.append(at_most(title, median, "m", _LIMIT_M) if errs and judge in HELD else Row(title, median, "m"))
-            rows.append(Row(f" {judge}, {of}: ATE, greatest", float(errors.max()), "m"))
+        for name in JUDGES:
+            errors = np.array([ride.errors_m[name, errs] for ride in found])
+            median, title = float(np.median(errors)), f"{name}, {of}: ATE, median"
+            rows.append(at_most(title, median, "m", _LIMIT_M) if errs and name in HELD else Row(title, median, "m"))
+            rows.append(Row(f" {name}, {of}: ATE, greatest", float(errors.max()), "m"))
     return rows
 
 
 def main() -> None:
     """Measure, print, and with ``--write`` put the table into docs/lidar.md."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.lidar_bench")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.judges.lidar_odometry")
     parser.add_argument("--rooms", type=int, default=10)
     parser.add_argument("--frames", type=int, default=300)
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**31, help="default: by the clock")
     parser.add_argument("--overlay", default="lidar_robot")
     parser.add_argument("--bags", type=Path, help="folder of bags that are there already; then nothing is made")
+    parser.add_argument("-p", action="append", default=[], metavar="NODE.NAME:=VALUE", help="further parameters of the rooms")
     parser.add_argument("--write", action="store_true", help="put the table into docs/lidar.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         bags = arguments.bags or Path(folder, "bags")
         if arguments.bags is None:
-            make_bags(arguments.rooms, arguments.frames, arguments.seed, arguments.overlay, bags)
+            make_bags(arguments, bags)
         rows = measure(bags)
     print(render_table(f"Lidar odometry on {arguments.overlay}, seed {arguments.seed}, {arguments.frames} frames a room", rows))
     if arguments.write:

@@ -1,0 +1,48 @@
+"""The error of a trajectory, by evo (M. Grupp, https://github.com/MichaelGrupp/evo): absolute, after the best rotation and shift."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from evo.core import metrics, sync
+from evo.core.geometry import GeometryException
+from evo.core.trajectory import PoseTrajectory3D
+from numpy.typing import NDArray
+
+_APART_S = 0.002
+
+
+class Judged(NamedTuple):
+    """What evo says of a trajectory: root mean square error (m), scale against the truth, poses that were compared."""
+
+    ate_m: float
+    scale: float
+    poses: int
+
+
+def judge(said: PoseTrajectory3D, true: PoseTrajectory3D, *, scaled: bool = False) -> Judged:
+    """Return the error of ``said`` after the best rotation and shift, and scale where it is ``scaled``, which is told anyway.
+
+    What truly stands still, or goes along a line, has no best rotation and no scale (NaN): then it is only shifted.
+
+    Raises:
+        evo.core.sync.SyncException: no stamp of one is within 2 ms of one of the other.
+    """
+    true, said = sync.associate_trajectories(true, said, max_diff=_APART_S)
+    free = PoseTrajectory3D(said.positions_xyz, said.orientations_quat_wxyz, said.timestamps)
+    try:
+        scale = 1.0 / float(free.align(true, correct_scale=True)[2])
+        said.align(true, correct_scale=scaled)
+    except GeometryException:
+        scale = math.nan
+        said = places_only(said.timestamps, said.positions_xyz - (said.positions_xyz - true.positions_xyz).mean(axis=0))
+    error = metrics.APE(metrics.PoseRelation.translation_part)
+    error.process_data((true, said))
+    return Judged(float(error.get_statistic(metrics.StatisticsType.rmse)), scale, len(said.timestamps))
+
+
+def places_only(stamps_s: NDArray[np.float64], places: NDArray[np.float64]) -> PoseTrajectory3D:
+    """Return a trajectory of positions (n, 3) at stamps (n,), without orientations."""
+    return PoseTrajectory3D(places, np.tile((1.0, 0.0, 0.0, 0.0), (len(places), 1)), stamps_s)

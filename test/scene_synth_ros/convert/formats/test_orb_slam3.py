@@ -1,0 +1,44 @@
+"""Settings of ORB-SLAM3, read by the reader that it uses, OpenCV's."""
+
+import cv2
+import numpy as np
+import pytest
+
+from renderer.body.config import ImuConfig
+from scene_synth_ros.convert.camera import Lens
+from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera, settings_text
+
+PINHOLE = Lens("pinhole", 480, 360, 342.5, 343.0, 239.5, 179.5, ())
+FISHEYE = Lens("kannala_brandt", 480, 360, 142.5, 143.0, 239.5, 179.5, (0.1, 0.02, -0.003, 0.0004))
+
+
+def mounted(lens: Lens, x: float) -> MountedCamera:
+    turn = cv2.Rodrigues(np.array([0.1, -0.2, 0.3]))[0]
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, turn @ (x, 0.0, 0.0) + (0.02, 0.06, 0.0)
+    return MountedCamera(lens, matrix, 20.0)
+
+
+def read(text: str) -> cv2.FileStorage:
+    return cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+
+
+def test_a_stereo_pair_with_a_device_has_its_matrices_and_its_noise() -> None:
+    cameras, imu = [mounted(PINHOLE, 0.0), mounted(PINHOLE, 0.11)], ImuConfig(gyro_noise_rad_s=2e-4, accel_walk_m_s3=3e-3, rate_hz=200.0)
+    found = read(settings_text(cameras, imu))
+    assert found.getNode("File.version").string() == "1.0" and found.getNode("Camera.type").string() == "PinHole"
+    between = found.getNode("Stereo.T_c1_c2").mat()
+    assert between.dtype == np.float32
+    expected = np.eye(4)
+    expected[0, 3] = 0.11
+    np.testing.assert_allclose(between, expected, atol=1e-7)
+    np.testing.assert_allclose(found.getNode("IMU.T_b_c1").mat(), cameras[0].mounted, atol=1e-7)
+    values = {"Camera2.cx": 239.5, "Camera1.p2": 0.0, "Camera.fps": 20, "IMU.NoiseGyro": 2e-4, "IMU.AccWalk": 3e-3, "IMU.Frequency": 200}
+    assert {name: found.getNode(name).real() for name in values} == pytest.approx(values)
+    assert found.getNode("Stereo.b").real() == pytest.approx(0.11)
+
+
+def test_a_camera_with_another_lens_is_left_out() -> None:
+    found = read(settings_text([mounted(FISHEYE, 0.0), mounted(PINHOLE, 0.11)], None))
+    assert found.getNode("Camera.type").string() == "KannalaBrandt8" and found.getNode("Camera1.k4").real() == pytest.approx(0.0004)
+    assert found.getNode("Stereo.T_c1_c2").empty() and found.getNode("IMU.T_b_c1").empty() and found.getNode("Camera2.fx").empty()
