@@ -91,7 +91,11 @@ def sample_view(
 def _sample_solid_angle(a: Vector, b: Vector, c: Vector, u: np.float32, v: np.float32) -> tuple[Vector, np.float32]:
     """Return a unit direction into the triangle with these offsets from the point, and one over its density, steradians."""
     s, t = sample_triangle(u, v)
-    even = a[0] + s * (b[0] - a[0]) + t * (c[0] - a[0]), a[1] + s * (b[1] - a[1]) + t * (c[1] - a[1]), a[2] + s * (b[2] - a[2]) + t * (c[2] - a[2])
+    even = (
+        a[0] + s * (b[0] - a[0]) + t * (c[0] - a[0]),
+        a[1] + s * (b[1] - a[1]) + t * (c[1] - a[1]),
+        a[2] + s * (b[2] - a[2]) + t * (c[2] - a[2]),
+    )
     volume = abs(_dot(a, _cross(b, c)))
     a, b, c = _unit(a), _unit(b), _unit(c)
     along = _dot(a, b)
