@@ -24,8 +24,9 @@ _INSET_M = 2e-3
 _INSET = 0.25
 _FACING = 1.5
 _LARGE = 4.0
-_LONG, _THIN = 2.0, 4.0
-"""Curved triangles longer than so many steps between nodes, and so many times as long as high, have nodes along them."""
+_LONG, _THIN, _HIGH_M = 2.0, 4.0, 5e-3
+"""Curved triangles longer than so many steps between nodes, and so many times as long as high, have nodes along them, if they are higher
+than so many metres: what leaves the rounded edge of a board is little."""
 
 
 def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float) -> Atlas:
@@ -238,7 +239,8 @@ def _lay_curved(
         return np.zeros(0, np.int32), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 3))
     corners = mesh.vertices.astype(np.float64)[mesh.faces]
     longest = np.linalg.norm(np.roll(corners[members], -1, axis=1) - corners[members], axis=2).max(axis=1)
-    thin = (longest > _LONG * spacing_m) & (longest * longest > 2.0 * _THIN * charts.area[members])
+    height = 2.0 * charts.area[members] / longest
+    thin = (longest > _LONG * spacing_m) & (longest > _THIN * height) & (height > _HIGH_M)
     whole, long = members[~thin], members[thin]
     strips = _find_strips(corners[long], spacing_m)
     whose = np.concatenate([np.repeat(whole, 3), long[strips.whose]])

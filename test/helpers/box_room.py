@@ -153,16 +153,16 @@ def l_shaped_room() -> FlatScene:
     rim = [(0.4, 0.9), (0.4, 2.1), (1.4, 2.1), (1.4, 0.9), (0.4, 0.9)]
     recess = [quad((a[0], 7, a[1]), (0, 0.2, 0), (b[0] - a[0], 0, b[1] - a[1]), **wall) for a, b in pairwise(rim)]
     pane = quad((0.4, 7.2, 0.9), (1, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, portal=True, transmission=0.8)
-    turn = np.linspace(-0.9, 0.9, 7)
+    turn = np.linspace(-0.9, 0.9, 5)
     profile = np.column_stack([np.sin(turn), np.cos(turn)])
     spots = [(7.1 + 0.0125 * a, z + 0.0125 * b) for z in np.arange(0.92, 2.08, 0.022) for a, b in profile]
-    strips = [quad((0.42, *spots[i]), (0.96, 0, 0), (0, *np.subtract(spots[i + 1], spots[i]))) for i in range(len(spots) - 1) if i % 7 < 6]
+    strips = [quad((0.42, *spots[i]), (0.96, 0, 0), (0, *np.subtract(spots[i + 1], spots[i]))) for i in range(len(spots) - 1) if i % 5 < 4]
     blind = joined(strips)._replace(name="8/blind", object_id=8, color=(0.8, 0.8, 0.8), roughness=1.0)
     sky = Sky(np.array([2500, 3500, 6000], np.float32), np.array([6000, 6500, 7500], np.float32), np.array([900, 850, 700], np.float32))
     flat = scene(joined([*walls, *levels, *end, *recess]), pane, blind, sky=sky)
     normals, slats = flat.mesh.normals.copy(), len(blind.vertices)
-    smooth = np.column_stack([np.zeros(len(spots)), np.tile(profile, (len(spots) // 7, 1))])
-    first = np.array([i for i in range(len(spots) - 1) if i % 7 < 6])
+    smooth = np.column_stack([np.zeros(len(spots)), np.tile(profile, (len(spots) // 5, 1))])
+    first = np.array([i for i in range(len(spots) - 1) if i % 5 < 4])
     normals[-slats:] = smooth[np.column_stack([first, first, first + 1, first + 1])].reshape(-1, 3)
     return flat._replace(mesh=flat.mesh._replace(normals=normals))
 

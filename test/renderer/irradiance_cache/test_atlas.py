@@ -128,13 +128,13 @@ def test_curved_surfaces_are_looked_up_at_their_corners():
 
 
 def slat():
-    """A slat along y, 1.5 m long, 25 mm wide and bent, of six strips that are shaded smoothly."""
-    turn = np.linspace(-0.6, 0.6, 7)
-    profile = np.column_stack([np.sin(turn), np.zeros(7), np.cos(turn)])
+    """A slat along y, 1.5 m long, 25 mm wide and bent, of four strips that are shaded smoothly."""
+    turn = np.linspace(-0.6, 0.6, 5)
+    profile = np.column_stack([np.sin(turn), np.zeros(5), np.cos(turn)])
     rows = 0.022 * profile[:, None] + np.array([(0, -0.75, 0), (0, 0.75, 0)])
-    corners = np.concatenate([[rows[i, 0], rows[i + 1, 0], rows[i + 1, 1], rows[i, 1]] for i in range(6)])
+    corners = np.concatenate([[rows[i, 0], rows[i + 1, 0], rows[i + 1, 1], rows[i, 1]] for i in range(4)])
     flat = scene(
-        Piece(corners, np.array([[(4 * i, 4 * i + 1, 4 * i + 2), (4 * i, 4 * i + 2, 4 * i + 3)] for i in range(6)]).reshape(-1, 3))
+        Piece(corners, np.array([[(4 * i, 4 * i + 1, 4 * i + 2), (4 * i, 4 * i + 2, 4 * i + 3)] for i in range(4)]).reshape(-1, 3))
     )
     normals = flat.mesh.vertices * (1, 0, 1)
     return flat._replace(mesh=flat.mesh._replace(normals=(normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)))
