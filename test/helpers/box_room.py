@@ -151,8 +151,8 @@ def l_shaped_room() -> FlatScene:
     around = ((0, 0, 1.8, 0.9), (0, 2.1, 1.8, 2.6), (0, 0.9, 0.4, 2.1), (1.4, 0.9, 1.8, 2.1))
     end = [quad((a, 7, b), (c - a, 0, 0), (0, 0, d - b), **wall) for a, b, c, d in around]
     rim = [(0.4, 0.9), (0.4, 2.1), (1.4, 2.1), (1.4, 0.9), (0.4, 0.9)]
-    recess = [quad((a[0], 7, a[1]), (0, 0.2, 0), (b[0] - a[0], 0, b[1] - a[1]), **wall) for a, b in pairwise(rim)]
-    pane = quad((0.4, 7.2, 0.9), (1, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, portal=True, transmission=0.8)
+    recess = [quad((a[0], 7, a[1]), (0, 0.13, 0), (b[0] - a[0], 0, b[1] - a[1]), **wall) for a, b in pairwise(rim)]
+    pane = quad((0.4, 7.13, 0.9), (1, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, portal=True, transmission=0.8)
     turn = np.linspace(-0.9, 0.9, 5)
     profile = np.column_stack([np.sin(turn), np.cos(turn)])
     spots = [(7.1 + 0.0125 * a, z + 0.0125 * b) for z in np.arange(0.92, 2.08, 0.022) for a, b in profile]
