@@ -251,7 +251,12 @@ def _lay_curved(
     facing = np.rint(_FACING * shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-6)).astype(np.int64)
     key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), face_part[whose]]))
     node = np.unique(key, return_inverse=True)[1].astype(np.int64)
-    order = np.lexsort((-charts.area[whose], node))
+    # A node stands on the largest triangle near it; along strips, which are all but alike, amid the places that share it.
+    point, count = matmul(shares[:, None], corners[whose])[:, 0], np.bincount(node)
+    middle = np.column_stack([np.bincount(node, point[:, axis]) / count for axis in range(3)])
+    rank = ((point - middle[node]) ** 2).sum(axis=1)
+    rank[: 3 * len(whole)] = -charts.area[whose[: 3 * len(whole)]]
+    order = np.lexsort((rank, node))
     lead = order[np.searchsorted(node[order], np.arange(node.max() + 1))]
     cells[whole] = np.column_stack([first + node[: 3 * len(whole)].reshape(-1, 3), np.full(len(whole), CORNERS)])
     size = strips.steps + 1
