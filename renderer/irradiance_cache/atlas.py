@@ -1,11 +1,14 @@
 """The atlas: nodes on all surfaces of a scene, at which light is computed, and how the nodes around a hit are found.
 
 On a flat chart nodes lie on a grid, and a hit reads the four around it.  Elsewhere vertices that lie close together and look the same way
-share a node, and a hit reads those of its triangle's corners.  Both are straight lines within a triangle: a hit finds its nodes by its
-barycentric weights, without a search.  No node serves two parts, so that light leaks from none to another.
+share a node, and a hit reads those of its triangle's corners; along triangles that are long and thin, as those of slats, tubes and folds,
+further nodes stand in two rows.  All are straight lines within a triangle: a hit finds its nodes by its barycentric weights, without a
+search.  No node serves two parts, so that light leaks from none to another.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +16,17 @@ from numpy.typing import NDArray
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
-from renderer.path.light_nodes import CORNERS, GRID, Atlas, find_cell
+from renderer.path.light_nodes import CORNERS, GRID, STRIP, Atlas, find_cell
 from scene_description.products import matmul
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _INSET_M = 2e-3
 _INSET = 0.25
 _FACING = 1.5
-_LONG = 4.0
+_LARGE = 4.0
+_LONG, _THIN, _HIGH_M = 2.0, 4.0, 5e-3
+"""Curved triangles longer than so many steps between nodes, and so many times as long as high, have nodes along them, if they are higher
+than so many metres: what leaves the rounded edge of a board is little."""
 
 
 def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float) -> Atlas:
@@ -28,7 +34,9 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
     count = len(face_part)
     cells, affine = np.zeros((count, 4), np.int32), np.zeros((count, 6), np.float32)
     index, chart_face, chart_weight, chart_normal = _lay_grids(charts, spacing_m, cells, affine)
-    corner_face, corner_weight, corner_normal = _lay_corners(mesh, face_part, charts, spacing_m, cells, len(chart_face))
+    curved = _lay_curved(mesh, face_part, charts, spacing_m, cells, affine, len(chart_face), len(index))
+    strip_index, corner_face, corner_weight, corner_normal = curved
+    index = np.concatenate([index, strip_index])
     face = np.concatenate([chart_face, corner_face]).astype(np.int32)
     weight = np.concatenate([chart_weight, corner_weight]).astype(np.float32)
     normal = np.concatenate([chart_normal, corner_normal]).astype(np.float32)
@@ -63,6 +71,12 @@ def spread_area(
         if cells[face, 3] == CORNERS:
             for corner in range(3):
                 shares[cells[face, corner]] += area[face] / 3.0
+        elif cells[face, 3] == STRIP:
+            offset, steps = cells[face, 0], cells[face, 1] - 1
+            for column in range(steps + 1):
+                share = area[face] / (4.0 if column == 0 or column == steps else 2.0) / steps
+                shares[index[offset + column]] += share
+                shares[index[offset + steps + 1 + column]] += share
         elif cells[face, 3] == GRID:
             offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
             steps = 2 * int(max(abs(affine[face, 1]), abs(affine[face, 2]), abs(affine[face, 4]), abs(affine[face, 5]))) + 2
@@ -103,7 +117,7 @@ def _lay_grids(
     node_face, node_weight = np.full(offset[-1], -1, np.int64), np.zeros((offset[-1], 2))
     _rasterize(at, step[chart], steps[chart], offset[chart], nearest, node_face, node_weight)
     cells[members] = np.column_stack([offset[chart], steps[chart] + 1, np.full(len(members), GRID)])
-    affine[members] = np.column_stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]])[:, (0, 2, 4, 1, 3, 5)]
+    affine[members] = _affine(at)
     used = node_face >= 0
     index = np.where(used, np.cumsum(used) - 1, -1).astype(np.int32)
     face = members[node_face[used]]
@@ -168,33 +182,103 @@ def _nearest_weights(x: float, y: float, bx: float, by: float, cx: float, cy: fl
     return u + inward * (1.0 / 3.0 - u), v + inward * (1.0 / 3.0 - v), distance
 
 
-def _lay_corners(
-    mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, spacing_m: float, cells: NDArray[np.int32], first: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Fill the rows of triangles on no chart, with nodes from number ``first`` on; return these nodes' triangle, weights and normal."""
+class _Strips(NamedTuple):
+    """Places along t long thin triangles, two rows each: below along the longest edge, above along the other two.
+
+    begin: (t,), the corner where the longest edge begins; steps: (t,), between places of a row; foot: (t,), how far along it the third
+    corner stands, 0 to 1; whose: (e,), the triangle of each place, column and row: (e,), where in its rows.
+    """
+
+    begin: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    foot: NDArray[np.float64]
+    whose: NDArray[np.int64]
+    column: NDArray[np.int64]
+    row: NDArray[np.int64]
+
+    def shares(self, inset: float) -> NDArray[np.float64]:
+        """Return the barycentric weights (e, 3) of the places, ``inset`` of a step from their ends and of the height from both rims."""
+        steps, foot = self.steps[self.whose], self.foot[self.whose]
+        along = np.clip(self.column, inset, steps - inset) / steps
+        height = np.minimum(along / foot, (1.0 - along) / (1.0 - foot)) * np.where(self.row == 0, inset, 1.0 - inset)
+        values = np.column_stack([1.0 - along - height * (1.0 - foot), along - height * foot, height])
+        shares = np.empty_like(values)
+        np.put_along_axis(shares, (self.begin[self.whose, None] + np.arange(3)) % 3, values, axis=1)
+        return shares
+
+
+def _find_strips(corners: NDArray[np.float64], spacing_m: float) -> _Strips:
+    """Return the places along triangles (t, 3, 3)."""
+    edges = np.roll(corners, -1, axis=1) - corners
+    begin, every = np.linalg.norm(edges, axis=2).argmax(axis=1), np.arange(len(corners))
+    longest = edges[every, begin]
+    squared = (longest * longest).sum(axis=1)
+    foot = np.clip(-(edges[every, begin - 1] * longest).sum(axis=1) / squared, 1e-3, 1.0 - 1e-3)
+    steps = np.ceil(np.sqrt(squared) / spacing_m).astype(np.int64)
+    whose = np.repeat(every, 2 * (steps + 1))
+    within = np.arange(len(whose)) - np.repeat(np.cumsum(2 * (steps + 1)) - 2 * (steps + 1), 2 * (steps + 1))
+    return _Strips(begin, steps, foot, whose, within % (steps[whose] + 1), within // (steps[whose] + 1))
+
+
+def _lay_curved(
+    mesh: Mesh,
+    face_part: NDArray[np.int32],
+    charts: Charts,
+    spacing_m: float,
+    cells: NDArray[np.int32],
+    affine: NDArray[np.float32],
+    first: int,
+    first_place: int,
+) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Fill the rows of triangles on no chart, with nodes from number ``first`` on, and places in ``grid`` from ``first_place`` on.
+
+    Return what ``grid`` has there, and these nodes' triangle, weights and normal.
+    """
     members = np.flatnonzero(charts.face_chart == CURVED)
     if not len(members):
-        return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 3))
-    faces = mesh.faces[members]
-    places = np.floor(mesh.vertices.astype(np.float64)[faces].reshape(-1, 3) / spacing_m).astype(np.int64)
-    shading = mesh.normals.astype(np.float64)[faces].reshape(-1, 3)
-    facing = np.rint(_FACING * shading).astype(np.int64)
-    key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), np.repeat(face_part[members], 3)]))
+        return np.zeros(0, np.int32), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 3))
+    corners = mesh.vertices.astype(np.float64)[mesh.faces]
+    longest = np.linalg.norm(np.roll(corners[members], -1, axis=1) - corners[members], axis=2).max(axis=1)
+    height = 2.0 * charts.area[members] / longest
+    thin = (longest > _LONG * spacing_m) & (longest > _THIN * height) & (height > _HIGH_M)
+    whole, long = members[~thin], members[thin]
+    strips = _find_strips(corners[long], spacing_m)
+    whose = np.concatenate([np.repeat(whole, 3), long[strips.whose]])
+    shares = np.concatenate([np.tile(np.eye(3), (len(whole), 1)), strips.shares(0.0)])
+    # Places that lie close together and look the same way share a node.
+    places = np.floor(matmul(shares[:, None], corners[whose])[:, 0] / spacing_m).astype(np.int64)
+    shading = matmul(shares[:, None], mesh.normals.astype(np.float64)[mesh.faces[whose]])[:, 0]
+    facing = np.rint(_FACING * shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-6)).astype(np.int64)
+    key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), face_part[whose]]))
     node = np.unique(key, return_inverse=True)[1].astype(np.int64)
-    order = np.lexsort((-np.repeat(charts.area[members], 3), node))
+    # A node stands on the largest triangle near it; along strips, which are all but alike, amid the places that share it.
+    point, count = matmul(shares[:, None], corners[whose])[:, 0], np.bincount(node)
+    middle = np.column_stack([np.bincount(node, point[:, axis]) / count for axis in range(3)])
+    rank = ((point - middle[node]) ** 2).sum(axis=1)
+    rank[: 3 * len(whole)] = -charts.area[whose[: 3 * len(whole)]]
+    order = np.lexsort((rank, node))
     lead = order[np.searchsorted(node[order], np.arange(node.max() + 1))]
-    cells[members] = np.column_stack([first + node.reshape(-1, 3), np.full(len(members), CORNERS)])
+    cells[whole] = np.column_stack([first + node[: 3 * len(whole)].reshape(-1, 3), np.full(len(whole), CORNERS)])
+    size = strips.steps + 1
+    at = np.zeros((len(long), 3, 2))
+    at[np.arange(len(long)), (strips.begin + 1) % 3, 0] = strips.steps
+    at[np.arange(len(long)), strips.begin - 1] = np.column_stack([strips.foot * strips.steps, np.ones(len(long))])
+    cells[long] = np.column_stack([first_place + 2 * (np.cumsum(size) - size), size, np.full((len(long), 2), (2, STRIP))])
+    affine[long] = _affine(at)
     normal = np.column_stack([np.bincount(node, shading[:, axis]).astype(np.float64) for axis in range(3)])
     short = np.linalg.norm(normal, axis=1) < 1e-6
     normal[short] = shading[lead[short]]
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    # The point of the largest triangle near the corner, farther inside where that is long: what lies at a rim is often covered.
-    corner, at = lead % 3, mesh.vertices.astype(np.float64)[faces[lead // 3]]
-    longest = np.linalg.norm(at - np.roll(at, 1, axis=1), axis=2).max(axis=1)
-    inset = np.where(longest > _LONG * spacing_m, 0.15, 0.05)
-    shares = np.repeat(inset[:, None], 3, axis=1)
-    shares[np.arange(len(lead)), corner] = 1.0 - 2.0 * inset
-    return members[lead // 3], shares[:, 1:], normal
+    # The point of the largest triangle near the place, farther inside where that is large: what lies at a rim is often covered.
+    inset = np.where(longest[~thin] > _LARGE * spacing_m, 0.15, 0.05)
+    inside = np.repeat(inset, 3)[:, None] + np.tile(np.eye(3), (len(whole), 1)) * np.repeat(1.0 - 3.0 * inset, 3)[:, None]
+    shares = np.concatenate([inside, strips.shares(_INSET)])
+    return (first + node[3 * len(whole) :]).astype(np.int32), whose[lead], shares[lead, 1:], normal
+
+
+def _affine(at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rows of ``affine`` (t, 6) by grid coordinates of corners (t, 3, 2)."""
+    return np.column_stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]])[:, (0, 2, 4, 1, 3, 5)]
 
 
 @entry
@@ -216,7 +300,7 @@ def stand_in(cells: NDArray[np.int32], index: NDArray[np.int32], valid: NDArray[
                             near = other[cells[face, (corner + step) % 3]]
                             if valid[near]:
                                 other[node] = near
-            elif kind == GRID and (face == 0 or cells[face, 0] != cells[face - 1, 0] or cells[face - 1, 3] != GRID):
+            elif kind >= STRIP and (face == 0 or cells[face, 0] != cells[face - 1, 0] or cells[face - 1, 3] != kind):
                 offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
                 for place in range(width * height):
                     node = index[offset + place]
@@ -241,7 +325,7 @@ def mark_nodes(atlas: Atlas, face: int, u: np.float32, v: np.float32, before: in
     if kind == CORNERS:
         for corner in range(3):
             _mark(atlas, atlas.cells[face, corner], is_read)
-    elif kind == GRID:
+    elif kind >= STRIP:
         place, _, _ = find_cell(atlas, face, u, v)
         if place != before:
             columns, rows = atlas.cells[face, 1], atlas.cells[face, 2]

@@ -97,7 +97,7 @@ class CacheGeometry:
         self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
         self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), self.far)
         self._sightings: dict[int, Sightings] = {}
-        self._uncut = [(self.coarse, Pieces(len(self.coarse_grids[1]))), (self.fine, Pieces(len(self.fine_grids[1])))]
+        self._uncut = [(atlas, Pieces(_count_charts(atlas))) for atlas in (self.coarse, self.fine)]
         self._unlinked, self._unresolved = Pieces(count), Pieces(count)
         self.complete = False
 
@@ -168,6 +168,11 @@ def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:
     mirror = (rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide
     clear = (rows[:, st.TRANSMISSION] > 0.5) & (rows[:, st.PORTAL] == 0.0)
     return np.asarray(mirror | clear)
+
+
+def _count_charts(atlas: Atlas) -> int:
+    """Return how many grids lie on flat charts: those of strips come after them."""
+    return len(np.unique(atlas.cells[atlas.cells[:, 3] == GRID, 0]))
 
 
 def _find_cuts(scene: TracedScene, atlas: Atlas, grids: NDArray[np.int32], worker: int, piece: tuple[int, int]) -> None:

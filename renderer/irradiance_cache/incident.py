@@ -12,7 +12,7 @@ from renderer.core.kernel import inlined
 from renderer.irradiance_cache.nodes import LAMPS, LIGHT, SUN, TOWARD, VALID
 from renderer.irradiance_cache.records import ShadeScratch, Tables
 from renderer.irradiance_cache.strays import Strays
-from renderer.path.light_nodes import CORNERS, Atlas, find_nodes
+from renderer.path.light_nodes import GRID, Atlas, find_nodes
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
 _LEAST_VALID = np.float32(1e-4)
@@ -60,7 +60,7 @@ def read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
     if total > _LEAST_VALID and r + g + b + sun > _ZERO:
         scale = _ONE / total
         x, y, z = scale * x, scale * y, scale * z
-        rest = _turned(tables.fine, count, x, y, z, memory) if tables.fine.cells[face, 3] == CORNERS else _ZERO
+        rest = _ZERO if tables.fine.cells[face, 3] == GRID else _turned(tables.fine, count, x, y, z, memory)
         return Incident(scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps, True)
     return Incident(_ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, False)
 

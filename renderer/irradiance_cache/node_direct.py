@@ -14,11 +14,11 @@ from renderer.core.lanes import count_chosen
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
-from renderer.irradiance_cache.view_factors import view_factor
+from renderer.irradiance_cache.view_factors import sample_view, view_factor
 from renderer.path.direct_light import weigh_lights
 from renderer.path.light_nodes import Atlas
-from renderer.path.light_sampling import sample_groups, sample_sun
-from renderer.path.lights import BY_SKY, LightGroups
+from renderer.path.light_sampling import sample_groups, sample_sun, show_emitters
+from renderer.path.lights import BY_SKY, EMITTER_LE, EMITTER_SIZE, EVENLY, LightGroups
 from renderer.path.records import LitScene, Scratch
 
 _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
@@ -28,7 +28,7 @@ _STEP_U, _STEP_V = np.float32(0.7548777), np.float32(0.5698403)
 _FREE_SAMPLES = 64
 _LEAST_SAMPLES = np.float32(2.0)
 _NEAR = np.float32(3.0)
-"""In radii of a group of lights: a few points tell too little of how much of the view it fills from less far away."""
+"""In radii of a group of lights: from less far away it is sampled by what it fills of the view, and how much that is is computed."""
 
 
 @entry
@@ -136,25 +136,34 @@ def _light_of_group(
     noise is left.  There are two runs of samples, and the share that one has seen is that of what the other lacks (a control variate): the
     share of its own, wrong together with it, would make light too dark in the mean where faint parts of a lamp are hidden.
     """
-    lanes, groups = scratch.lanes, scene.lights.groups
+    lanes, lights = scratch.lanes, scene.lights
+    start, near, view = lights.groups.start[group], _is_near(lights.groups, group, lanes), _ZERO
+    if near:
+        point, normal = (lanes[ln.P_X], lanes[ln.P_Y], lanes[ln.P_Z]), (lanes[ln.NS_X], lanes[ln.NS_Y], lanes[ln.NS_Z])
+        view = view_factor(lights.emitters, start, lights.groups.start[group + 1], point, normal)
+        if view <= _ZERO:
+            return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
     samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), LANES)
-    vx = vy = vz = filled = able = whole = _ZERO
+    vx = vy = vz = filled = whole = able = _ZERO
     first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
     # A few samples of each run, by turns, with shadow rays.
-    for begin in range(0, 2 * LANES, LANES):
+    for packet in range(2):
         if min(first.taken, second.taken) == samples:
             break
-        _sample_group(scene, group, begin, node, key, scratch)
-        # Points from which nothing could come need no ray: the first that could are taken.
+        _number_runs(LANES * packet, node, key, lanes)
+        _sample_group(scene, group, view, scratch)
+        # Points from which nothing could come need no ray: the first that could are taken.  What fills the view hardly has any.
         for k in range(LANES):
             count = second.taken if k & 1 else first.taken
             lanes[ln.U_LOBE + k] = _ZERO
-            if lanes[ln.LIGHT_PDF + k] <= _ZERO or count == samples:
+            if count == samples or (lanes[ln.LIGHT_PDF + k] <= _ZERO and not near):
                 lanes[ln.LIGHT_PDF + k] = _ZERO
                 continue
-            gain, _, _, _, cosine = arriving(lanes, k)
-            lanes[ln.U_LOBE + k] = gain
-            free = gain * cosine * _shown(lanes, k)
+            free = _ZERO
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                gain, _, _, _, cosine = arriving(lanes, k)
+                lanes[ln.U_LOBE + k] = gain
+                free = gain * cosine * _shown(lanes, k)
             if k & 1:
                 second = _Run(second.r, second.g, second.b, second.free + free, count + 1)
             else:
@@ -176,19 +185,23 @@ def _light_of_group(
     if sampled <= _ZERO:
         return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
     # How much there would be if nothing stood between, and at how many of these points a light.
-    for begin in range(0, _FREE_SAMPLES, LANES):
-        _sample_evenly(scene, group, begin, scratch)
-        for k in range(LANES):
-            if lanes[ln.LIGHT_PDF + k] > _ZERO:
-                gain, _, _, _, cosine = arriving(lanes, k)
-                filled += gain * cosine
-                whole += gain * cosine * _shown(lanes, k)
-                able += _ONE
-    mean, able = whole / max(filled, _TINY), able / np.float32(_FREE_SAMPLES)
-    whole /= np.float32(_FREE_SAMPLES)
-    if _is_near(groups, group, lanes):
-        point, normal = (lanes[ln.P_X], lanes[ln.P_Y], lanes[ln.P_Z]), (lanes[ln.NS_X], lanes[ln.NS_Y], lanes[ln.NS_Z])
-        whole = mean * _PI * view_factor(scene.lights.emitters, groups.start[group], groups.start[group + 1], point, normal)
+    if near and lights.varies[start] == EVENLY:
+        row = EMITTER_SIZE * start + EMITTER_LE
+        filled, whole = _ONE, _RED * lights.emitters[row] + _GREEN * lights.emitters[row + 1] + _BLUE * lights.emitters[row + 2]
+    else:
+        for packet in range(_FREE_SAMPLES // LANES):
+            _number_evenly(LANES * packet, lanes)
+            _sample_group(scene, group, view, scratch)
+            for k in range(LANES):
+                if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                    gain, _, _, _, cosine = arriving(lanes, k)
+                    filled += gain * cosine
+                    whole += gain * cosine * _shown(lanes, k)
+                    able += _ONE
+    if near:
+        whole, able = whole / max(filled, _TINY) * _PI * view, _ONE
+    else:
+        whole, able = whole / np.float32(_FREE_SAMPLES), able / np.float32(_FREE_SAMPLES)
     r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
     g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
     b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
@@ -227,29 +240,41 @@ def _shown(lanes: NDArray[np.float32], k: int) -> np.float32:
 
 
 @inlined
-def _sample_group(scene: LitScene, group: int, begin: int, node: int, key: np.uint32, scratch: Scratch) -> None:
-    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights, of a run in even lanes and of another in odd ones."""
-    lanes = scratch.lanes
+def _number_runs(begin: int, node: int, key: np.uint32, lanes: NDArray[np.float32]) -> None:
+    """Fill the random numbers for points on a group of lights, of a run in even lanes and of another in odd ones."""
     shift_u, shift_v = unit_hash(node, key)
     other_u, other_v = unit_hash(node, np.uint32(key + np.uint32(1)))
     for k in range(LANES):
         number = np.float32((begin + k) >> 1)
         lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + (other_u if k & 1 else shift_u))
         lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + (other_v if k & 1 else shift_v))
-        scratch.sampled[k] = group
-    sample_groups(scene.surfaces, scene.lights, scratch)
 
 
 @inlined
-def _sample_evenly(scene: LitScene, group: int, begin: int, scratch: Scratch) -> None:
-    """Fill them with points that are the same for all nodes."""
-    lanes = scratch.lanes
+def _number_evenly(begin: int, lanes: NDArray[np.float32]) -> None:
+    """Fill them with numbers that are the same for all nodes."""
     for k in range(LANES):
         number = np.float32(begin + k)
         lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + _HALF)
         lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + _HALF)
-        scratch.sampled[k] = group
-    sample_groups(scene.surfaces, scene.lights, scratch)
+
+
+@inlined
+def _sample_group(scene: LitScene, group: int, view: np.float32, scratch: Scratch) -> None:
+    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights, by what it fills of the view, ``view``, where that is known."""
+    lanes, lights = scratch.lanes, scene.lights
+    first = lights.groups.start[group]
+    if view > _ZERO:
+        sample_view(lights.emitters, first, lights.groups.start[group + 1], view, lanes, scratch.sampled)
+        for k in range(LANES):
+            for channel in range(3):
+                lanes[ln.LI_R + channel * LANES + k] = lights.emitters[EMITTER_SIZE * first + EMITTER_LE + channel]
+            lanes[ln.LIGHT_END + k] = _ONE
+        show_emitters(scene.surfaces, lights, scratch)
+    else:
+        for k in range(LANES):
+            scratch.sampled[k] = group
+        sample_groups(scene.surfaces, lights, scratch)
 
 
 @inlined

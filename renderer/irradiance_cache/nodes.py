@@ -12,7 +12,7 @@ from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import LANES
-from renderer.path.light_nodes import GRID, Atlas
+from renderer.path.light_nodes import STRIP, Atlas
 from renderer.path.records import Scratch
 from renderer.path.surfaces import lift_height
 
@@ -103,7 +103,7 @@ def places(atlas: Atlas) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     place[atlas.grid[used]] = used
     twins = np.flatnonzero(atlas.back >= 0)
     place[atlas.back[twins]] = -1
-    grids = np.unique(atlas.cells[atlas.cells[:, 3] == GRID][:, :3], axis=0)
+    grids = np.unique(atlas.cells[atlas.cells[:, 3] >= STRIP][:, :3], axis=0)
     return place, np.ascontiguousarray(grids)
 
 

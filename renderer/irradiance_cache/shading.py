@@ -40,7 +40,7 @@ from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.strays import NONE, add_stray, light_strays
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits
-from renderer.path.light_nodes import GRID, Atlas
+from renderer.path.light_nodes import STRIP, Atlas
 from renderer.path.light_sampling import sample_sun
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
@@ -65,7 +65,7 @@ def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int,
         for x in range(width):
             # Neighbours often read the same nodes.
             face = hits.face[y, x]
-            if face < 0 or (face == last_face and atlas.cells[face, 3] != GRID):
+            if face < 0 or (face == last_face and atlas.cells[face, 3] < STRIP):
                 continue
             last_face, last_cell = face, mark_nodes(atlas, face, hits.u[y, x], hits.v[y, x], last_cell, is_read)
 

@@ -1,6 +1,7 @@
 """Nodes on the surfaces of a scene, at which light is known, and how those around a hit are found.
 
-On a flat chart nodes lie on a grid, and a hit reads the four around it.  Elsewhere a hit reads those of its triangle's corners.
+On a flat chart nodes lie on a grid, and a hit reads the four around it; a long thin triangle of a curved surface has two rows of its own.
+Elsewhere a hit reads those of its triangle's corners.
 :mod:`renderer.irradiance_cache.atlas` lays them.
 """
 
@@ -14,14 +15,14 @@ from numpy.typing import NDArray
 from renderer.core.kernel import inlined
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
-NONE, GRID, CORNERS = range(3)
-"""``cells[:, 3]``: how the nodes of a triangle are found."""
+NONE, CORNERS, STRIP, GRID = range(4)
+"""``cells[:, 3]``: how the nodes of a triangle are found; from STRIP on in a grid."""
 
 
 class Atlas(NamedTuple):
     """Nodes, and where each triangle finds its own, for kernels.
 
-    cells: (m, 4) int32, for GRID where the chart's rows begin in ``grid``, its width and height, for CORNERS the three nodes; then which;
+    cells: (m, 4) int32, for GRID and STRIP where the rows begin in ``grid``, width and height, for CORNERS the three nodes; then which;
     affine: (m, 6) float32, grid coordinates (s, r) of the first corner, and what the second and the third add; grid: (g,) int32, nodes of
     the charts' grids, -1 where no triangle is near; cuts: (g, 2) float32, how much of the way to the next node of the row, and to that of
     the next row, lies on this side of what stands between, NaN where nothing does; back: (n,) int32, the node that looks the other way, -1
@@ -76,7 +77,7 @@ def has_back(atlas: Atlas, face: int) -> bool:
     if kind == NONE:
         return False
     node = atlas.cells[face, 0]
-    if kind == GRID:
+    if kind >= STRIP:
         place = node
         while atlas.grid[place] < 0:
             place += 1
@@ -114,7 +115,7 @@ def find_nodes(
     ``u``, ``v``: barycentric weights of the second and third corner; ``front``: whether the triangle is seen from its front.
     """
     kind, count = atlas.cells[face, 3], 0
-    if kind == GRID:
+    if kind >= STRIP:
         width, total = atlas.cells[face, 1], _ZERO
         first, s, r = find_cell(atlas, face, u, v)
         for attempt in range(2):

@@ -42,8 +42,14 @@ def sample_emitters(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> Non
 @inlined
 def sample_groups(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> None:
     """Fill TO_LIGHT, LI and LIGHT_PDF with points on the groups in ``sampled``; U_REMAPPED and U_LIGHT_1 choose them."""
+    _sample_points(lights, scratch.lanes, scratch.sampled)
+    show_emitters(surfaces, lights, scratch)
+
+
+@inlined
+def show_emitters(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> None:
+    """Fill LI and LIGHT_END of the lanes whose point on the triangle in ``sampled`` does not shine alike in all directions."""
     lanes, sampled = scratch.lanes, scratch.sampled
-    _sample_points(lights, lanes, sampled)
     by_sky = by_profile = 0
     for k in range(LANES):
         kind = lights.varies[sampled[k]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -130,6 +131,40 @@ def furnished_room() -> FlatScene:
         box((0.1, 3.1, 0.0), (0.6, 3.6, 0.55), name="5/stand", object_id=5, label=32, color=(0.6, 0.1, 0.08)),
         sky=day,
     )
+
+
+def joined(pieces: list[Piece]) -> Piece:
+    """All of them as one part, which looks as the first does."""
+    starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    faces = [piece.faces + start for piece, start in zip(pieces, starts, strict=False)]
+    return pieces[0]._replace(vertices=np.concatenate([piece.vertices for piece in pieces]), faces=np.concatenate(faces))
+
+
+def l_shaped_room() -> FlatScene:
+    """A room of 4 x 4 x 2.6 m with an arm of 1.8 x 3 m, at whose end a window in a recess shines past the bent slats of a blind."""
+    wall = {"name": "0/shell", "object_id": 0, "color": (0.8, 0.8, 0.8), "roughness": 1.0}
+    outline = [(0, 7), (0, 0), (4, 0), (4, 4), (1.8, 4), (1.8, 7)]
+    walls = [quad((*a, 0), (0, 0, 2.6), (b[0] - a[0], b[1] - a[1], 0), **wall) for a, b in pairwise(outline)]
+    halls = [((0, 0), (4, 4)), ((0, 4), (1.8, 3))]
+    levels = [quad((*corner, 0), (x, 0, 0), (0, y, 0), **wall) for corner, (x, y) in halls]
+    levels += [quad((*corner, 2.6), (0, y, 0), (x, 0, 0), **wall) for corner, (x, y) in halls]
+    around = ((0, 0, 1.8, 0.9), (0, 2.1, 1.8, 2.6), (0, 0.9, 0.4, 2.1), (1.4, 0.9, 1.8, 2.1))
+    end = [quad((a, 7, b), (c - a, 0, 0), (0, 0, d - b), **wall) for a, b, c, d in around]
+    rim = [(0.4, 0.9), (0.4, 2.1), (1.4, 2.1), (1.4, 0.9), (0.4, 0.9)]
+    recess = [quad((a[0], 7, a[1]), (0, 0.13, 0), (b[0] - a[0], 0, b[1] - a[1]), **wall) for a, b in pairwise(rim)]
+    pane = quad((0.4, 7.13, 0.9), (1, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, portal=True, transmission=0.8)
+    turn = np.linspace(-0.9, 0.9, 5)
+    profile = np.column_stack([np.sin(turn), np.cos(turn)])
+    spots = [(7.1 + 0.0125 * a, z + 0.0125 * b) for z in np.arange(0.92, 2.08, 0.022) for a, b in profile]
+    strips = [quad((0.42, *spots[i]), (0.96, 0, 0), (0, *np.subtract(spots[i + 1], spots[i]))) for i in range(len(spots) - 1) if i % 5 < 4]
+    blind = joined(strips)._replace(name="8/blind", object_id=8, color=(0.8, 0.8, 0.8), roughness=1.0)
+    sky = Sky(np.array([2500, 3500, 6000], np.float32), np.array([6000, 6500, 7500], np.float32), np.array([900, 850, 700], np.float32))
+    flat = scene(joined([*walls, *levels, *end, *recess]), pane, blind, sky=sky)
+    normals, slats = flat.mesh.normals.copy(), len(blind.vertices)
+    smooth = np.column_stack([np.zeros(len(spots)), np.tile(profile, (len(spots) // 5, 1))])
+    first = np.array([i for i in range(len(spots) - 1) if i % 5 < 4])
+    normals[-slats:] = smooth[np.column_stack([first, first, first + 1, first + 1])].reshape(-1, 3)
+    return flat._replace(mesh=flat.mesh._replace(normals=normals))
 
 
 VIEW = pose((3.4, 0.4, 1.6), (1.3, 3.2, 0.8))

@@ -127,6 +127,34 @@ def test_curved_surfaces_are_looked_up_at_their_corners():
     np.testing.assert_allclose(np.linalg.norm(atlas.normal, axis=1), 1.0, atol=1e-6)
 
 
+def slat():
+    """A slat along y, 1.5 m long, 25 mm wide and bent, of four strips that are shaded smoothly."""
+    turn = np.linspace(-0.6, 0.6, 5)
+    profile = np.column_stack([np.sin(turn), np.zeros(5), np.cos(turn)])
+    rows = 0.022 * profile[:, None] + np.array([(0, -0.75, 0), (0, 0.75, 0)])
+    corners = np.concatenate([[rows[i, 0], rows[i + 1, 0], rows[i + 1, 1], rows[i, 1]] for i in range(4)])
+    flat = scene(
+        Piece(corners, np.array([[(4 * i, 4 * i + 1, 4 * i + 2), (4 * i, 4 * i + 2, 4 * i + 3)] for i in range(4)]).reshape(-1, 3))
+    )
+    normals = flat.mesh.vertices * (1, 0, 1)
+    return flat._replace(mesh=flat.mesh._replace(normals=(normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)))
+
+
+@pytest.mark.parametrize("spacing", [0.03, 0.1])
+def test_light_that_changes_along_a_slat_is_looked_up_where_it_changes(spacing):
+    flat = slat()
+    charts = find_charts(flat.mesh, flat.face_part)
+    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), spacing)
+    for face, u, v, place in zip(*points(flat), strict=True):
+        nodes, weights = around(atlas, face, u, v)
+        assert weights.sum() == pytest.approx(1.0, abs=1e-5)
+        assert np.abs(weights @ atlas.position[nodes].astype(float) - place).max() < spacing
+        assert weights @ atlas.normal[nodes] @ (place * (1, 0, 1)) > 0.85 * 0.022
+    assert atlas.area.sum() == pytest.approx(charts.area.sum(), rel=1e-5)
+    fifths = np.histogram(atlas.position[:, 1], 5, (-0.75, 0.75), weights=atlas.area)[0] / atlas.area.sum()
+    np.testing.assert_allclose(fifths, 0.2, atol=0.1)
+
+
 def test_a_valid_neighbour_stands_in_for_a_node_in_the_dark():
     _, _, atlas = built(quad((0, 0, 0), (1.0, 0, 0), (0, 0.01, 0)), spacing=0.1, one_sided=[True, True])
     order = np.argsort(atlas.position[:, 0])

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from box_room import VIEW, box, furnished_room, pose, quad, scene
+from box_room import VIEW, box, furnished_room, l_shaped_room, pose, quad, scene
 from cached_rooms import CACHED, SMALL, look_up
 
 from renderer import LAYERS, CameraConfig, RenderConfig, Renderer, RenderError
@@ -26,6 +26,16 @@ def test_mean_light_is_that_of_the_path_tracer():
             images.append(renderer.render(VIEW, 0, ("radiance",)).radiance)
     np.testing.assert_allclose(*(image.mean(axis=(0, 1)) for image in images), rtol=0.03)
     np.testing.assert_allclose(*(image.reshape(4, 24, 4, 32, 3).mean(axis=(1, 3)) for image in images), rtol=0.15)
+
+
+def test_a_room_lit_from_the_end_of_an_arm_past_a_blind_is_as_bright_as_by_paths_at_every_key():
+    """All light comes by way of what stands closest to the pane: slats, recess and the end of the arm."""
+    flat, view, camera = l_shaped_room(), pose((3.6, 0.4, 1.6), (1.0, 3.0, 1.0)), CameraConfig(width=64, height=48)
+    with Renderer(flat, camera, RenderConfig(samples_per_pixel=256, max_depth=64, threads=2), 3) as renderer:
+        expected = renderer.render(view, 0, ("radiance",)).radiance[..., 1].mean()
+    shown = np.array([look_up(flat, view, camera=camera, key=key, cache_spacing_m=0.06).radiance[..., 1].mean() for key in range(1, 7)])
+    np.testing.assert_allclose(shown, expected, rtol=0.04)
+    assert shown.mean() == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("threads", [2, 4])

@@ -90,6 +90,17 @@ def test_a_light_shines_to_its_front_and_a_board_blocks_it():
     assert dark.any() and direct[dark].max() == 0.0
 
 
+def test_places_beside_a_large_lamp_that_is_hidden_in_part_are_lit_by_the_rest():
+    """A board 2 cm up, from x = 0 on, below a lamp 5 cm up: at x < 0 the lamp is seen as far as 1.5 times as far on the other side."""
+    low, high, height = (-2, -2), (2, 2), 0.05
+    board = quad((0, -3, 0.02), (3, 0, 0), (0, 6, 0))
+    points, _, direct, *_ = lit(scene(FLOOR, rectangle(low, high, height), board))
+    aside = (points[:, 0] < -0.01) & (points[:, 0] > -0.5)
+    seen = [from_rectangle(point[None], low, (-1.5 * point[0], 2), height)[0] for point in points[aside]]
+    np.testing.assert_allclose(direct[aside, 0].mean(), 100 * np.mean(seen), rtol=0.02)
+    np.testing.assert_allclose(direct[aside, 0], 100 * np.array(seen), rtol=0.15)
+
+
 @pytest.mark.parametrize(("samples", "error"), [(2, 0.1), (4, 0.03), (16, 0.03)])
 def test_few_samples_of_a_lamp_that_is_hidden_where_it_is_faint_are_right_in_the_mean(samples, error):
     """A long lamp, of which a low wall hides the far end, from which least arrives: the visible end's view factor."""
