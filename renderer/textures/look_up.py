@@ -19,7 +19,7 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.ray_packet import aligned_floats
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
-from renderer.textures.packing import CHANNELS
+from renderer.textures.packing import CHANNELS, in_blocks, texel_place
 from renderer.textures.tile import TextureTile
 
 _ROW = Layout()
@@ -55,10 +55,10 @@ _FULL, _PER_FULL = np.float32(256.0), np.float32(1.0 / 256.0)
 class Textures(NamedTuple):
     """All textures of a scene, for kernels.
 
-    part: (p,) int32, row of each part's texture, -1 for none; texels: (t,) uint64, the eight bytes of each, lowest first; rows:
-    (r, ROW_SIZE) float32; layout: (r, 5) int64, where a row's tile begins among the texels, logarithms of its sides, number of levels,
-    whether it is a picture; linear: (256,) float32, luminance of sRGB bytes; faces: (m * FACE_SIZE,) float32, a row of FACE fields for each
-    triangle of the scene, each in a cache line.
+    part: (p,) int32, row of each part's texture, -1 for none; texels: (t,) uint64, the eight bytes of each, lowest first, levels
+    ``in_blocks``; rows: (r, ROW_SIZE) float32; layout: (r, 5) int64, where a row's tile begins among the texels, logarithms of its sides,
+    number of levels, whether it is a picture; linear: (256,) float32, luminance of sRGB bytes; faces: (m * FACE_SIZE,) float32, a row of
+    FACE fields for each triangle of the scene, each in a cache line.
     """
 
     part: NDArray[np.int32]
@@ -97,7 +97,7 @@ def build_textures(
     for k, texture in enumerate(applied):
         if texture.tile_id not in stored:
             stored[texture.tile_id] = texture.tile, total
-            chunks += [level.reshape(-1).view("<u8") for level in stored[texture.tile_id][0].levels]
+            chunks += [in_blocks(level.view(np.uint64)[..., 0]) for level in stored[texture.tile_id][0].levels]
             total += stored[texture.tile_id][0].size_bytes // CHANNELS
         tile, start = stored[texture.tile_id]
         height, width = tile.levels[0].shape[:2]
@@ -169,8 +169,7 @@ def _read_texels(
     a0 = a1 = a2 = _ZERO
     for corner in range(4):
         weight = both if corner == 3 else over - both if corner == 2 else right - both if corner == 1 else 256 - right - over + both
-        place = offset + (((line + (corner >> 1)) & ((1 << h) - 1)) << w) + ((column + (corner & 1)) & ((1 << w) - 1))
-        word = texels[place]
+        word = texels[offset + texel_place(column + (corner & 1), line + (corner >> 1), w, h)]
         even += (word & _EVEN_BYTES) * np.uint64(weight)
         odd += ((word >> _BITS) & _EVEN_BYTES) * np.uint64(weight)
         if picture:

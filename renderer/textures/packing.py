@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.color import srgb_from_linear
-from renderer.core.kernel import entry
+from renderer.core.kernel import entry, inlined
 from renderer.textures.noise import Field
 
+Texel = TypeVar("Texel", bound=np.generic)
 CHANNELS = 8
 SLOPE_U, SLOPE_V, SQUARE = 5, 6, 7
 """Places of a texel's slopes, and of the mean square of the slopes below it, while it is a float."""
@@ -16,6 +19,26 @@ SLOPE_U, SLOPE_V, SQUARE = 5, 6, 7
 _STEPS = 1 << 14
 SRGB_BYTES = np.floor(255.0 * srgb_from_linear(np.arange(_STEPS + 1) / _STEPS) + 0.5).astype(np.uint8)
 """sRGB byte of linear luminance 0, 1/16384, ... 1: where the curve is steepest a step is a fifth of a byte."""
+
+
+_EDGE_LOG = 3
+"""Texels lie in blocks of 8 x 8, row by row within them: rows of a power of two would share cache lines' places and spread over pages."""
+
+
+def in_blocks(texels: NDArray[Texel]) -> NDArray[Texel]:
+    """Return texels (h, w), powers of two, in the order of :func:`texel_place`, (h * w,)."""
+    height, width = texels.shape
+    down, across = min(height, 1 << _EDGE_LOG), min(width, 1 << _EDGE_LOG)
+    return texels.reshape(height // down, down, width // across, across).swapaxes(1, 2).reshape(-1)
+
+
+@inlined
+def texel_place(column: int, line: int, log_w: int, log_h: int) -> int:
+    """Return where the texel of a column and a line lies, which repeat beyond the sides; ``log_w``, ``log_h``: logarithms of these."""
+    column, line = column & ((1 << log_w) - 1), line & ((1 << log_h) - 1)
+    across, down = min(log_w, _EDGE_LOG), min(log_h, _EDGE_LOG)
+    block = ((line >> down) << (log_w + down)) + ((column >> across) << (across + down))
+    return block + ((line & ((1 << down) - 1)) << across) + (column & ((1 << across) - 1))
 
 
 def fill_slopes(fields: NDArray[np.float32], height: Field, units: tuple[float, float]) -> None:

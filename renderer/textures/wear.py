@@ -18,9 +18,11 @@ from renderer.core.kernel import inlined, kernel
 from renderer.core.layout import Layout
 from renderer.core.ray_packet import LANES
 from renderer.textures.noise import Field, noise, smooth_step
+from renderer.textures.packing import in_blocks, texel_place
 from scene_description import WearLayer
 
-_SIDE = 512
+_SIDE_LOG = 9
+_SIDE = 1 << _SIDE_LOG
 _FACES = {"any": 0.0, "side": 1.0, "up": 2.0}
 
 _ROW = Layout()
@@ -41,7 +43,7 @@ _LEAST, _WIDE_TEXELS, _SMOOTHEST = np.float32(2e-3), np.float32(0.35), np.float3
 
 
 class Wear(NamedTuple):
-    """layers: (n, ROW_SIZE) float32; tiles: (k, 512, 512) uint8, coverage of the patterns."""
+    """layers: (n, ROW_SIZE) float32; tiles: (k * 512 * 512,) uint8, coverage of the patterns, each ``in_blocks``."""
 
     layers: NDArray[np.float32]
     tiles: NDArray[np.uint8]
@@ -85,12 +87,14 @@ _PATTERNS: dict[str, Callable[[np.random.Generator], Field]] = {
 
 
 @functools.cache
-def _tiles() -> NDArray[np.uint8]:
+def _tiles() -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """Return ``Wear.tiles``, and the means of the patterns, 0 to 1."""
     fields = (draw(np.random.default_rng(20 + i)) for i, draw in enumerate(_PATTERNS.values()))
-    return np.stack([np.rint(255.0 * np.clip(field, 0.0, 1.0)).astype(np.uint8) for field in fields])
+    tiles = np.stack([in_blocks(np.rint(255.0 * np.clip(field, 0.0, 1.0)).astype(np.uint8)) for field in fields])
+    return tiles.reshape(-1), tiles.mean(axis=1) / 255.0
 
 
-NO_WEAR = Wear(np.zeros((0, ROW_SIZE), np.float32), np.zeros((0, 1, 1), np.uint8))
+NO_WEAR = Wear(np.zeros((0, ROW_SIZE), np.float32), np.zeros(0, np.uint8))
 """Of a scene in which all is new."""
 
 
@@ -98,11 +102,11 @@ def tabulate_wear(layers: tuple[WearLayer, ...]) -> Wear:
     """Return the layers of a scene for kernels."""
     if not layers:
         return NO_WEAR
-    tiles, names = _tiles(), list(_PATTERNS)
+    (tiles, means), names = _tiles(), list(_PATTERNS)
     rows = np.zeros((len(layers), ROW_SIZE), np.float32)
     for row, layer in zip(rows, layers, strict=True):
         which = names.index(layer.pattern)
-        row[PATTERN], row[PER_M], row[MEAN] = which, 1.0 / layer.size_m, tiles[which].mean() / 255.0
+        row[PATTERN], row[PER_M], row[MEAN] = which, 1.0 / layer.size_m, means[which]
         row[LOW], row[HIGH], row[PER_FADE] = layer.low_m, layer.high_m, 1.0 / layer.fade_m
         row[FACES], row[ROUGHEST] = _FACES[layer.faces], layer.roughest
         row[COLOR : COLOR + 3] = layer.color
@@ -142,14 +146,18 @@ def apply_wear(wear: Wear, worn: np.float32, k: int, lanes: NDArray[np.float32])
             lanes[ln.COAT_ROUGHNESS + k] = min(lanes[ln.COAT_ROUGHNESS + k] + more, _ONE)
 
 
+@inlined
+def _texel(tiles: NDArray[np.uint8], which: int, column: int, line: int) -> np.float32:
+    return np.float32(tiles[(which << (2 * _SIDE_LOG)) + texel_place(column, line, _SIDE_LOG, _SIDE_LOG)])
+
+
 @kernel
 def _coverage(tiles: NDArray[np.uint8], which: int, u: np.float32, v: np.float32) -> np.float32:
     """Return the mean of four texels of a tile, 0 to 1."""
     x, y = u * _TEXELS - _HALF, v * _TEXELS - _HALF
     column, line = int(np.floor(x)), int(np.floor(y))
     s, t = x - np.floor(x), y - np.floor(y)
-    left, right, under, over = column & (_SIDE - 1), (column + 1) & (_SIDE - 1), line & (_SIDE - 1), (line + 1) & (_SIDE - 1)
-    low = (_ONE - s) * np.float32(tiles[which, under, left]) + s * np.float32(tiles[which, under, right])
-    high = (_ONE - s) * np.float32(tiles[which, over, left]) + s * np.float32(tiles[which, over, right])
+    low = (_ONE - s) * _texel(tiles, which, column, line) + s * _texel(tiles, which, column + 1, line)
+    high = (_ONE - s) * _texel(tiles, which, column, line + 1) + s * _texel(tiles, which, column + 1, line + 1)
     covered: np.float32 = _BYTE * (low + t * (high - low))
     return covered
