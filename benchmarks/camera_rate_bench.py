@@ -6,7 +6,7 @@ python -m benchmarks.camera_rate_bench [--rooms N] [--types TYPE ...] [--referen
 Rates are of colour, depth, normals, semantic and instance ids together, in one process, along the rooms' own camera paths, by the clock:
 *known* where all light is known that the path sees, *on the way* as the camera comes by for the first time.  Errors are against the path
 tracer with so many samples, denoised and as it is: FLIP of what is displayed, and mean luminance.  A new room begins with its description:
-mesh, textures, metering, the renderer and light of the first view follow.
+mesh, textures, the renderer, metering and light of the first view follow.
 """
 
 from __future__ import annotations
@@ -111,8 +111,8 @@ def _measure_room(room: SampledRoom, config: RenderConfig, references: Reference
         way_rate=1.0 / way.clock_s,
         processor_ms=1e3 * known.processor_s,
         small_rate=1.0 / small.clock_s,
-        first_s=room.made_s + first_s,
-        filled_s=room.made_s + filled_s,
+        first_s=first_s,
+        filled_s=filled_s,
         memory_mb=memory_mb,
         bare_share=bare_s(room, LARGE) / known.processor_s,
         stages=stages,

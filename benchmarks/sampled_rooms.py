@@ -29,12 +29,12 @@ from renderer.camera.rig import mounted_path
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import EmbreeScene
 from renderer.core.ray_packet import make_packet
-from renderer.exposure import exposed, meter
+from renderer.exposure import LightMeter, exposed, meter
 from renderer.film.tone import Exposure
 from renderer.path.ground_truth import Hits
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from scene_description import CameraPose, from_mapping
+from scene_description import CameraPose, SceneDescription, from_mapping
 from scene_description.whole import whole_file
 from scene_synth_ros.cli.parameters.render_settings import preset_settings
 
@@ -78,25 +78,24 @@ SLOW = CameraTimes(frames=150, start_ns=0, rate_hz=15.0)
 
 
 class SampledRoom(NamedTuple):
-    """A room, ready to render: its key seeds noise, the exposure is metered along the path; made_s: what mesh, textures and meter took."""
+    """A room, ready to render: its key seeds noise, the exposure is metered along the path; scene: its description, if it has one."""
 
     name: str
     flat: FlatScene
     key: int
     path: tuple[CameraPose, ...]
     exposure: Exposure
-    made_s: float
+    scene: SceneDescription | None = None
 
 
 def sample_room(synthesizer: SceneSynthesizer, room_type: str, index: int, times: CameraTimes = TIMES, seed: int = SEED) -> SampledRoom:
     """Return a room of a type."""
     scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index, times)
-    began, key, camera = time.perf_counter(), scene_key(scene), camera_of((640, 480))
+    key, camera = scene_key(scene), camera_of((640, 480))
     flat = flatten(scene, Path.cwd())
     metered = meter(flat, camera, RenderConfig(), key, scene.camera_path)
     exposure = exposed(RenderConfig(auto_exposure=True), metered)
-    made_s = time.perf_counter() - began
-    return SampledRoom(f"{room_type} {index}", flat, key, mounted_path(camera, scene.camera_path), exposure, made_s)
+    return SampledRoom(f"{room_type} {index}", flat, key, mounted_path(camera, scene.camera_path), exposure, scene)
 
 
 def sample_rooms(count: int, types: Sequence[str] = (), times: CameraTimes = TIMES) -> Iterator[SampledRoom]:
@@ -272,12 +271,15 @@ def everywhere(flat: FlatScene, spacing_m: float) -> Hits:
 
 
 def new_room_s(room: SampledRoom, size: tuple[int, int], config: RenderConfig) -> tuple[float, float, float]:
-    """Return seconds by the clock from a room to its first frame, to where light is known everywhere in it, and its cache in MB."""
-    began = time.perf_counter()
-    with Renderer(room.flat, camera_of(size), config, room.key) as renderer:
-        renderer.render(room.path[0], 0, LAYERS, exposure=room.exposure, path=room.path)
+    """Return seconds by the clock from a description to its first frame, metered as nodes do, and to light everywhere; the cache's MB."""
+    assert room.scene is not None
+    began, camera, poses = time.perf_counter(), camera_of(size), room.scene.camera_path
+    flat = flatten(room.scene, Path.cwd())
+    with Renderer(flat, camera, config, room.key) as renderer:
+        exposure = LightMeter(flat, camera, config, room.key, poses).read(config.threads, like=renderer)
+        renderer.render(room.path[0], 0, LAYERS, exposure=exposure, path=room.path)
         first_s = time.perf_counter() - began
-        hits = everywhere(room.flat, config.cache_spacing_m)
+        hits = everywhere(flat, config.cache_spacing_m)
         began = time.perf_counter()
         renderer.cached().prepare(hits)
         filled_s = time.perf_counter() - began

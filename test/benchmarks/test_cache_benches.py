@@ -119,7 +119,7 @@ def test_hits_everywhere_leave_no_place_farther_than_their_spacing() -> None:
 
 
 def test_stages_are_what_the_renderer_calls_and_add_up() -> None:
-    room = SampledRoom("box 0", ROOM, 1, PATH, Exposure(5.0), 0.0)
+    room = SampledRoom("box 0", ROOM, 1, PATH, Exposure(5.0))
     calls = [(importlib.import_module(module), name) for stage in STAGES.values() for module, name in stage]
     before = [getattr(module, name) for module, name in calls]
     coarse = RenderConfig(integrator="cached", cache_spacing_m=0.5, threads=1)
@@ -132,7 +132,7 @@ def test_stages_are_what_the_renderer_calls_and_add_up() -> None:
 
 def test_references_are_kept_until_the_exposure_changes(tmp_path) -> None:
     pytest.importorskip("pyoidn")
-    room, references = SampledRoom("box 0", ROOM, 1, PATH, Exposure(5.0), 0.0), References(tmp_path, 1)
+    room, references = SampledRoom("box 0", ROOM, 1, PATH, Exposure(5.0)), References(tmp_path, 1)
     first = references.view(room, 1, (24, 16))
     assert first.color.shape == first.color_noisy.shape == first.radiance.shape == (16, 24, 3)
     kept = references.view(room._replace(flat=None), 1, (24, 16))  # type: ignore[arg-type]
