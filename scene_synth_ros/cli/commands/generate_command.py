@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     size = parser.add_mutually_exclusive_group()
     add_number(size, "--shard-rooms", 1, MAX_ROOMS, metavar="R", help="rooms of a shard (default: 1 to 16, by the number of rooms)")
     size.add_argument("--shard-size", metavar="SIZE", help="about the size of a shard, 1GB, say: R follows from the first room's bytes")
-    resume = "make what is missing of a dataset; by its own plan; with more --rooms, extend it"
+    resume = "make what is missing of a dataset, by its own plan; with more --rooms, extend it"
     parser.add_argument("--resume", action="store_true", help=resume)
     mixed = "go on with a dataset that another program, configuration or kind of machine has begun; plan and card list them"
     parser.add_argument("--accept-mixed", action="store_true", help=mixed)
