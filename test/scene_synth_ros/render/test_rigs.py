@@ -9,6 +9,7 @@ from renderer.body.config import BodyConfig, ImuConfig, WheelsConfig
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.sweep_config import LidarConfig
+from renderer.path.config import RenderConfig
 from renderer.sensors.devices import DepthSensorConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
@@ -46,6 +47,7 @@ GROUPS = {
     "renderer_node": {
         **{"camera": CameraConfig, "sensor": SensorConfig, "depth_sensor": DepthSensorConfig, "streams": StreamConfig, "scan": ScanConfig},
         **{"body": BodyConfig, "imu": ImuConfig, "wheels": WheelsConfig, "lidar": LidarConfig, "drive": DriveConfig},
+        "render": RenderConfig,  # how a camera exposes and maps tones
     },
     "grammar_node": {"motion": MotionConfig},
 }
