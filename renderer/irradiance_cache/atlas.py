@@ -246,13 +246,14 @@ def _lay_curved(
     whose = np.concatenate([np.repeat(whole, 3), long[strips.whose]])
     shares = np.concatenate([np.tile(np.eye(3), (len(whole), 1)), strips.shares(0.0)])
     # Places that lie close together and look the same way share a node.
-    places = np.floor(matmul(shares[:, None], corners[whose])[:, 0] / spacing_m).astype(np.int64)
+    point = matmul(shares[:, None], corners[whose])[:, 0]
+    places = np.floor(point / spacing_m).astype(np.int64)
     shading = matmul(shares[:, None], mesh.normals.astype(np.float64)[mesh.faces[whose]])[:, 0]
     facing = np.rint(_FACING * shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-6)).astype(np.int64)
     key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), face_part[whose]]))
     node = np.unique(key, return_inverse=True)[1].astype(np.int64)
     # A node stands on the largest triangle near it; along strips, which are all but alike, amid the places that share it.
-    point, count = matmul(shares[:, None], corners[whose])[:, 0], np.bincount(node)
+    count = np.bincount(node)
     middle = np.column_stack([np.bincount(node, point[:, axis]) / count for axis in range(3)])
     rank = ((point - middle[node]) ** 2).sum(axis=1)
     rank[: 3 * len(whole)] = -charts.area[whose[: 3 * len(whole)]]

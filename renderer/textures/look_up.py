@@ -96,9 +96,10 @@ def build_textures(
     rows, layout = np.zeros((max(len(applied), 1), ROW_SIZE), np.float32), np.zeros((max(len(applied), 1), 5), np.int64)
     for k, texture in enumerate(applied):
         if texture.tile_id not in stored:
-            stored[texture.tile_id] = texture.tile, total
-            chunks += [in_blocks(level.view(np.uint64)[..., 0]) for level in stored[texture.tile_id][0].levels]
-            total += stored[texture.tile_id][0].size_bytes // CHANNELS
+            tile = texture.tile
+            stored[texture.tile_id] = tile, total
+            chunks += [in_blocks(level.view(np.uint64)[..., 0]) for level in tile.levels]
+            total += tile.size_bytes // CHANNELS
         tile, start = stored[texture.tile_id]
         height, width = tile.levels[0].shape[:2]
         layout[k] = start, width.bit_length() - 1, height.bit_length() - 1, len(tile.levels), tile.picture

@@ -105,7 +105,7 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
                 "_temp_dir": own,
             }
         ray = importlib.import_module("ray")
-        terminated = signal.getsignal(signal.SIGTERM)  # init puts its own in place, which ends with another status
+        terminated = signal.getsignal(signal.SIGTERM)  # init puts its own in place, which prints a stack
         try:
             ray.init(**options)
         except Exception as error:  # of many kinds, some of the system's
