@@ -16,8 +16,13 @@ _FEW = 8
 
 
 def dot(a: ArrayLike, b: ArrayLike) -> Any:
-    """Return the sums of products along the last axis, (...), of arrays (..., k) that are broadcast."""
+    """Return the sums of products along the last axis, (...), of arrays (..., k) that are broadcast.
+
+    In the wider of their two types: numpy before 2 would let a term of a vector, which is a scalar, have no say.
+    """
     a, b = np.asarray(a), np.asarray(b)
+    wider = np.result_type(a.dtype, b.dtype)
+    a, b = a.astype(wider, copy=False), b.astype(wider, copy=False)
     if a.shape[-1] > _FEW:
         return (a * b).sum(axis=-1)
     total = a[..., 0] * b[..., 0]

@@ -34,3 +34,10 @@ def test_inverse_and_determinant_of_a_known_matrix() -> None:
     assert determinant(matrix) == 4.0
     assert inverse(matrix).tolist() == [[1.0, 0.0, -1.0], [0.0, 0.25, 0.0], [-1.0, 0.0, 2.0]]
     assert norm((3.0, 4.0, 12.0)) == 13.0
+
+
+def test_a_product_with_a_vector_has_the_wider_type_of_the_two() -> None:
+    rows, weights = np.full((5, 3), 0.1, np.float32), np.array([0.3, 0.5, 0.2])
+    for product in (dot(rows, weights), matmul(rows, weights), dot(weights, rows), dot(rows, weights.tolist())):
+        assert product.dtype == np.float64
+        np.testing.assert_array_equal(product, dot(rows.astype(np.float64), weights))
