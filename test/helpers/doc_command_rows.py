@@ -464,6 +464,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl:0.2 --types bedroom --mixed --shipped --workers 2"
     " --write": Parsed("takes minutes; test/grammar/learning/test_learn.py learns"),
     ".venv/bin/python -m benchmarks.realism_bench --recovery": Parsed("test/grammar/learning/test_learn.py"),
-    ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
+    ".venv/bin/python -m benchmarks.reference --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
     ".venv/bin/python -m benchmarks.export_bench": Parsed("needs Mitsuba; test/renderer/export reads the files"),
 }

@@ -1,7 +1,7 @@
 """Mitsuba 3 as the other renderer: our scenes in its terms, rendered in a process of its own (extra ``bench-reference``).
 
 Matt surfaces become ``diffuse``, clear glass ``roughdielectric`` at the roughness that we give smooth glass, panes ``thindielectric``, the
-sky an ``envmap``.  For gloss, metal, coats and sheen no plugin of Mitsuba's has the same model, so :mod:`benchmarks.reference_bsdf` writes
+sky an ``envmap``.  For gloss, metal, coats and sheen no plugin of Mitsuba's has the same model, so :mod:`benchmarks.reference.bsdf` writes
 ours in Mitsuba's terms.  Light, paths and their weights are Mitsuba's own throughout.
 """
 
@@ -104,7 +104,7 @@ def _serve(pipe: Connection, threads: int) -> None:
 
         mitsuba.set_variant(VARIANT)
         drjit.set_thread_count(threads)
-        from benchmarks.reference_bsdf import register
+        from benchmarks.reference.bsdf import register
 
         register()
     except Exception as error:

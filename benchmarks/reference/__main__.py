@@ -1,6 +1,6 @@
 """Our path tracer beside Mitsuba 3 on the same scenes: the same image within noise, time per sample, error at equal time.
 
-python -m benchmarks.reference_bench [--scenes NAME ...] [--passes N] [--samples N] [--threads N] [--pictures DIR] [--json FILE]
+python -m benchmarks.reference [--scenes NAME ...] [--passes N] [--samples N] [--threads N] [--pictures DIR] [--json FILE]
 
 Needs the extra ``bench-reference``; see docs/reference.md for what is compared and how.
 """
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from reference_scenes import SCENES, View
 from scipy import stats
 
-from benchmarks.reference_mitsuba import Mitsuba, Rendered
+from benchmarks.reference.mitsuba import Mitsuba, Rendered
 from benchmarks.table import Row, at_most, render_table
 from renderer import RenderConfig, Renderer
 from renderer.core.color import LUMINANCE
@@ -155,7 +155,7 @@ def summary(found: dict[str, Compared]) -> list[Row]:
 
 def main() -> None:
     """Compare all scenes, or those named."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.reference_bench")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.reference")
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
     parser.add_argument("--passes", type=int, default=24, help="independent images of each (default: %(default)s)")
     parser.add_argument("--samples", type=int, default=32, help="samples per pixel of one (default: %(default)s)")
