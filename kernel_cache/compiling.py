@@ -44,6 +44,12 @@ def compiled(function: Callable[..., Any], **settings: Any) -> Any:
     return dispatcher
 
 
+def is_kept(kernel: Any) -> bool:
+    """Return whether something that was compiled of a kernel, of its present sources, is on disk."""
+    kept = kernel._cache
+    return isinstance(kept, KernelCache) and bool(kept._cache_file._load_index())
+
+
 @cache
 def _say_uncached(why: str) -> None:
     """Tell it once a process."""

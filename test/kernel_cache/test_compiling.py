@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import config
 from numba.core.registry import cpu_target
 
-from kernel_cache.compiling import KernelCache, SealedCacheFile, compiled
+from kernel_cache.compiling import KernelCache, SealedCacheFile, compiled, is_kept
 from kernel_cache.processor import COMMON
 
 
@@ -61,6 +62,16 @@ def test_kernels_work_where_no_folder_can_be_written(monkeypatch, capsys):
     assert [compiled(lambda x: x + 1)(1), compiled(lambda x: x + 2)(1)] == [2, 3]
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1 and lines[0].endswith("set NUMBA_CACHE_DIR to a folder that can be written")
+
+
+def test_a_kernel_is_kept_once_it_is_compiled(monkeypatch, tmp_path):
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    kernel = compiled(lambda x: x + 3)
+    assert not is_kept(kernel)
+    kernel(1)
+    assert is_kept(kernel)
+    monkeypatch.setattr(KernelCache._impl_class, "_locator_classes", [])
+    assert not is_kept(compiled(lambda x: x + 3))
 
 
 @pytest.mark.parametrize("name", ["kernel.nbi", "kernel.1.nbc"])

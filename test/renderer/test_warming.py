@@ -1,0 +1,40 @@
+"""Kernels that are compiled in a process of their own are those that frames call."""
+
+import subprocess
+
+from renderer import warming
+from renderer.irradiance_cache.edges import smooth_edges
+from renderer.irradiance_cache.reconstruction import mix_mirrored
+from renderer.irradiance_cache.shading import shade_hits, want_nodes
+from renderer.warming import warm_up, warm_up_frames
+
+KERNELS = (want_nodes, shade_hits, mix_mirrored, smooth_edges)
+
+
+def test_a_picture_of_nothing_needs_the_kernels_of_a_room_with_nodes():
+    warm_up(("color",), integrator="cached")
+    of_a_room = [len(kernel.signatures) for kernel in KERNELS]
+    warm_up_frames()
+    assert [len(kernel.signatures) for kernel in KERNELS] == of_a_room
+
+
+def test_they_are_compiled_beside_the_others_where_they_are_not_kept(monkeypatch):
+    """And what the other process does is waited for, before they are called."""
+    begun: list[subprocess.Popen[bytes]] = []
+
+    class Watched(subprocess.Popen[bytes]):
+        def __init__(self, command: list[str], **settings: int) -> None:
+            super().__init__(command, **settings)
+            begun.append(self)
+
+    monkeypatch.setattr(subprocess, "Popen", Watched)
+    warm_up(("depth",), integrator="cached")
+    warm_up(("color",), integrator="path")
+    warm_up(("color",), integrator="cached")
+    assert not begun, "they are kept"
+    monkeypatch.setattr(warming, "is_kept", lambda kernel: False)
+    warm_up(("depth",), integrator="cached")
+    warm_up(("color",), integrator="path")
+    assert not begun, "nobody asks for them"
+    warm_up(("color",), integrator="cached")
+    assert [process.returncode for process in begun] == [0]
