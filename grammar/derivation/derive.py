@@ -21,9 +21,19 @@ from grammar.derivation.densities import draw_height, draw_size
 from grammar.derivation.drafts import Corner, Draft, Size, units_above
 from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
 from grammar.derivation.openings import DrawnOpening, SpecialWalls, draw_numbers, draw_openings
-from grammar.derivation.parse_tree import Attribute, BelowSlopesError, Item, ParseTree, Pinned, RejectedError, UnitRowPlan, attribute_node
+from grammar.derivation.parse_tree import (
+    Attribute,
+    BelowSlopesError,
+    Item,
+    OtherShareError,
+    ParseTree,
+    Pinned,
+    RejectedError,
+    UnitRowPlan,
+    attribute_node,
+)
 from grammar.derivation.plan import Plan, make_plan
-from grammar.derivation.shell import Extent, draw_extent, draw_room, is_given
+from grammar.derivation.shell import DrawnSize, Extent, draw_extent, draw_room, is_given
 from grammar.derivation.slopes import check_tall, draw_slopes, loaded_heights_m
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.derivation.unit_rows import place_unit_rows
@@ -36,8 +46,8 @@ from scene_description.polygons import signed_area_m2
 
 _CONDITIONAL_COST = 10
 """Drawing a structure given its numbers of objects takes the time of so many free ones, but none is rejected for its numbers."""
-_SAME_EXTENT = 100
-"""Derivations in a row that are tried with one drawn area."""
+_SAME_EXTENT, _SAME_SIZE = 100, 4
+"""Derivations in a row that are tried with one drawn area, and how many of them may fail with furniture that suits a size of a mixture."""
 
 _OPENINGS_TRIED = 4
 """Places of doors and windows that are tried for one room with unit rows, so that a structure that fits between some is not given up."""
@@ -63,11 +73,12 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) ->
     reasons: Counter[str] = Counter()
     below_slopes: Counter[str] = Counter()
     budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
-    extent = None
-    for trial in range(budget):
+    extent, tried, suited = None, 0, 0
+    for _ in range(budget):
         # a small room stays small where it is the furniture that does not fit
-        if trial % _SAME_EXTENT == 0:
-            extent = draw_extent(plan.grammar.room, plan.request, rng)
+        if tried % _SAME_EXTENT == 0 or (suited == _SAME_SIZE and isinstance(extent, DrawnSize)):
+            extent, tried, suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
+        tried += 1
         try:
             return _derive_once(plan, categories, extent, rng)
         except BelowSlopesError as rejected:
@@ -80,6 +91,7 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) ->
                 ) from rejected
         except RejectedError as rejected:
             reasons[str(rejected)] += 1
+            suited += not isinstance(rejected, OtherShareError)
     raise RequestError(
         f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {_worst(reasons + below_slopes)}; "
         "relax that constraint or raise budget.derivations"
@@ -129,7 +141,7 @@ class _Furnished(NamedTuple):
     corners: tuple[Corner, ...]
 
 
-def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng: np.random.Generator) -> ParseTree:
+def _derive_once(plan: Plan, categories: Categories, extent: Extent | DrawnSize | None, rng: np.random.Generator) -> ParseTree:
     grammar, slopes = plan.grammar, plan.grammar.room.slopes
     structure = _draw_structure(plan, rng)
     terminals = _draw_terminals(plan, structure, rng)

@@ -48,6 +48,10 @@ class RejectedError(Exception):
     """The derivation breaks the constraint that the text names; another one is drawn in its place."""
 
 
+class OtherShareError(RejectedError):
+    """The furniture covers another share of the floor than in rooms of the size that was drawn before it."""
+
+
 class BelowSlopesError(RejectedError):
     """A derivation is rejected for a sloped ceiling: none that was drawn for it has room for its doors, windows and furniture."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -13,7 +12,7 @@ import numpy as np
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
 from grammar.derivation.openings import SpecialWalls
 from grammar.derivation.outlines import draw_arms, draw_outline
-from grammar.derivation.parse_tree import Attribute, RejectedError
+from grammar.derivation.parse_tree import Attribute, OtherShareError, RejectedError
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import ARMED, SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.rules import Grammar
@@ -29,9 +28,6 @@ _SHORTEST_M, _LONGEST_M = 0.7, 50.0
 _BARE = 1.0
 """A room is bare if furniture covers less of the floor than so many standard deviations of that share."""
 
-_SIZES_TRIED = 4
-"""Sizes drawn for one structure: each has few, so that this leaves the odds of structures, and draws fewer of them in vain."""
-
 _EITHER_WAY = 0.5
 _LEAST_SHARE = 0.01
 _ROUNDING = 1e-6
@@ -46,21 +42,18 @@ class DrawnSize(NamedTuple):
     """The size of a room as it was drawn.
 
     ``area_m2`` of the floor; ``sides_m`` along x and y of a rectangle of that area or, with ``arm_m``, of the one that bounds a room with
-    arms of that width.
+    arms of that width; ``component`` of the mixture that it was drawn from, if it was.
     """
 
     area_m2: float
     sides_m: list[float]
     attributes: Sequence[Attribute]
     arm_m: float | None = None
+    component: RoomSize | None = None
 
 
-def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize:
-    """Return a size drawn from a mixture.
-
-    Raises:
-        RejectedError: the furniture covers another share of the floor than in rooms of the component that was drawn.
-    """
+def draw_room_size(sizes: Sequence[RoomSize], rng: np.random.Generator) -> DrawnSize:
+    """Return a size drawn from a mixture."""
     chosen = draw_index(rng, [size.probability for size in sizes])
     size = sizes[chosen]
     drawn = [draw_truncated_normal(rng, mean, sd, _SHORTEST_M, _LONGEST_M) for mean, sd in zip(size.mean_m, size.sd_m, strict=True)]
@@ -73,14 +66,23 @@ def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.
         arm = draw_truncated_normal(rng, size.arm_m, size.arm_sd_m, _SHORTEST_M, _LONGEST_M)
         log += truncated_normal_log_density(arm, size.arm_m, size.arm_sd_m, _SHORTEST_M, _LONGEST_M)
         area = arm * (sum(drawn) - arm)
-    if size.floor_share is not None:
-        off = (covered_m2 / area - size.floor_share) / size.share_sd
-        if rng.random() > math.exp(-0.5 * off * off):
-            raise RejectedError("furniture on as much of the floor as in rooms of that size")
     turned = bool(rng.random() < _EITHER_WAY)
     sides = drawn[::-1] if turned else drawn
     text = f"{chosen}, {sides[0]:.3f} x {sides[1]:.3f} m" + ("" if arm is None else f", arms {arm:.3f} m")
-    return DrawnSize(area, sides, [Attribute(ROOM_SIZE, text, log)], arm)
+    return DrawnSize(area, sides, [Attribute(ROOM_SIZE, text, log)], arm, size)
+
+
+def check_share(size: DrawnSize, covered_m2: float, rng: np.random.Generator) -> None:
+    """Reject furniture by how far the share of the floor that it covers is from that of the component, where that has one.
+
+    Raises:
+        OtherShareError: the furniture covers another share of the floor than in rooms of that size.
+    """
+    component = size.component
+    if component is not None and component.floor_share is not None:
+        off = (covered_m2 / size.area_m2 - component.floor_share) / component.share_sd
+        if rng.random() > math.exp(-0.5 * off * off):
+            raise OtherShareError("furniture on as much of the floor as in rooms of that size")
 
 
 class Extent(NamedTuple):
@@ -92,9 +94,11 @@ class Extent(NamedTuple):
     attributes: tuple[Attribute, ...]
 
 
-def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> Extent | None:
+def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> Extent | DrawnSize | None:
     """Draw the extent of a room whose grammar says how large it is; None where furniture or a request decides, or the sides are drawn."""
-    if room.area_m2 is None or room.proportion is None or request.room_polygon_m or max(request.room_width_m, request.room_depth_m) > 0.0:
+    if room.sizes and not is_given(request):
+        return draw_room_size(room.sizes, rng)
+    if room.area_m2 is None or room.proportion is None or is_given(request):
         return None
     area, log = draw_with_log_density(rng, room.area_m2)
     # the short side is no narrower than an arm of the floor may be
@@ -114,14 +118,15 @@ def draw_room(
     outline: tuple[Point2, ...],
     covered_m2: float,
     rng: np.random.Generator,
-    extent: Extent | None = None,
+    extent: Extent | DrawnSize | None = None,
 ) -> tuple[Room, list[Attribute], SpecialWalls]:
     """Draw a room with a flat ceiling and without openings, tell how, and return the walls of its bay and of its chimney breast.
 
     ``outline``: the request's own or (); ``extent``: drawn before; None: from the furniture, or the sides.
 
     Raises:
-        RejectedError: an arm of the room is too narrow, the area is out of bounds, or it has a bay and is to have slopes.
+        RejectedError: the furniture does not fit the size that was drawn, an arm of the room is too narrow, the area is out of bounds, or
+            it has a bay and is to have slopes.
     """
     fitted = None if is_given(request) else _fitted(grammar.room, covered_m2, extent, rng)
     sides, attributes = ([], []) if outline else _draw_sides(grammar.room, request, fitted, rng)
@@ -190,13 +195,17 @@ def _shapes_left(room: RoomRule, fitted: bool) -> RoomShapes:
     return replace(room.shapes, **odds)
 
 
-def _fitted(room: RoomRule, covered_m2: float, extent: Extent | None, rng: np.random.Generator) -> DrawnSize | None:
-    """Return the size of a room that its furniture or its area asks for; None for a room of given sides."""
-    if room.sizes and (covered_m2 > 0.0 or any(may_be_bare(size) for size in room.sizes)):
-        for _ in range(_SIZES_TRIED - 1):
-            with suppress(RejectedError):
-                return draw_room_size(room.sizes, covered_m2, rng)
-        return draw_room_size(room.sizes, covered_m2, rng)
+def _fitted(room: RoomRule, covered_m2: float, extent: Extent | DrawnSize | None, rng: np.random.Generator) -> DrawnSize | None:
+    """Return the size of a room that its furniture or its area asks for; None for a room of given sides.
+
+    Raises:
+        RejectedError: the furniture does not fit the size that was drawn.
+    """
+    if isinstance(extent, DrawnSize):
+        if covered_m2 <= 0.0 and not any(may_be_bare(size) for size in room.sizes):
+            return None
+        check_share(extent, covered_m2, rng)
+        return extent
     if extent is None and room.floor_share is not None and room.proportion is not None and covered_m2 > 0.0:
         share, log = draw_with_log_density(rng, room.floor_share)
         extent = _extent(covered_m2 / max(share, _LEAST_SHARE), Attribute("floor_share", f"{share:.3f}", log), room.proportion, rng)
