@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from shapely.geometry import Polygon
+from shapely import Polygon, get_parts, union_all
+from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, wall_rows
@@ -106,13 +107,31 @@ class RelativePose(NamedTuple):
 
 
 def filled_outline(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
-    """Return an outline without its narrow niches, counter-clockwise: sources count the thickness of the wall in a door to the room."""
+    """Return an outline without the niches and steps of its doors, counter-clockwise.
+
+    Sources count the thickness of the wall in a door to the room, or to the next one: there it lies within this one's outline.
+    """
     whole = Polygon(polygon_m)
-    filled = whole.buffer(-_NICHE_M, join_style="mitre").buffer(_NICHE_M, join_style="mitre")
+    grown = _resized(_resized(whole, _NICHE_M), -_NICHE_M)
+    whole = union_all([whole, *_steps(whole, grown)])
+    filled = _resized(_resized(whole, -_NICHE_M), _NICHE_M)
+    filled = union_all([filled, *_steps(filled, filled.envelope)])
     if filled.geom_type != "Polygon" or filled.area < _LEAST_KEPT * whole.area:
         return without_steps(polygon_m)  # narrower than a niche
     points = orient(filled.simplify(_STRAIGHT_M)).exterior.coords[:-1]
     return tuple((float(x), float(y)) for x, y in points)
+
+
+def _resized(floor: BaseGeometry, by_m: float) -> BaseGeometry:
+    return floor.buffer(by_m, join_style="mitre")
+
+
+def _steps(floor: BaseGeometry, around: BaseGeometry) -> Iterator[BaseGeometry]:
+    """Yield what a floor lacks to the one around it and is no deeper than a wall is thick and no longer than a niche."""
+    for part in get_parts(around.difference(floor)):
+        x_low, y_low, x_high, y_high = part.bounds
+        if _resized(part, -0.5 * _STEP_M).is_empty and math.hypot(x_high - x_low, y_high - y_low) < 2.0 * _NICHE_M + _STEP_M:
+            yield part
 
 
 def without_steps(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:

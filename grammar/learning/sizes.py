@@ -310,7 +310,7 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
     Three notches or more of those with five or six corners are the kernels of the notches of an L, as wide as those of the rooms' sides.
     """
     filled = areas / extents.prod(1) > _WHOLE
-    corners = [4 if whole else len(without_steps(outline)) for whole, outline in zip(filled, outlines, strict=True)]
+    corners = [4 if whole else _corners(outline) for whole, outline in zip(filled, outlines, strict=True)]
     counts = {"rectangle": corners.count(4), "l_shape": sum(count in _L_CORNERS for count in corners)}
     eight = [name for name in SHAPES if name not in counts]
     rest, others = len(corners) - sum(counts.values()), sum(getattr(base, name) for name in eight)
@@ -333,6 +333,12 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
             notch_high=max(base.notch_high, high),
         )
     return replace(base, rectangle=round(1.0 - sum(shares.values()), 4), **shares)
+
+
+def _corners(outline: Sequence[Point2]) -> int:
+    """Return the number of corners of an outline, of one with a long shallow step those with that step."""
+    plain = len(without_steps(outline))
+    return len(outline) if plain == 4 and len(outline) in _L_CORNERS else plain
 
 
 def _notch_shares(outline: Sequence[Point2]) -> tuple[float, float]:
