@@ -1,6 +1,6 @@
 """Rows of what hangs above a unit row with widths of its own: edge to edge along the walls, with what is built in below.
 
-A row begins at an end of a free stretch of wall above low units; what is wider than the rest of it goes on to the next stretch,
+A row begins at an end of a free stretch of wall above low units, beside a tall one as likely as its rule says; what is wider than the rest of it goes on to the next stretch,
 or is cut to the rest where its bounds allow that.
 """
 
@@ -56,6 +56,8 @@ def hang_rows(shell: Shell, standing: Sequence[tuple[Draft, Pose]], drafts: Sequ
     others = [draft for draft in drafts if draft.rule.in_line and draft.rule.cores and draft not in row]
     depth = max(draft.size_m[0] for draft in row)
     free = list(_stretches(shell, standing, _crossed(standing, others), depth, rng))
+    if row[0].rule.beside_tall is not None:
+        free = _turned(free, _tall_ends(shell, standing), bool(rng.random() < row[0].rule.beside_tall))
     order = [row[int(k)] for k in rng.permutation(len(row))]
     # what does not fit as wide as it was drawn hangs in equal shares of the wall
     share = sum(one.high - one.low for one in free) / len(row)
@@ -104,6 +106,24 @@ def _stretches(
                 if end > begin + _TOUCH_M:
                     found.append(Stretch(wall, begin, end, bool(rng.random() < 0.5)))
     yield from (found[int(k)] for k in rng.permutation(len(found)))
+
+
+def _tall_ends(shell: Shell, standing: Sequence[tuple[Draft, Pose]]) -> list[tuple[int, float]]:
+    """Return the sides of tall units: numbers of walls, metres along these."""
+    tall = [(unit, pose) for unit, pose in standing if unit.size_m[2] > HANGING_LOW_M and pose[3] != OFF_WALL]
+    return [(pose[3], end) for unit, pose in tall for end in _beside(shell, unit, pose)]
+
+
+def _turned(free: Sequence[Stretch], tall: Sequence[tuple[int, float]], beside: bool) -> list[Stretch]:
+    """Return stretches that begin beside tall units where these end them, and are first, or begin at their other ends."""
+
+    def meets(one: Stretch, end: float) -> bool:
+        return any(wall == one.wall and abs(at - end) < _JOIN_M for wall, at in tall)
+
+    met = [(meets(one, one.low), meets(one, one.high)) for one in free]
+    turned = [one._replace(from_high=high == beside) if low != high else one for one, (low, high) in zip(free, met, strict=True)]
+    order = sorted(range(len(free)), key=lambda k: any(met[k]) != beside)
+    return [turned[k] for k in order]
 
 
 def _beside(shell: Shell, unit: Draft, pose: Pose) -> tuple[float, float]:

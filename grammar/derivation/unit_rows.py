@@ -127,7 +127,11 @@ def _still(chosen: _Candidate) -> _Candidate:
 def _rule(grammar: Grammar, symbol: str, rng: np.random.Generator) -> UnitRowRule:
     rule = grammar.nodes[symbol].run
     assert rule is not None
-    return replace(rule, joint_m=rule.joints_m[int(rng.integers(len(rule.joints_m)))]) if rule.joints_m else rule
+    if rule.joints_m:
+        rule = replace(rule, joint_m=rule.joints_m[int(rng.integers(len(rule.joints_m)))])
+    if rule.wall_gaps_m:
+        rule = replace(rule, wall_gap_m=rule.wall_gaps_m[int(rng.integers(len(rule.wall_gaps_m)))])
+    return rule
 
 
 def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int], list[Draft]]:

@@ -196,7 +196,7 @@ def _learn_rules(
     nodes = dict(branching.nodes)
     if "sizes" not in options.keep:
         objects = with_even_heights(grammar.objects, objects)
-        related = learn_unit_rows(replace(grammar, nodes=nodes, objects=objects), assigned, counts)
+        related = learn_unit_rows(replace(grammar, nodes=nodes, objects=objects), assigned, counts, options.alpha)
         nodes, objects = dict(related.nodes), dict(related.objects)
     openings = dict(grammar.openings)
     if "openings" not in options.keep:

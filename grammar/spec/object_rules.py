@@ -175,5 +175,7 @@ class ObjectRule:
     Without a tie of its width it hangs in a row instead, edge to edge with its like above the units of the runs, which then stay where
     they are.
     """
+    beside_tall: Probability | None = None
+    """How likely such a row begins beside a tall unit; without it, at either end of what is free, as likely."""
     below_row_m: Distance | None = None
     """Height of what hangs in line where a row goes past its core: it is built in below the row.  Without it, rows leave its place free."""

@@ -23,9 +23,8 @@ Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 class UnitRowRule:
     """What makes the objects below a node that stand on the floor one run.
 
-    They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart, or one of ``joints_m``, equally likely.  A run that does
-    not touch a side wall leaves
-    ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one, with
+    They stand with their backs, and at side walls with their sides, ``wall_gap_m`` off the wall, or one of ``wall_gaps_m``, equally likely,
+    and ``joint_m`` apart, or one of ``joints_m``.  A run that does not touch a side wall leaves ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one, with
     ``ends_free`` a run without corner touches none.  Before units that face each other
     ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run at a wall at an
     angle to theirs.  With ``window_gap_m`` the run keeps that far off the sides of windows (room for curtains), else low units stand below
@@ -39,6 +38,7 @@ class UnitRowRule:
     """
 
     wall_gap_m: Distance = 0.005
+    wall_gaps_m: Annotated[tuple[Distance, ...], Limits(max_length=64)] = ()
     joint_m: Distance = 0.0
     joints_m: Annotated[tuple[Distance, ...], Limits(max_length=64)] = ()
     end_gap_m: Distance = 0.4

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,3 +84,18 @@ def test_what_is_too_wide_for_the_wall_is_cut_to_it():
     _, spans = hung(kitchen((1.5, 1.5), ", below_row_m: 0.06"), 1)
     assert min(high - low for _, low, high in spans) < 1.45
     assert sum(high - low for _, low, high in spans) <= 0.8 + 0.7 + 0.6 + 1e-6
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_row_begins_beside_a_tall_unit_as_likely_as_its_rule_says(beside):
+    grammar = kitchen((0.35,), ", below_row_m: 0.06")
+    rule = replace(grammar.objects["c0"], beside_tall=float(beside))
+    grammar, met = replace(grammar, objects={**grammar.objects, "c0": rule}), []
+    for seed in range(6):
+        tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(seed))
+        found, ((wall, low, high),) = hung(grammar, seed)
+        _, state = assemble(grammar, CATEGORIES, tree)
+        row, (x, y) = wall_rows(tree.room.polygon_m)[wall], state.pose[found["tall"].id - 1, :2]
+        along = (x - row[START_X]) * row[ALONG_X] + (y - row[START_Y]) * row[ALONG_Y]
+        met.append(min(abs(along - 0.3 - high), abs(low - along - 0.3)) < 0.01)
+    assert met == [beside] * 6
