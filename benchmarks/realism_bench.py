@@ -30,6 +30,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,6 +39,7 @@ from realism_figures import UNITS, Figures, by_chance, compare
 from recovery import recover
 from room_features import GROUPS, folds_of, real_against_real, schema_of, table, told_apart, told_of_unseen
 
+from benchmarks.room_measures import as_furnished, measure_room
 from benchmarks.table import DOCS, Row, at_most, render_table, side_by_side, write_section
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_grammar, read_room_type, sample_room
 from grammar.learning import (
@@ -67,6 +69,11 @@ LIMIT = 0.8
 _SHOWN = 8
 ROOMS, CLASSIFIED, RECOVERED = 200, 240, 2000
 """Rooms that are sampled unless told otherwise: of each fold, for the classifier, of the known grammar."""
+_MEDIANS = {
+    "area_m2": "m2", "proportion": "", "covered": "", "bare_wall_m": "m", "doors": "", "windows": "", "objects": ""
+}  # fmt: skip
+"""Measures of rooms whose medians, and means of counts, are laid beside those of the real rooms -> unit."""
+_COUNTS = ("doors", "windows", "objects")
 NOT_MEASURED = "not measured: give a file, python -m benchmarks.realism_bench LAYOUTS.jsonl"
 
 
@@ -126,7 +133,7 @@ class _Table:
         """Cross-validate."""
         by_hand = self._sampled(self._base, rooms, 1).rooms
         chance = self._sampled(by_chance(read_room_type(self._base.room_type, self._categories, "learned")), rooms, 0).rooms
-        schema, told = schema_of(self._seen), []
+        schema, told, every = schema_of(self._seen), [], []
         sums: dict[str, list[Figures]] = {"learned": [], "by hand": [], "by chance": [], "real, learned from": []}
         for fold in range(folds):
             taught, held = split_houses(self._seen, SHARE, fold)
@@ -135,6 +142,7 @@ class _Table:
             result = learn(self._base, self._categories, taught, self._options, np.random.default_rng([1, fold]), self._counted)
             known = set(result.wanted) | {thing.category for room in held for thing in room.objects}
             drawn = self._sampled(result.grammar, rooms, 2 + fold).rooms
+            every.extend(drawn)
             told.append(
                 [told_of_unseen(*(table(schema, part)[1] for part in (taught, held, found)), 2, _TREES) for found in (drawn, by_hand)]
             )
@@ -143,10 +151,23 @@ class _Table:
         rows = [Row("real rooms in the file, of which a fifth is held out", float(len(self._seen)), "rooms")]
         for index, (label, unit) in enumerate(UNITS.values()):
             rows.extend(Row(f"{label}; {name}", _mean([f[index] for f in figures]), unit) for name, figures in sums.items())
+        rows.extend(self._medians(every))
         limit, _ = real_against_real(self._seen, folds, np.random.default_rng(1))
         pairs = zip(("learned", "by hand"), zip(*told, strict=True), strict=True)
         rows.extend(Row(f"random forest, area under the curve; {name}", _mean(found), "AUC") for name, found in pairs)
         return [*rows, Row("random forest, area under the curve; real rooms, houses split in two", limit, "AUC")]
+
+    def _medians(self, drawn: Sequence[ObservedRoom]) -> list[Row]:
+        """Return medians of measures of the rooms of all folds beside those of all real rooms; of counts the means."""
+        recorded, rows = {item.category for room in self._seen for item in room.objects}, []
+        for name, rooms in (("learned", drawn), ("real", self._seen)):
+            kept = (replace(room, objects=tuple(item for item in room.objects if item.category in recorded)) for room in rooms)
+            measured = [measure_room(as_furnished(room, self._categories)) for room in kept]
+            for field, unit in _MEDIANS.items():
+                values = [getattr(one, field) for one in measured]
+                what, value = ("mean", np.mean(values)) if field in _COUNTS else ("median", np.median(values))
+                rows.append(Row(f"{field}, {what}; {name}", float(value), unit))
+        return sorted(rows, key=lambda row: [*_MEDIANS].index(row.name.split(",")[0]))
 
     def _counted(self, grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
         """Sample the rooms of a correction in the processes of the pool."""

@@ -20,7 +20,7 @@ from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y,
 from grammar.learning.category_map import CategoryMap
 from grammar.learning.layout_fields import UnfitError, read_number, read_openings, read_polygon
 from grammar.learning.layout_objects import read_objects
-from grammar.learning.observed import ObservedObject
+from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.learning.read_layouts import lines_by_house, with_shared_doors
 from grammar.spec.categories import Categories, Category
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
@@ -152,18 +152,28 @@ def real_rooms(path: Path, names: CategoryMap, categories: Categories) -> Iterat
             continue
         room_type = ROOM_TYPES.get(data["room_type"], data["room_type"])
         items, _ = read_objects(data["objects"], _keeping(names, room_type, data["objects"]), room_type, polygon, own=False)
-        table = {item.category: Category(label="otherprop") for item in items} | dict(categories)
         seen = read_openings(with_shared_doors(data, houses), polygon, [])
-        openings = [
-            Opening(
-                id=1000 + k, category="door" if kind == "door" else "window", label=0, wall=o.wall, offset_m=o.offset_m, sill_m=o.sill_m,
-                width_m=o.width_m, height_m=o.height_m, swing="out", model=ModelReference(generator=kind), parts=(),
-            )
-            for kind, found in seen.items()
-            for k, o in enumerate(found)
-        ]  # fmt: skip
-        room = Room(polygon_m=tuple(polygon), height_m=height, wall_thickness_m=0.1, openings=tuple(openings), surfaces=())
-        yield furnished(room_type, room, [_placed(k, item) for k, item in enumerate(items)], table)
+        yield as_furnished(
+            ObservedRoom(
+                id="", house="", room_type=room_type, polygon_m=tuple(polygon), height_m=height, objects=tuple(items), openings=seen
+            ),
+            categories,
+        )
+
+
+def as_furnished(room: ObservedRoom, categories: Categories) -> Furnished:
+    """Return an observed room as the checks and measures of sampled ones need it; categories that the table lacks are plain things."""
+    table = {item.category: Category(label="otherprop") for item in room.objects} | dict(categories)
+    openings = [
+        Opening(
+            id=1000 + k, category=kind, label=0, wall=o.wall, offset_m=o.offset_m, sill_m=o.sill_m, width_m=o.width_m,
+            height_m=o.height_m, swing="out", model=ModelReference(generator=kind), parts=(),
+        )
+        for kind, found in room.openings.items()
+        for k, o in enumerate(found)
+    ]  # fmt: skip
+    shell = Room(polygon_m=room.polygon_m, height_m=room.height_m, wall_thickness_m=0.1, openings=tuple(openings), surfaces=())
+    return furnished(room.room_type, shell, [_placed(k, item) for k, item in enumerate(room.objects)], table)
 
 
 def _keeping(names: CategoryMap, room_type: str, objects: Sequence[Mapping[str, object]]) -> CategoryMap:

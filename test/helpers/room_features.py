@@ -1,7 +1,7 @@
 """Rooms as vectors of features, and how well a classifier tells two sets of rooms apart by them.
 
 Features are those of what is recorded of both: categories that the real rooms have, at the precision of the source (1 mm, 1 mrad).  A box
-that a source puts into a wall is as far off it, as when grammars are learned, and what hangs within 3 cm of a wall hangs on it: sources
+that a source puts into a wall or a neighbour is as far off it, as when grammars are learned, and what hangs within 3 cm of a wall hangs on it: sources
 leave such boxes in the air.
 """
 
@@ -19,7 +19,7 @@ from sklearn.metrics import roc_auc_score
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning import ObservedObject, ObservedRoom
-from grammar.learning.observed import WallPose, box_gap, filled_outline, fitting_gap, fitting_wall, nearest_wall, relative_pose
+from grammar.learning.observed import WallPose, filled_outline, fitting_gap, fitting_wall, nearest_wall, relative_pose, signed_gap
 
 GROUPS = ("counts", "sizes", "walls", "pairs", "room")
 _LEAST_ROOMS, _MOST_PAIRS = 3, 15
@@ -103,7 +103,7 @@ def _pair(names: str, first: Sequence[ObservedObject], second: Sequence[Observed
     place = relative_pose(near[0], near[1])
     return {
         f"pairs: distance of {names}": _stepped(math.hypot(place.x_m, place.y_m)),
-        f"pairs: gap of {names}": _stepped(box_gap(near[0], near[1])),
+        f"pairs: gap of {names}": _stepped(fitting_gap(signed_gap(near[0], near[1]))),
         f"pairs: turn of {names}": _stepped(abs(place.turn_rad)),
         f"pairs: ahead of {names}": _stepped(place.x_m),
         f"pairs: aside of {names}": _stepped(abs(place.y_m)),
