@@ -1,7 +1,7 @@
 """Rows of what hangs above a unit row with widths of its own: edge to edge along the walls, with what is built in below.
 
-A row begins at an end of a free stretch of wall above low units, beside a tall one as likely as its rule says; what is wider than the rest of it goes on to the next stretch,
-or is cut to the rest where its bounds allow that.
+A row begins at an end of a free stretch of wall above low units, beside a tall one as likely as its rule says; what is wider
+than the rest of it goes on to the next stretch, or is cut to the rest where its bounds allow that.
 """
 
 from __future__ import annotations

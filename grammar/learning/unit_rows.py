@@ -1,6 +1,4 @@
-"""What rooms say about unit rows: how far the backs of their units stand off the wall and apart, which stand side by side, what hangs beside
-tall ones, and how high worktops are.
-"""
+"""What rooms say about unit rows: how far their units stand off the wall and apart, which of them side by side, how high worktops are."""
 
 from __future__ import annotations
 
@@ -104,10 +102,9 @@ def _joints(items: Sequence[AssignedObject]) -> Iterator[float]:
 
 
 def _wishes(standing: Sequence[Sequence[AssignedObject]], alpha: float) -> dict[str, dict[str, float]]:
-    """Return for each symbol what other symbols of its row cost or save beside it, nat; below zero: they are more often there than by chance.
+    """Return for each symbol what other symbols of its row cost beside it, nat; below zero where they are there more often than by chance.
 
-    A pair of symbols is beside each other as often as the logarithms of its odds say, by how much they are above those by chance; either
-    unit of the pair wishes for half of that.
+    That is by how much the logarithm of the odds of a pair to be side by side is below that by chance; either unit bears half of it.
     """
     seen: dict[tuple[str, str], list[tuple[bool, float]]] = defaultdict(list)
     for items in standing:

@@ -1,8 +1,8 @@
 """Rooms as vectors of features, and how well a classifier tells two sets of rooms apart by them.
 
 Features are those of what is recorded of both: categories that the real rooms have, at the precision of the source (1 mm, 1 mrad).  A box
-that a source puts into a wall or a neighbour is as far off it, as when grammars are learned, and what hangs within 3 cm of a wall hangs on it: sources
-leave such boxes in the air.
+that a source puts into a wall or a neighbour is as far off it, as when grammars are learned, and what hangs within 3 cm of a wall hangs on
+it: sources leave such boxes in the air.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ def test_units_stand_as_far_off_the_wall_as_those_of_the_rooms() -> None:
 
 
 def row_of(*names: str, apart_m: float = 0.0, off_m: float = 0.0) -> ObservedRoom:
-    """Return a room with units 0.6 m wide beside each other at the wall x = 0, all as far off it; what hangs is above the unit before it."""
+    """Return a room with a row of units 0.6 m wide at the wall x = 0, all as far off it; what hangs is above the unit before it."""
     things, along = [], 0.3
     for name in names:
         if name == "wall_cabinet":
