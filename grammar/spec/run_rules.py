@@ -26,7 +26,7 @@ class UnitRowRule:
     They stand with their backs, and at side walls with their sides, ``wall_gap_m`` off the wall, or one of ``wall_gaps_m``, equally likely,
     and ``joint_m`` apart, or one of ``joints_m``.  A run that does not touch a side wall leaves ``end_gap_m`` at least;
     with ``flush`` it touches one where its stretch of wall ends at one, with ``ends_free`` a run without corner touches none.  Before units
-    that face each other ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run
+    that face each other ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between units' fronts and a later run
     at a wall at an angle to theirs.  With ``window_gap_m`` the run keeps that far off the sides of windows (room for curtains), else low
     units stand below them.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
     leaves at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor
