@@ -63,9 +63,6 @@ _DOUBTED, _MOST_DOUBT = 8.0, 4.0
 
 Else the numbers of few rooms, which scatter, would be learned."""
 
-_ALIKE = 1.2
-"""Divergences of two rounds of a hundred rooms with the same probabilities differ by so much."""
-
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
@@ -141,17 +138,32 @@ class TruncationOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TruncationRow:
-    """One iteration: divergence of sampled categories from the data's in nats, mean objects of covered categories, rooms that failed."""
+    """One iteration: divergence of sampled categories from the data's in nats, mean objects of covered categories, rooms that failed.
+
+    ``count_kl``: divergence of the mean numbers of these categories in a room, nats, and ``scatter``: the standard deviation of that over
+    draws of as many rooms.
+    """
 
     iteration: int
     category_kl: float
     objects: float
     failed: int
+    count_kl: float
+    scatter: float
 
 
 def category_kl(p: Mapping[str, float], q: Mapping[str, float]) -> float:
     """Return ``sum p (log(p + 1e-6) - log(q + 1e-6))`` (ATISS, Paschalidou et al., NeurIPS 2021)."""
     return sum(value * (math.log(value + 1e-6) - math.log(q.get(name, 0.0) + 1e-6)) for name, value in p.items())
+
+
+def count_kl(p: Mapping[str, float], q: Mapping[str, float], rooms: int) -> float:
+    """Return ``sum p log(p / q) - p + q``, the divergence of Poisson numbers with the means ``q`` of so many rooms from those with ``p``.
+
+    Half an object of each in all rooms together is added to both, so that one that no room happens to have does not decide.
+    """
+    half = 0.5 / rooms
+    return sum(value * math.log((value + half) / (q.get(name, 0.0) + half)) - value + q.get(name, 0.0) for name, value in p.items())
 
 
 def frequencies(counts: Mapping[str, float], names: Iterable[str]) -> dict[str, float]:
@@ -198,6 +210,9 @@ def correct_truncation(
                 category_kl=category_kl(frequencies(wanted, wanted), frequencies(seen, wanted)),
                 objects=sum(seen.values()),
                 failed=len(rooms) - len(passed),
+                count_kl=count_kl(wanted, seen, len(passed)),
+                # 2 n times the divergence follows a chi-square distribution where the means agree
+                scatter=math.sqrt(0.5 * max(len(wanted), 1)) / len(passed),
             )
         )
         if not iteration:
@@ -211,12 +226,12 @@ def correct_truncation(
 
 
 def kept_round(rows: Sequence[TruncationRow]) -> int:
-    """Return the index of the round whose probabilities are kept: the last of those with about the least divergence.
+    """Return the index of the round whose probabilities are kept: the last of those with about the least divergence of numbers.
 
     Rounds that differ by less than they scatter are alike in that, and later ones are nearer in the sizes of rooms and in openings too.
     """
-    least = min((row.category_kl for row in rows), default=0.0)
-    return max((k for k, row in enumerate(rows) if row.category_kl <= _ALIKE * least + _LEAST), default=0)
+    least = min((row.count_kl for row in rows), default=0.0)
+    return max((k for k, row in enumerate(rows) if row.count_kl <= least + row.scatter), default=0)
 
 
 class _Pool(NamedTuple):
@@ -330,8 +345,8 @@ def _log_normalized(logs: Floats, owner: Ints) -> Floats:
 
 def truncation_csv(rows: Sequence[TruncationRow]) -> str:
     """Return the curve as CSV."""
-    lines = ["iteration,category_kl,objects,failed"]
-    lines.extend(f"{row.iteration},{row.category_kl:.6g},{row.objects:.6g},{row.failed}" for row in rows)
+    lines = ["iteration,category_kl,objects,failed,count_kl"]
+    lines.extend(f"{row.iteration},{row.category_kl:.6g},{row.objects:.6g},{row.failed},{row.count_kl:.6g}" for row in rows)
     return "\n".join(lines) + "\n"
 
 

@@ -1,5 +1,6 @@
 """Odds of structures of which some never pass, against the counts that are wanted."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +13,15 @@ from grammar import Grammar
 from grammar.derivation.openings import COUNT
 from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
-from grammar.learning.truncation import ROOM_SIZES, SampledCounts, TruncationOptions, correct_truncation
+from grammar.learning.truncation import (
+    ROOM_SIZES,
+    SampledCounts,
+    TruncationOptions,
+    TruncationRow,
+    correct_truncation,
+    count_kl,
+    kept_round,
+)
 from grammar.spec.room_rules import RoomSize
 
 NODES = """
@@ -145,3 +154,15 @@ def test_counted_rooms_tell_how_full_they_are() -> None:
     full = [room.used_share for room in rooms if room.categories.get("wardrobe", 0) == 2]
     bare = [room.used_share for room in rooms if not room.categories.get("wardrobe", 0)]
     assert full and bare and min(full) > max(bare) > 0.0
+
+
+def test_the_last_round_is_kept_that_differs_from_the_best_by_no_more_than_chance() -> None:
+    wanted = {"bed": 1.0, "desk": 0.5}
+    near, far = count_kl(wanted, {"bed": 1.05, "desk": 0.5}, 100), count_kl(wanted, {"bed": 1.0, "desk": 1.0}, 100)
+    assert near == pytest.approx(math.log(1.005 / 1.055) + 0.05, abs=1e-9)
+    # one that no room has counts as half an object in all of them
+    assert count_kl(wanted, {"bed": 1.0}, 100) == pytest.approx(0.5 * math.log(0.505 / 0.005) - 0.5)
+    figures = {"category_kl": 0.0, "objects": 1.5, "failed": 0, "scatter": 0.01}
+    rows = [TruncationRow(iteration=k, count_kl=kl, **figures) for k, kl in enumerate((0.0, near, far))]
+    assert near < 0.01 < far
+    assert kept_round(rows) == 1

@@ -56,7 +56,7 @@ def test_corrections_are_the_same_in_one_process_and_two(layouts: Path, tmp_path
         curves.append(curve.read_text())
     assert texts[0] == texts[1]
     assert curves[0] == curves[1]
-    assert curves[0].startswith("iteration,category_kl,objects,failed\n0,")
+    assert curves[0].startswith("iteration,category_kl,objects,failed,count_kl\n0,")
     assert "--corrections 1" in texts[0]
 
 
