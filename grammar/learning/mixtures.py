@@ -14,11 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.geometry.arrays import Floats
+from grammar.geometry.arrays import Bools, Floats
 
 _MOST_COMPONENTS = 3
 _LEAST_OF_ONE = 3.0
 """Least number of observations in a component, where there is more than one component."""
+
+_LEAST_FENCED, _LEAST_QUARTILES_M = 4, 0.02
 
 _ROUNDS, _CONVERGED = 40, 1e-7
 _GRID = 13
@@ -39,8 +41,23 @@ class Component(NamedTuple):
 
 def gap_mixture(gaps: Sequence[float], least_scale: float) -> list[Component]:
     """Return components ``exp(-|g - m| / b)`` of gaps, truncated at zero; negative gaps count as zero."""
-    data = np.maximum(np.asarray(gaps, np.float64), 0.0)[:, None]
-    return _best(data, least_scale, _truncated_component, _truncated_log_density, 3)
+    data = np.maximum(np.asarray(gaps, np.float64), 0.0)
+    far = _far(data)
+    near = _best(data[~far, None], least_scale, _truncated_component, _truncated_log_density, 3)
+    share = float(far.mean())
+    apart = [Component(share, (0.0,), float(data[far].mean()))] if share else []
+    return [part._replace(share=part.share * (1.0 - share)) for part in near] + apart
+
+
+def _far(gaps: Floats) -> Bools:
+    """Return which gaps are so far from all others, and so few, that they would only widen the component that they fell into.
+
+    That is beyond the outer fence of Tukey (*Exploratory Data Analysis*, 1977), with the distance of the quartiles 2 cm at least.  They get
+    a component of their own, which falls off from the wall.
+    """
+    quarter, three_quarters = np.quantile(gaps, (0.25, 0.75))
+    far = gaps > three_quarters + 3.0 * max(three_quarters - quarter, _LEAST_QUARTILES_M)
+    return np.asarray(far if _LEAST_FENCED <= len(gaps) and far.sum() < _LEAST_OF_ONE else np.zeros(len(gaps), bool))
 
 
 def place_mixture(places: Sequence[tuple[float, float]], least_scale: float) -> list[Component]:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from grammar.learning.mixtures import FLUSH_M, gap_mixture, place_mixture
+from grammar.learning.mixtures import FLUSH_M, Component, gap_mixture, place_mixture
 
 
 def test_two_gaps_come_back_with_their_shares_and_scales() -> None:
@@ -58,3 +58,9 @@ def test_flush_and_spread_gaps_come_back_as_they_were_drawn() -> None:
     assert (flush.middle[0], flush.scale) == (0.0, FLUSH_M)
     assert wide.middle[0] == pytest.approx(0.03, abs=0.003)
     assert wide.scale == pytest.approx(0.01, rel=4.0 / math.sqrt(0.7 * count) + 0.05)
+
+
+def test_one_gap_far_beyond_all_others_does_not_widen_these() -> None:
+    near, far = gap_mixture([0.003, 0.006, 0.01, 0.014, 0.7], 0.004)
+    assert near.share == pytest.approx(0.8) and near.scale < 0.01
+    assert far == Component(pytest.approx(0.2), (0.0,), pytest.approx(0.7))
