@@ -68,19 +68,40 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
     return derive_from(make_plan(grammar, categories, request), categories, rng)
 
 
-def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
-    """Draw one parse tree of a plan; see :func:`derive`."""
+class KeptSize:
+    """The size of a room, kept while furniture is drawn for it: a small room stays small where it is the furniture that does not fit.
+
+    One of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room, or no layout, for which the
+    caller derives again; an area goes with the first that finds a room.
+    """
+
+    def __init__(self) -> None:
+        self._drawn: Extent | DrawnSize | None = None
+        self._tried = self._suited = 0
+
+    def draw(self, plan: Plan, rng: np.random.Generator) -> Extent | DrawnSize | None:
+        """Return the size for the next derivation."""
+        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and isinstance(self._drawn, DrawnSize)):
+            self._drawn, self._tried, self._suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
+        self._tried += 1
+        return self._drawn
+
+    def suit(self, found: bool) -> None:
+        """Count furniture that covers as much as the size asks for; ``found``: there is room for it."""
+        self._suited += 1
+        if found and not isinstance(self._drawn, DrawnSize):
+            self._tried = 0
+
+
+def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator, size: KeptSize | None = None) -> ParseTree:
+    """Draw one parse tree of a plan, see :func:`derive`, for the size that is kept from one to the next."""
     reasons: Counter[str] = Counter()
     below_slopes: Counter[str] = Counter()
     budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
-    extent, tried, suited = None, 0, 0
+    size = size or KeptSize()
     for _ in range(budget):
-        # a small room stays small where it is the furniture that does not fit
-        if tried % _SAME_EXTENT == 0 or (suited == _SAME_SIZE and isinstance(extent, DrawnSize)):
-            extent, tried, suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
-        tried += 1
         try:
-            return _derive_once(plan, categories, extent, rng)
+            tree = _derive_once(plan, categories, size.draw(plan, rng), rng)
         except BelowSlopesError as rejected:
             below_slopes[str(rejected)] += 1
             if plan.grammar.room.slopes.probability >= 1.0 and below_slopes.total() == _BELOW_SLOPES:
@@ -91,7 +112,11 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) ->
                 ) from rejected
         except RejectedError as rejected:
             reasons[str(rejected)] += 1
-            suited += not isinstance(rejected, OtherShareError)
+            if not isinstance(rejected, OtherShareError):
+                size.suit(found=False)
+        else:
+            size.suit(found=True)
+            return tree
     raise RequestError(
         f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {_worst(reasons + below_slopes)}; "
         "relax that constraint or raise budget.derivations"

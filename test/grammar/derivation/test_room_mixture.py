@@ -1,13 +1,15 @@
 """Sizes of rooms from a mixture whose components hold furniture by the share of the floor that it covers."""
 
 import contextlib
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from grammar.derivation.derive import derive
+from grammar.derivation.derive import KeptSize, derive, derive_from
 from grammar.derivation.parse_tree import RejectedError
+from grammar.derivation.plan import make_plan
 from grammar.derivation.shell import ROOM_SIZE, check_share, draw_extent, draw_room, draw_room_size, may_be_bare
 from grammar.spec.categories import read_categories
 from grammar.spec.grammar_file import read_room_type
@@ -70,6 +72,17 @@ def test_a_size_is_kept_until_furniture_fits_it() -> None:
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type="hallway"), rng)
         small.append(signed_area_m2(tree.room.polygon_m) < 9.0)
     assert np.mean(small) == pytest.approx(0.75, abs=0.17)
+
+
+def test_four_sets_of_furniture_that_find_no_layout_have_one_size() -> None:
+    grammar = read_room_type("bedroom", CATEGORIES, "learned")
+    shapes = replace(grammar.room.shapes, **{name: float(name == "rectangle") for name in SHAPES})
+    grammar = replace(grammar, room=replace(grammar.room, shapes=shapes))
+    plan, size, rng = make_plan(grammar, CATEGORIES, SceneRequest(room_type="bedroom")), KeptSize(), np.random.default_rng(3)
+    areas = [round(signed_area_m2(derive_from(plan, CATEGORIES, rng, size).room.polygon_m), 6) for _ in range(12)]
+    # four at the most: sets that find no room count too
+    runs = [len(list(group)) for _, group in itertools.groupby(areas)]
+    assert max(runs) == 4 and len(runs) < 12
 
 
 def test_halls_of_arms_have_the_area_of_their_arms():
