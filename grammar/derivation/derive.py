@@ -71,8 +71,8 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
 class KeptSize:
     """The size of a room, kept while furniture is drawn for it: a small room stays small where it is the furniture that does not fit.
 
-    One of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room, or no layout, for which the
-    caller derives again; an area goes with the first that finds a room.
+    One of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room; one that finds a room but no
+    layout, for which the caller derives again, counts twice.  An area goes with the first that finds a room.
     """
 
     def __init__(self) -> None:
@@ -88,7 +88,7 @@ class KeptSize:
 
     def suit(self, found: bool) -> None:
         """Count furniture that covers as much as the size asks for; ``found``: there is room for it."""
-        self._suited += 1
+        self._suited += 1 + found
         if found and not isinstance(self._drawn, DrawnSize):
             self._tried = 0
 

@@ -63,8 +63,8 @@ _DOUBTED, _MOST_DOUBT = 8.0, 4.0
 
 Else the numbers of few rooms, which scatter, would be learned."""
 
-_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
-"""Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
+_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(1.5), math.log(20.0), 4.0
+"""Sizes of rooms that seldom pass are drawn at most 1.5 times as often as they occur, and those that never pass hardly at all."""
 
 _MOST_MOVED = math.log(3.5)
 """How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
