@@ -63,8 +63,8 @@ _DOUBTED, _MOST_DOUBT = 8.0, 4.0
 
 Else the numbers of few rooms, which scatter, would be learned."""
 
-_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(1.5), math.log(20.0), 4.0
-"""Sizes of rooms that seldom pass are drawn at most 1.5 times as often as they occur, and those that never pass hardly at all."""
+_GIVEN_UP, _LEAST_EXPECTED = math.log(20.0), 4.0
+"""Sizes of rooms that never pass where so many were expected are drawn hardly at all."""
 
 _MOST_MOVED = math.log(3.5)
 """How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
@@ -130,10 +130,11 @@ def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TruncationOptions:
-    """``iterations`` of ``rooms`` each."""
+    """``iterations`` of ``rooms`` each; sizes of rooms that seldom pass are drawn at most ``raised`` times as often as they were seen."""
 
     iterations: int = 0
     rooms: int = 100
+    raised: float = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,7 +222,7 @@ def correct_truncation(
         pool.logs.append(logs)
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
-        logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs)
+        logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs, options.raised)
     return _with_branching(grammar, choices.branching(tried[kept_round(rows)] if tried else logs)), tuple(rows)
 
 
@@ -289,7 +290,7 @@ class _Choices(NamedTuple):
         return {key: _normalized(np.exp(logs[begin:end])) for key, begin, end in zip(self.keys, self.first, self.first[1:], strict=False)}
 
 
-def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floats:
+def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats, raised: float) -> Floats:
     """Return the log-probabilities under which all rooms sampled so far, weighted by importance, have the wanted frequencies."""
     taken, category_counts, owner = np.concatenate(pool.taken), np.concatenate(pool.counts), choices.owner
     mixture = _log_mixture(pool, taken)
@@ -317,7 +318,7 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         moved = logs + _RATE * (total / (total + 20.0) * (wanted - actual) - pulled)
         moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
         low = np.where(sized, -np.inf, choices.target - _MOST_MOVED)
-        high = choices.target + np.where(sized, _MOST_RAISED, _MOST_MOVED)
+        high = choices.target + np.where(sized, math.log(raised), _MOST_MOVED)
         logs = _log_normalized(np.clip(moved, low, high), owner)
     return logs
 

@@ -68,6 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--iterations", 0, 10**5, defaults.contrastive.iterations, "of the contrastive divergence; 0: keep the weights"),
         ("--corrections", 0, 1000, 3, "rounds that correct the odds for rooms that find no valid layout; 0: none"),
         ("--rooms", 1, 10**6, defaults.truncation.rooms, "rooms sampled in each of these rounds"),
+        ("--raised", 1.0, 100.0, defaults.truncation.raised, "times that sizes of rooms that seldom pass are drawn as often as seen, at most"),
         ("--workers", 1, 256, 1, "processes that sample them; changes nothing else"),
         ("--seed", 0, 2**63, 1, "of the chains"),
     ):
@@ -102,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         pooled=arguments.pooled,
         keep=frozenset(arguments.keep),
         contrastive=ContrastiveOptions(iterations=arguments.iterations),
-        truncation=TruncationOptions(iterations=arguments.corrections, rooms=arguments.rooms),
+        truncation=TruncationOptions(iterations=arguments.corrections, rooms=arguments.rooms, raised=arguments.raised),
     )
     rng = np.random.default_rng(np.random.SeedSequence(arguments.seed))
     with ProcessPoolExecutor(arguments.workers, multiprocessing.get_context("spawn")) as pool:
@@ -203,7 +204,7 @@ def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned:
     return [
         f"A grammar of {arguments.room}s whose numbers were learned from furnished rooms.",
         f"Made by: {command} --least {arguments.least} --iterations {arguments.iterations} --corrections {arguments.corrections}",
-        f"  --rooms {arguments.rooms} --pooled {arguments.pooled:g} --seed {arguments.seed}",
+        f"  --rooms {arguments.rooms} --raised {arguments.raised:g} --pooled {arguments.pooled:g} --seed {arguments.seed}",
         f"Source: {learned.rooms} rooms with {learned.objects} objects; {held} more rooms, of other houses, were held out.",
         _left_out(files, learned),
         *sorted({reason for file in files for reason in file.reasons() if reason.startswith("name:")}),
