@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--iterations", 0, 10**5, defaults.contrastive.iterations, "of the contrastive divergence; 0: keep the weights"),
         ("--corrections", 0, 1000, 3, "rounds that correct the odds for rooms that find no valid layout; 0: none"),
         ("--rooms", 1, 10**6, defaults.truncation.rooms, "rooms sampled in each of these rounds"),
-        ("--raised", 1.0, 100.0, defaults.truncation.raised, "times that sizes of rooms that seldom pass are drawn as often as seen, at most"),
+        ("--raised", 1.0, 100.0, defaults.truncation.raised, "times as often as seen that sizes which seldom pass are drawn, at most"),
         ("--workers", 1, 256, 1, "processes that sample them; changes nothing else"),
         ("--seed", 0, 2**63, 1, "of the chains"),
     ):
