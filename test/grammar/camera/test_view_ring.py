@@ -81,6 +81,14 @@ def test_value_of_a_view_is_its_formula() -> None:
     assert (view_values(ring, DARK, 0, 3, PLAIN._replace(least_depth_m=1.0)) - values)[[10, 12]] == pytest.approx([-5.0, 0.0]), "refused"
 
 
+def test_in_a_tiny_room_less_depth_is_enough() -> None:
+    distance = np.full((RING_COLUMNS, 1), 0.9)
+    distance[QUARTER], distance[2 * QUARTER] = 2.0, 0.7
+    ring, none = ring_of(distance, np.full((RING_COLUMNS, 1), -1)), PLAIN._replace(near=0.0)
+    less = view_values(ring, DARK, 0, 1, none._replace(least_depth_m=1.2)) - view_values(ring, DARK, 0, 1, none)
+    assert less[[0, 2 * QUARTER]] == pytest.approx([0.0, -5.0]), "0.4 of the longest line is 0.8 m"
+
+
 def test_where_it_is_narrow_the_longest_free_line_counts() -> None:
     distance = np.full((RING_COLUMNS, 1), 3.0)
     distance[QUARTER] = distance[3 * QUARTER] = 0.9
