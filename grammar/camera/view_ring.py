@@ -90,10 +90,11 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
 def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
-    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * share of rays shorter than near
+    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * (share of rays shorter than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
             + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
-    with k the number of different boxes in view, and less by 5 where the median of d is below least_depth, and below 0.4 times the longest free line.
+    with k the number of different boxes in view, and less by 5 where the median of d is below least_depth, and below 0.4 times the longest
+    free line.
 
     Args:
         ring: what the rays meet.
@@ -125,7 +126,7 @@ def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays
             for row in range(rows):
                 d = distance_m[column, row]
                 depth += min(d, weights.far_m) / weights.far_m
-                near += d < weights.near_m
+                near += (2 if hit[column, row] >= 0 else 1) * (d < weights.near_m)
                 close += d < weights.least_depth_m
                 plane_rays[plane[column, row]] += 1
                 if hit[column, row] >= 0:
