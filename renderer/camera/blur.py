@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ def gaussian_weights(deviation_px: float) -> tuple[float, ...]:
     """Return the weights of a pixel and of those that are one, two ... away: a Gaussian's share of each pixel's width, 1 in all."""
     reach = math.ceil(_REACH * deviation_px)
     below = [math.erf((place - 0.5) / (math.sqrt(2.0) * deviation_px)) for place in range(reach + 2)]
-    shares = [high - low for low, high in zip(below, below[1:], strict=False)]
+    shares = [high - low for low, high in pairwise(below)]
     total = shares[0] + 2.0 * math.fsum(shares[1:])
     return tuple(share / total for share in shares)
 

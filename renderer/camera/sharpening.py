@@ -26,4 +26,3 @@ def sharpen(codes: NDArray[np.uint8], amount: float) -> NDArray[np.uint8]:
     detail *= np.float32(amount) * square / (square + _CORE * _CORE)
     sharp = codes + detail[..., None] + np.float32(0.5)
     return np.asarray(np.clip(sharp, np.float32(0.0), np.float32(255.0)), np.uint8)
-
