@@ -1,6 +1,7 @@
 """What a colour camera reads of light: the stages of lens, sensor and processing, one after another.
 
-    light -> lateral chromatic aberration -> vignetting          the lens          renderer.camera.sensor, .sensor
+    light -> lateral chromatic aberration -> vignetting          the lens          renderer.camera.sensor
+          -> glare -> blur                                                       .sensor, .blur
           -> shot noise, well, read noise, converter             the sensor        renderer.camera.sensor
           -> Bayer mosaic -> demosaicing                         its filters       renderer.camera.bayer
           -> white balance -> response curve, 8 bits             the processor     renderer.film.tone
@@ -18,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.bayer import demosaic, mosaic
+from renderer.camera.blur import blur, gaussian_weights
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
-from renderer.camera.sensor import expose, magnify_channels, vignetting
+from renderer.camera.sensor import expose, magnify_channels, veil, vignetting
 from renderer.camera.sharpening import sharpen
 from renderer.files.image_io import through_jpeg
 from renderer.film.tone import Exposure, balance, encode, thresholds, to_display, white_luminance
@@ -48,6 +50,8 @@ def read_color(
     arriving = magnify_channels(radiance, sensor.red_shift_px, sensor.blue_shift_px)
     share = vignetting(camera, sensor.vignetting, sensor.corner_loss)
     arriving = arriving if share is None else arriving * share[..., None]
+    arriving = veil(arriving, sensor.glare) if sensor.glare else arriving
+    arriving = blur(arriving, gaussian_weights(sensor.blur_px)) if sensor.blur_px else arriving
     read = expose(arriving, white_luminance(exposure.ev100) * 2.0**sensor.headroom_ev, sensor, frame_key)
     if sensor.bayer != "none":
         read = _interpolated(read, sensor, exposure)

@@ -59,8 +59,8 @@ class CameraSpace(NamedTuple):
 
     def views(self, config: CameraPathConfig, lens_m: float) -> Views:
         """Return what views are judged in, for a lens at a height."""
-        seen = np.ascontiguousarray(np.concatenate([self.boxes, self.sights.openings, self.roof]), np.float64)
-        things = len(self.boxes) + len(self.sights.openings)
+        seen = np.ascontiguousarray(np.concatenate([self.boxes, self.sights.windows, self.roof]), np.float64)
+        things = len(self.boxes) + len(self.sights.windows)
         bright = np.zeros(things, np.bool_)
         bright[: len(self.sights.bright)] = self.sights.bright
         return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)

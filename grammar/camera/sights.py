@@ -1,4 +1,4 @@
-"""What a camera looks at in a room: its things as solids, its doors and windows as slabs, and which of them are bright."""
+"""What a camera looks at in a room: its things as solids, its windows as slabs, and which of them are bright; doors are part of walls."""
 
 from __future__ import annotations
 
@@ -19,18 +19,17 @@ NOT_BRIGHT = np.zeros(0, np.bool_)
 
 
 class Sights(NamedTuple):
-    """What there is to see beside the solids: (o, 8) slabs of doors and windows, and which of solids and slabs, (b + o,), are bright."""
+    """What there is to see beside the solids: (w, 8) slabs of windows, and which of solids and slabs, (b + w,), are bright."""
 
-    openings: Boxes = NO_BOXES
+    windows: Boxes = NO_BOXES
     bright: NDArray[np.bool_] = NOT_BRIGHT
 
 
 def find_sights(room: Room, owners: Ints, lights: Sequence[Light]) -> Sights:
     """Return the sights of a room: windows are bright, and solids of objects that hold a lamp that is on; ``owners`` (b,): ids of those."""
     shining = [light.object for light in lights if light.on]
-    windows = [opening.category == "window" for opening in room.openings]
-    slabs = box_rows(_slab(room, opening) for opening in room.openings)
-    return Sights(slabs, np.concatenate([np.isin(owners, shining), np.array(windows, np.bool_)]))
+    slabs = box_rows(_slab(room, opening) for opening in room.openings if opening.category == "window")
+    return Sights(slabs, np.concatenate([np.isin(owners, shining), np.ones(len(slabs), np.bool_)]))
 
 
 def _slab(room: Room, opening: Opening) -> Boxes:

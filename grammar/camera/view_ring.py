@@ -25,6 +25,8 @@ _NARROW_M, _WIDE_M = 2.0, 3.0
 """Free widths at which a room counts as narrow, and as not narrow at all."""
 _REFUSED = 5.0
 """What a view loses whose median depth is too small."""
+_LEAST_OF_LINE = 0.4
+"""Of the longest free line from a point, the median depth that is enough there: tiny rooms have no deeper views."""
 
 
 def column_azimuth_rad() -> Floats:
@@ -88,10 +90,11 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
 def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
-    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * share of rays shorter than near
+    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * (share of rays shorter than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
             + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
-    with k the number of different boxes in view, and less by 5 where the median of d is below least_depth.
+    with k the number of different boxes in view, and less by 5 where the median of d is below least_depth, and below 0.4 times the longest
+    free line.
 
     Args:
         ring: what the rays meet.
@@ -102,8 +105,9 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_w
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
-    _value_views(*ring, bright, columns_wide, weights, np.empty(boxes, np.int64), np.empty(planes, np.int64), values)
     level = ring.distance_m[:, level_row]
+    weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * float(level.max())))
+    _value_views(*ring, bright, columns_wide, weights, np.empty(boxes, np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
     return np.asarray(values + weights.line * narrow * level / level.max())
@@ -122,7 +126,7 @@ def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays
             for row in range(rows):
                 d = distance_m[column, row]
                 depth += min(d, weights.far_m) / weights.far_m
-                near += d < weights.near_m
+                near += (2 if hit[column, row] >= 0 else 1) * (d < weights.near_m)
                 close += d < weights.least_depth_m
                 plane_rays[plane[column, row]] += 1
                 if hit[column, row] >= 0:

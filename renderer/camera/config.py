@@ -122,6 +122,12 @@ class SensorConfig:
         float, Limits(ge=0.0, le=2.0, description="Fall of light to the corners: 0 none, 1 the cosine's fourth power of a simple lens")
     ] = 0.0
     corner_loss: Annotated[float, Limits(ge=0.0, le=1.0, description="Further share of light that the corners lose")] = 0.0
+    glare: Annotated[
+        float, Limits(ge=0.0, le=0.5, description="Share of the light that the lens scatters over the whole image: its veiling glare")
+    ] = 0.0
+    blur_px: Annotated[
+        float, Limits(ge=0.0, le=20.0, unit="px", description="Standard deviation of the blur of lens, filters and demosaicing; 0: none")
+    ] = 0.0
     full_well_e: Annotated[
         float, Limits(ge=0.0, le=1e6, unit="e-", description="Electrons of a saturated pixel, for shot noise; 0: no noise, no steps")
     ] = 0.0

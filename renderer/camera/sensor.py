@@ -44,6 +44,12 @@ def magnify_channels(light: NDArray[np.float32], red_shift_px: float, blue_shift
     return result
 
 
+def veil(light: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """Return light (height, width, 3) of which a share is scattered evenly over the image, as the glare of a lens is (ISO 9358)."""
+    mean = light.mean(axis=(0, 1), dtype=np.float64)
+    return np.asarray((1.0 - share) * light + share * mean, np.float32)
+
+
 def _magnified(image: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
     """Return an image (height, width) magnified about its centre."""
     for axis in (0, 1):

@@ -9,8 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.camera.blur import blur
+
 _RED, _GREEN, _BLUE = np.float32(0.299), np.float32(0.587), np.float32(0.114)
-_WEIGHTS = (np.float32(6.0 / 16.0), np.float32(4.0 / 16.0), np.float32(1.0 / 16.0))
+_WEIGHTS = (6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0)
 """Of a pixel, of each that is one away, and of each that is two away."""
 _CORE = np.float32(1.5)
 """The detail c, in codes, of which half counts."""
@@ -19,16 +21,8 @@ _CORE = np.float32(1.5)
 def sharpen(codes: NDArray[np.uint8], amount: float) -> NDArray[np.uint8]:
     """Return codes (height, width, 3) plus ``amount`` times what their luma has more than its surroundings."""
     luma = _RED * codes[..., 0] + _GREEN * codes[..., 1] + _BLUE * codes[..., 2]
-    detail = luma - _blurred(_blurred(luma, 0), 1)
+    detail = luma - blur(luma, _WEIGHTS)
     square = detail * detail
     detail *= np.float32(amount) * square / (square + _CORE * _CORE)
     sharp = codes + detail[..., None] + np.float32(0.5)
     return np.asarray(np.clip(sharp, np.float32(0.0), np.float32(255.0)), np.uint8)
-
-
-def _blurred(image: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Return an image (height, width) blurred along an axis; what lies outside is taken to be as its edge."""
-    padded = np.pad(image, [(2, 2) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
-    size = image.shape[axis]
-    at = [np.take(padded, np.arange(i, i + size), axis) for i in range(5)]
-    return np.asarray(_WEIGHTS[0] * at[2] + _WEIGHTS[1] * (at[1] + at[3]) + _WEIGHTS[2] * (at[0] + at[4]), np.float32)

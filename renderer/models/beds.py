@@ -87,6 +87,9 @@ def turned_post(side: float, height: float, square_to: float) -> Mesh:
 
 DUVET_M = 0.03
 
+_RAIL_BEHIND_M = 0.004
+"""How far outer faces of rails lie behind those of the mattress, so that a duvet that hangs down covers them in its valleys too."""
+
 
 class BedPlan(NamedTuple):
     """Where things lie: mattress from ``head`` to ``foot`` along x, half width ``half``, between ``z_low`` and ``z_top``."""
@@ -234,13 +237,10 @@ def _panel(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
 def _side_rails(half_d: float, plan: BedPlan) -> Mesh:
     """Boards along the sides, with a ledge that carries the slats."""
-    low, high = plan.z_low - 0.10, plan.z_low + 0.07
-    rails = [
-        block((-half_d + 0.02, s * (plan.half + 0.014), low), (half_d - 0.02, s * (plan.half - 0.012), high), 0.004) for s in (-1.0, 1.0)
-    ]
-    ledges = [
-        block((plan.head, s * plan.half, low + 0.03), (plan.foot, s * (plan.half - 0.05), plan.z_low - 0.012), 0.002) for s in (-1.0, 1.0)
-    ]
+    low, high, side = plan.z_low - 0.10, plan.z_low + 0.07, plan.half - _RAIL_BEHIND_M
+    rails = [block((-half_d + 0.02, s * side, low), (half_d - 0.02, s * (side - 0.026), high), 0.004) for s in (-1.0, 1.0)]
+    inner = plan.half - 0.05
+    ledges = [block((plan.head, s * (side - 0.002), low + 0.03), (plan.foot, s * inner, plan.z_low - 0.012), 0.002) for s in (-1.0, 1.0)]
     return merged(*rails, *ledges)
 
 
@@ -316,9 +316,10 @@ def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     bars = min(max(4, round(width / 0.2)), 9)
     head, head_posts = end(-half_d + 0.024, shoulder, height, bars)
     foot, foot_posts = end(half_d - 0.024, plan.z_top - 0.04, plan.z_top + 0.055, bars)
+    middle = plan.half - _RAIL_BEHIND_M - 0.014
     sides = blocks(
-        [(-half_d + 0.03, s * plan.half - 0.014, low) for s in (-1.0, 1.0)],
-        [(half_d - 0.03, s * plan.half + 0.014, plan.z_low + 0.02) for s in (-1.0, 1.0)],
+        [(-half_d + 0.03, s * middle - 0.014, low) for s in (-1.0, 1.0)],
+        [(half_d - 0.03, s * middle + 0.014, plan.z_low + 0.02) for s in (-1.0, 1.0)],
         0.004,
     )
     return {"frame": merged(sides, foot), "headboard": head, "legs": merged(head_posts, foot_posts)}
@@ -326,10 +327,10 @@ def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
 def _padded_sides(half_d: float, plan: BedPlan, low: float) -> Mesh:
     """Upholstered rails on both sides and at the foot."""
-    high, side = plan.z_low + 0.06, plan.half + 0.004
-    sides = [rounded_box((-half_d + 0.02, s * side, low), (plan.foot + 0.004, s * (side - 0.05), high), 0.02) for s in (-1.0, 1.0)]
-    end = rounded_box((plan.foot - 0.05, -side, low), (plan.foot + 0.004, side, high), 0.02)
-    return merged(*sides, end)
+    high, side = plan.z_low + 0.06, plan.half - _RAIL_BEHIND_M
+    end = plan.foot - _RAIL_BEHIND_M
+    sides = [rounded_box((-half_d + 0.02, s * side, low), (end, s * (side - 0.05), high), 0.02) for s in (-1.0, 1.0)]
+    return merged(*sides, rounded_box((end - 0.05, -side, low), (end, side, high), 0.02))
 
 
 def _peg_legs(half_d: float, half_w: float, low: float) -> Mesh:

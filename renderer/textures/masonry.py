@@ -14,7 +14,7 @@ from renderer.textures.pattern import Generator, Pattern, Request
 
 PANEL_M, JOINT_M, TIE_M = 1.25, 0.003, 0.024
 """Of formwork: width of a panel, of a joint between panels, and of the hole that a tie leaves."""
-LAPS = 0.02
+LAPS = 0.025
 """Deviation of the lightness of rolled paint, as a share of it."""
 GROUT = ((0.62, 0.61, 0.58), (0.7, 0.7, 0.7), (0.5, 0.5, 0.5))
 

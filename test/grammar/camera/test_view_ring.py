@@ -65,10 +65,12 @@ def test_value_of_a_view_is_its_formula() -> None:
     hit = np.full((RING_COLUMNS, 1), -1)
     distance[9:12], hit[9], hit[10], hit[11] = 0.5, 0, 1, 0
     ring = ring_of(distance, hit)
+    wall = view_values(ring._replace(hit=np.full_like(hit, -1)), DARK, 0, 3, PLAIN)
+    assert wall[10] == pytest.approx(0.125 - 3.0), "a wall is not as much in the way as a thing"
     values = view_values(ring, DARK, 0, 3, PLAIN)
     assert values[30] == pytest.approx(0.5)
-    assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8**2) - 3.0)
-    assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - 0.8) - 3.0 / 3)
+    assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8**2) - 2 * 3.0)
+    assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - 0.8) - 2 * 3.0 / 3)
     # what each of the other terms adds
     filled = view_values(ring, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values
     assert filled[10] == pytest.approx(-1.5 * (2 / 3 - 0.35)) and filled[30] == 0.0, "two of three rays meet the first box"
@@ -79,6 +81,14 @@ def test_value_of_a_view_is_its_formula() -> None:
         [0.7, 0, 0]
     )
     assert (view_values(ring, DARK, 0, 3, PLAIN._replace(least_depth_m=1.0)) - values)[[10, 12]] == pytest.approx([-5.0, 0.0]), "refused"
+
+
+def test_in_a_tiny_room_less_depth_is_enough() -> None:
+    distance = np.full((RING_COLUMNS, 1), 0.9)
+    distance[QUARTER], distance[2 * QUARTER] = 2.0, 0.7
+    ring, none = ring_of(distance, np.full((RING_COLUMNS, 1), -1)), PLAIN._replace(near=0.0)
+    less = view_values(ring, DARK, 0, 1, none._replace(least_depth_m=1.2)) - view_values(ring, DARK, 0, 1, none)
+    assert less[[0, 2 * QUARTER]] == pytest.approx([0.0, -5.0]), "0.4 of the longest line is 0.8 m"
 
 
 def test_where_it_is_narrow_the_longest_free_line_counts() -> None:
