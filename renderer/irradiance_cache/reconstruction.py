@@ -1,4 +1,13 @@
-"""From shaded hits to a picture: mirrored light is mixed among neighbours that see the same part of something, facing the same way."""
+"""From shaded hits to a picture: what gloss shows is mixed among neighbours that see the same part of something, facing the same way.
+
+Neighbours sample their lobes, and points of lamps, by different numbers of one sequence, all of them within a tile of 4 x 4 pixels or,
+where the surface is rough, 8 x 8.  Weights fall off as a tent twice as wide as that: as it is a box of a tile's width mixed by the same
+box, no pattern of tiles remains of it (Keller and Heidrich, "Interleaved Sampling", 2001), and it is separable: rows are summed up, then
+columns.
+
+How much a pixel shows of lamps where nothing hides them is known in closed form; mixed is what of that is seen, a ratio of sums (Heitz,
+Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", 2018), so that its outlines stay.
+"""
 
 from __future__ import annotations
 
@@ -8,32 +17,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry, inlined
-from renderer.irradiance_cache.records import APART, ROUGH
+from renderer.irradiance_cache.records import ROUGH, SHARP
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _MIRROR = np.float32(1e-3)
 _SAME_WAY = np.float32(0.9)
+_NEAR, _FAR = 3, 7
+"""How many pixels away the farthest are that are mixed: a tile's width less one."""
 
 
 class Picture(NamedTuple):
     """What shading leaves, float32.
 
-    light: (height, width, 3), cd/m2, without what is mirrored.  mirrored: (height, width, 4), the luminance that the mirrored ray found,
-    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess, and more
-    by APART where every pixel of the surface sends a ray.
-    share: (height, width, 3), how much of it leaves to the camera.
+    light: (height, width, 3), cd/m2, without what gloss shows.  mirrored: (height, width, 4), the luminance that the mirrored ray found,
+    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess.
+    share: (height, width, 3), how much of it leaves to the camera.  lamps: (height, width, 4), cd/m2, what gloss shows of lamps and panes
+    as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them.  sums: (height, width, 8), of those of a
+    row that are mixed, by weight: what rays found, their weight, and lamps.
     """
 
     light: NDArray[np.float32]
     mirrored: NDArray[np.float32]
     share: NDArray[np.float32]
+    lamps: NDArray[np.float32]
+    sums: NDArray[np.float32]
 
 
 def make_picture(height: int, width: int) -> Picture:
     """Return room for a picture."""
-    return Picture(*(np.empty((height, width, channels), np.float32) for channels in (3, 4, 3)))
+    return Picture(*(np.empty((height, width, channels), np.float32) for channels in (3, 4, 3, 4, 8)))
 
 
 @inlined
@@ -55,63 +69,83 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
 
 
 @inlined
-def _sum_around(
-    surfaces: Surfaces, hits: Hits, mirrored: NDArray[np.float32], x: int, y: int, face: int, stride: int
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Return the sum, and number, of what 5 x 5 pixels around (6 x 6 for steps of one) see mirrored by surfaces like a triangle."""
-    height, width = hits.face.shape
-    r = g = b = count = _ZERO
-    begin = -3 if stride == 1 else -2
-    for i in range(begin, 3):
-        for j in range(begin, 3):
-            v, u = y + stride * i, x + stride * j
-            if v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
-                continue
-            if _is_alike(surfaces, face, hits.face[v, u]):
-                r, g, b = r + mirrored[v, u, 0], g + mirrored[v, u, 1], b + mirrored[v, u, 2]
-                count += _ONE
-    return r, g, b, count
+def _reach(alpha: np.float32, shown: np.float32) -> tuple[int, int]:
+    """Return how far mirrored light and lamps are mixed, pixels; 0 for none.  Under a coat that is smooth lamps show in a rough lobe."""
+    width = abs(alpha)
+    mirrored = _FAR if width > ROUGH else _NEAR if width > _MIRROR else 0
+    lamps = 0 if shown == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
+    return mirrored, lamps
 
 
 @entry
-def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
-    """Fill pairs of rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture.
+def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
+    """Fill ``sums`` of rows ``first``, ``first + step``, ... of a picture."""
+    mirrored, lamps, sums = picture.mirrored, picture.lamps, picture.sums
+    height, width, _ = mirrored.shape
+    for y in range(first, height, step):
+        for x in range(width):
+            for channel in range(8):
+                sums[y, x, channel] = _ZERO
+            if mirrored[y, x, 3] == _ZERO:
+                continue
+            near, far = _reach(mirrored[y, x, 3], lamps[y, x, 3])
+            reach, face = max(near, far), hits.face[y, x]
+            last, alike = face, True
+            for u in range(max(x - reach, 0), min(x + reach + 1, width)):
+                away = abs(u - x)
+                traced, shown = (away <= near) & (mirrored[y, u, 3] > _MIRROR), (away <= far) & (lamps[y, u, 3] > _ZERO)
+                if not (traced or shown):
+                    continue
+                if hits.face[y, u] != last:
+                    last, alike = hits.face[y, u], _is_alike(surfaces, face, hits.face[y, u])
+                if not alike:
+                    continue
+                if traced:
+                    weight = np.float32(near + 1 - away)
+                    for channel in range(3):
+                        sums[y, x, channel] += weight * mirrored[y, u, channel]
+                    sums[y, x, 3] += weight
+                if shown:
+                    weight = np.float32(far + 1 - away)
+                    for channel in range(4):
+                        sums[y, x, 4 + channel] += weight * lamps[y, u, channel]
 
-    The rougher the surface, the farther neighbours it shares mirrored light with: each has one sample of the lobe.  Where it is rough,
-    blocks of 2 x 2 pixels share one mean, over pixels of even columns and rows; but each pixel of metal has a mean of its own, so that
-    brushed steel shows no blocks.
-    """
+
+@entry
+def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
+    """Fill rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture whose ``sums`` are known."""
+    mirrored, share, lamps, sums = picture.mirrored, picture.share, picture.lamps, picture.sums
     height, width, _ = image.shape
-    mirrored, share, face = picture.mirrored, picture.share, hits.face
-    for top in range(2 * first, height, 2 * step):
-        for left in range(0, width, 2):
-            block = -1
-            block_r = block_g = block_b = block_count = _ZERO
-            for corner in range(4):
-                y, x = top + (corner >> 1), left + (corner & 1)
-                if y >= height or x >= width:
+    for y in range(first, height, step):
+        for x in range(width):
+            if mirrored[y, x, 3] == _ZERO:
+                image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
+                continue
+            near, far = _reach(mirrored[y, x, 3], lamps[y, x, 3])
+            reach, face = max(near, far), hits.face[y, x]
+            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
+            last, alike = face, True
+            for v in range(max(y - reach, 0), min(y + reach + 1, height)):
+                if hits.face[v, x] != last:
+                    last, alike = hits.face[v, x], _is_alike(surfaces, face, hits.face[v, x])
+                if not alike or sums[v, x, 3] + sums[v, x, 7] == _ZERO:
                     continue
-                alpha = mirrored[y, x, 3]
-                if alpha == _ZERO:
-                    image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
-                    continue
-                r, g, b, count = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2], _ONE
-                dense = alpha >= APART
-                alpha = alpha - APART if dense else alpha
-                # Rough: the block's mean, but its own ray's too for a pixel that sent one and is not part of that.
-                if abs(alpha) >= ROUGH and not dense:
-                    if block < 0 or not _is_alike(surfaces, face[y, x], block):
-                        block = face[y, x]
-                        block_r, block_g, block_b, block_count = _sum_around(surfaces, hits, mirrored, left, top, block, 2)
-                    if block_count > _ZERO and (alpha < _ZERO or corner == 0):
-                        r, g, b, count = block_r, block_g, block_b, block_count
-                    else:
-                        r, g, b, count = r + block_r, g + block_g, b + block_b, _ONE + block_count
-                elif abs(alpha) > _MIRROR:
-                    around_r, around_g, around_b, around_count = _sum_around(surfaces, hits, mirrored, x, y, face[y, x], 1)
-                    if around_count > _ZERO:
-                        r, g, b, count = around_r, around_g, around_b, around_count
-                scale = _ONE / count
-                image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r * scale
-                image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g * scale
-                image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b * scale
+                away = abs(v - y)
+                weight = np.float32(max(near + 1 - away, 0))
+                r, g, b = r + weight * sums[v, x, 0], g + weight * sums[v, x, 1], b + weight * sums[v, x, 2]
+                rays += weight * sums[v, x, 3]
+                weight = np.float32(max(far + 1 - away, 0))
+                lamps_r, lamps_g, lamps_b = (
+                    lamps_r + weight * sums[v, x, 4],
+                    lamps_g + weight * sums[v, x, 5],
+                    lamps_b + weight * sums[v, x, 6],
+                )
+                whole += weight * sums[v, x, 7]
+            if near > 0 and rays > _ZERO:
+                r, g, b = r / rays, g / rays, b / rays
+            else:
+                r, g, b = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2]
+            seen = lamps[y, x, 3] / whole if whole > _ZERO else _ZERO
+            image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r + seen * lamps_r
+            image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g + seen * lamps_g
+            image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b + seen * lamps_b
