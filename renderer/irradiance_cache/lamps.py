@@ -26,18 +26,21 @@ from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, Lamps, ShadeScra
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
+from renderer.path.infinite_light import sky_le
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
-from renderer.scene.flat_scene import FlatScene
+from renderer.scene.flat_scene import FlatScene, Sky
 from scene_description.products import matmul, norm
 
 _ZERO, _QUARTER, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
-_LEFT_OUT, _FAINT = np.float32(0.01), np.float32(0.08)
+_LEFT_OUT, _FAINT = np.float32(0.01), np.float32(0.3)
 """Shares of a pixel's other light from which on lamps in its gloss are worth one shadow ray, and all."""
-_SPAN = np.float32(3.0)
+_SPAN = np.float32(5.0)
 """How far to the sides of the mirrored direction points are asked, in widths of GGX."""
+_ABOVE = np.float32(0.1)
+"""Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
 _BENT, _MOST_PARTS = np.float32(2.0), 6
 """Squared parts of a side for each share of the view that something flat fills, in widths of GGX, and the most."""
 _KEY = np.uint32(11)
@@ -267,12 +270,14 @@ def _any_mirrors(gloss: NDArray[np.float32]) -> bool:
 
 @inlined
 def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
-    """Fill BALL_R to BALL_B with what the lanes see of a ball's part."""
+    """Fill BALL_R to BALL_B with what the lanes see of a ball's part; of panes as if all showed the sky (:func:`_dim_below`)."""
     row = part * st.ROW_SIZE
-    if surfaces.materials[row + st.PORTAL] > _ZERO or surfaces.materials[row + st.PROFILE] > _ZERO:
+    pane = surfaces.materials[row + st.PORTAL] > _ZERO
+    if pane or surfaces.materials[row + st.PROFILE] > _ZERO:
         for k in range(LANES):
             if gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k] > _ZERO:
                 x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
+                z = max(z, _ABOVE) if pane else z
                 r, g, b = surface_le(surfaces, part, x, y, z, gloss[rec.BALL_FACING + k])
                 gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k] = r, g, b
     else:
@@ -341,6 +346,8 @@ def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) ->
                 lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
                 v = noise + np.float32(j) * _GOLDEN
                 _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
+                if is_pane and lanes[ln.TO_LIGHT_Z + k] < _ZERO:
+                    _dim_below(scene.surfaces.sky, k, lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
@@ -357,6 +364,17 @@ def _outgoing(k: int, lanes: NDArray[np.float32]) -> Vector:
         a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
         a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
     )
+
+
+@inlined
+def _dim_below(sky: Sky, k: int, lanes: NDArray[np.float32]) -> None:
+    """Let LI of lane k be that of the ground to which TO_LIGHT leads, if it is that of the sky above it."""
+    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+    ground = sky_le(sky, scale * x, scale * y, scale * z)
+    above = sky_le(sky, scale * x, scale * y, max(-scale * z, _ABOVE))
+    for channel in range(3):
+        lanes[ln.LI_R + LANES * channel + k] *= ground[channel] / max(above[channel], _TINY)
 
 
 @inlined

@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry, inlined
-from renderer.irradiance_cache.records import ROUGH, SHARP
+from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
-_MIRROR = np.float32(1e-3)
 _SAME_WAY = np.float32(0.9)
 _NEAR, _FAR = 3, 7
 """How many pixels away the farthest are that are mixed: a tile's width less one."""
@@ -31,23 +30,27 @@ _NEAR, _FAR = 3, 7
 class Picture(NamedTuple):
     """What shading leaves, float32.
 
-    light: (height, width, 3), cd/m2, without what gloss shows.  mirrored: (height, width, 4), the luminance that the mirrored ray found,
-    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess.
-    share: (height, width, 3), how much of it leaves to the camera.  lamps: (height, width, 4), cd/m2, what gloss shows of lamps and panes
-    as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them.  sums: (height, width, 8), of those of a
-    row that are mixed, by weight: what rays found, their weight, and lamps.
+    light: (height, width, 3), cd/m2, without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is mirrored by a
+    ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if none was sent;
+    share: (height, width, 3), how much of it leaves to the camera.
+    gloss: (height, width, 8), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of lamps
+    and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2.  sums: (height, width, 8),
+    of those of a row, by weight.
     """
 
     light: NDArray[np.float32]
-    mirrored: NDArray[np.float32]
+    alpha: NDArray[np.float32]
+    guess: NDArray[np.float32]
     share: NDArray[np.float32]
-    lamps: NDArray[np.float32]
+    gloss: NDArray[np.float32]
     sums: NDArray[np.float32]
 
 
 def make_picture(height: int, width: int) -> Picture:
     """Return room for a picture."""
-    return Picture(*(np.empty((height, width, channels), np.float32) for channels in (3, 4, 3, 4, 8)))
+    light, guess, share = (np.empty((height, width, 3), np.float32) for _ in range(3))
+    gloss, sums = (np.empty((height, width, 8), np.float32) for _ in range(2))
+    return Picture(light, np.empty((height, width), np.float32), guess, share, gloss, sums)
 
 
 @inlined
@@ -72,7 +75,7 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
 def _reach(alpha: np.float32, shown: np.float32) -> tuple[int, int]:
     """Return how far mirrored light and lamps are mixed, pixels; 0 for none.  Under a coat that is smooth lamps show in a rough lobe."""
     width = abs(alpha)
-    mirrored = _FAR if width > ROUGH else _NEAR if width > _MIRROR else 0
+    mirrored = _FAR if width > ROUGH else _NEAR if width > MIRROR else 0
     lamps = 0 if shown == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
     return mirrored, lamps
 
@@ -80,72 +83,61 @@ def _reach(alpha: np.float32, shown: np.float32) -> tuple[int, int]:
 @entry
 def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
     """Fill ``sums`` of rows ``first``, ``first + step``, ... of a picture."""
-    mirrored, lamps, sums = picture.mirrored, picture.lamps, picture.sums
-    height, width, _ = mirrored.shape
+    gloss, sums = picture.gloss, picture.sums
+    height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
             for channel in range(8):
                 sums[y, x, channel] = _ZERO
-            if mirrored[y, x, 3] == _ZERO:
+            if picture.alpha[y, x] == _ZERO:
                 continue
-            near, far = _reach(mirrored[y, x, 3], lamps[y, x, 3])
+            near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
             reach, face = max(near, far), hits.face[y, x]
             last, alike = face, True
             for u in range(max(x - reach, 0), min(x + reach + 1, width)):
-                away = abs(u - x)
-                traced, shown = (away <= near) & (mirrored[y, u, 3] > _MIRROR), (away <= far) & (lamps[y, u, 3] > _ZERO)
-                if not (traced or shown):
-                    continue
                 if hits.face[y, u] != last:
                     last, alike = hits.face[y, u], _is_alike(surfaces, face, hits.face[y, u])
-                if not alike:
-                    continue
-                if traced:
-                    weight = np.float32(near + 1 - away)
-                    for channel in range(3):
-                        sums[y, x, channel] += weight * mirrored[y, u, channel]
-                    sums[y, x, 3] += weight
-                if shown:
-                    weight = np.float32(far + 1 - away)
+                if alike:
+                    mirrored, lamps = _tent(near, abs(u - x)), _tent(far, abs(u - x))
                     for channel in range(4):
-                        sums[y, x, 4 + channel] += weight * lamps[y, u, channel]
+                        sums[y, x, channel] += mirrored * gloss[y, u, channel]
+                        sums[y, x, 4 + channel] += lamps * gloss[y, u, 4 + channel]
+
+
+@inlined
+def _tent(reach: int, away: int) -> np.float32:
+    """Return the weight of a pixel so far away; 0 where nothing is mixed."""
+    return np.float32(reach + 1 - away) if away <= reach else _ZERO
 
 
 @entry
 def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
     """Fill rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture whose ``sums`` are known."""
-    mirrored, share, lamps, sums = picture.mirrored, picture.share, picture.lamps, picture.sums
+    light, guess, share, gloss, sums = picture.light, picture.guess, picture.share, picture.gloss, picture.sums
     height, width, _ = image.shape
     for y in range(first, height, step):
         for x in range(width):
-            if mirrored[y, x, 3] == _ZERO:
-                image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
+            if picture.alpha[y, x] == _ZERO:
+                image[y, x, 0], image[y, x, 1], image[y, x, 2] = light[y, x, 0], light[y, x, 1], light[y, x, 2]
                 continue
-            near, far = _reach(mirrored[y, x, 3], lamps[y, x, 3])
+            near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
             reach, face = max(near, far), hits.face[y, x]
-            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
             last, alike = face, True
+            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
             for v in range(max(y - reach, 0), min(y + reach + 1, height)):
                 if hits.face[v, x] != last:
                     last, alike = hits.face[v, x], _is_alike(surfaces, face, hits.face[v, x])
-                if not alike or sums[v, x, 3] + sums[v, x, 7] == _ZERO:
-                    continue
-                away = abs(v - y)
-                weight = np.float32(max(near + 1 - away, 0))
-                r, g, b = r + weight * sums[v, x, 0], g + weight * sums[v, x, 1], b + weight * sums[v, x, 2]
-                rays += weight * sums[v, x, 3]
-                weight = np.float32(max(far + 1 - away, 0))
-                lamps_r, lamps_g, lamps_b = (
-                    lamps_r + weight * sums[v, x, 4],
-                    lamps_g + weight * sums[v, x, 5],
-                    lamps_b + weight * sums[v, x, 6],
-                )
-                whole += weight * sums[v, x, 7]
+                if alike:
+                    mirrored, lamps = _tent(near, abs(v - y)), _tent(far, abs(v - y))
+                    r, g = r + mirrored * sums[v, x, 0], g + mirrored * sums[v, x, 1]
+                    b, rays = b + mirrored * sums[v, x, 2], rays + mirrored * sums[v, x, 3]
+                    lamps_r, lamps_g = lamps_r + lamps * sums[v, x, 4], lamps_g + lamps * sums[v, x, 5]
+                    lamps_b, whole = lamps_b + lamps * sums[v, x, 6], whole + lamps * sums[v, x, 7]
             if near > 0 and rays > _ZERO:
                 r, g, b = r / rays, g / rays, b / rays
             else:
-                r, g, b = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2]
-            seen = lamps[y, x, 3] / whole if whole > _ZERO else _ZERO
-            image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r + seen * lamps_r
-            image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g + seen * lamps_g
-            image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b + seen * lamps_b
+                r, g, b = guess[y, x, 0], guess[y, x, 1], guess[y, x, 2]
+            seen = gloss[y, x, 7] / whole if whole > _ZERO else _ZERO
+            image[y, x, 0] = light[y, x, 0] + share[y, x, 0] * r + seen * lamps_r
+            image[y, x, 1] = light[y, x, 1] + share[y, x, 1] * g + seen * lamps_g
+            image[y, x, 2] = light[y, x, 2] + share[y, x, 2] * b + seen * lamps_b

@@ -17,6 +17,8 @@ from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
 
+MIRROR = np.float32(1e-3)
+"""Width of GGX up to which each pixel shows what its own ray sees."""
 SHARP = np.float32(0.01)
 """Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
 ROUGH = np.float32(0.03)
@@ -130,8 +132,9 @@ def is_faint(primary: NDArray[np.float32], k: int) -> bool:
 
 
 @inlined
-def takes_from_others(x: int, y: int, primary: NDArray[np.float32], k: int) -> bool:
-    """Return whether lane k, of pixel (x, y), sends no mirrored ray: three of four on rough surfaces, half where little is mirrored."""
-    if primary[ALPHA, k] > ROUGH:
+def takes_from_others(x: int, y: int, metal: bool, primary: NDArray[np.float32], k: int) -> bool:
+    """Return whether lane k, of pixel (x, y), sends no mirrored ray: three of four on rough surfaces, half on rough metal or if faint."""
+    rough = primary[ALPHA, k] > ROUGH
+    if rough and not metal:
         return bool((x | y) & 1)
-    return is_faint(primary, k) and (x + y) & 1 == 1
+    return (rough or (is_faint(primary, k) and not metal)) and (x + y) & 1 == 1

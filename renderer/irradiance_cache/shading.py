@@ -35,7 +35,7 @@ from renderer.irradiance_cache.incident import Incident, light_of_stray, read_li
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.reconstruction import Picture
-from renderer.irradiance_cache.records import ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
+from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.strays import NONE, add_stray, light_strays
 from renderer.path.direct_light import wi_to_lights
@@ -140,7 +140,7 @@ def _shade_lane(
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
         memory.gloss[rec.ASKS + k], asking = _ONE, 1
-    if not (glass or alone) and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
+    if not (glass or alone) and takes_from_others(x, y, lanes[ln.METALLIC + k] >= _HALF, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, asking, 0
     _send_ray(incident, glass, k, memory)
@@ -337,11 +337,14 @@ def _store(column: int, row: int, memory: ShadeScratch, picture: Picture) -> Non
     for k in range(LANES):
         x, y = column + (k & 3), row + (k >> 2)
         if x < width and y < height:
-            picture.mirrored[y, x, 3], picture.lamps[y, x, 3] = primary[rec.ALPHA, k], memory.gloss[rec.LAMPLIGHT + k]
+            alpha = primary[rec.ALPHA, k]
+            sent = _ONE if alpha > MIRROR else _ZERO
+            picture.alpha[y, x], picture.gloss[y, x, 3], picture.gloss[y, x, 7] = alpha, sent, memory.gloss[rec.LAMPLIGHT + k]
             for channel in range(3):
                 picture.light[y, x, channel] = primary[rec.LIGHT + channel, k]
-                picture.lamps[y, x, channel] = primary[rec.LAMPS + channel, k]
-            if primary[rec.ALPHA, k] != _ZERO:
+                picture.gloss[y, x, channel] = sent * primary[rec.SEEN + channel, k]
+                picture.gloss[y, x, 4 + channel] = primary[rec.LAMPS + channel, k]
+            if alpha != _ZERO:
                 for channel in range(3):
-                    picture.mirrored[y, x, channel] = primary[rec.SEEN + channel, k]
+                    picture.guess[y, x, channel] = primary[rec.SEEN + channel, k]
                     picture.share[y, x, channel] = primary[rec.SHARE + channel, k]

@@ -206,8 +206,8 @@ def test_a_window_behind_a_blind_shows_in_a_polished_table_without_dots_grids_or
     cached, traced = found
     blocks = [image.reshape(6, 8, 8, 8).mean(axis=(1, 3)) for image in found]
     assert np.abs(blocks[0] - blocks[1]).mean() < 0.08 * traced.mean()
-    # What differs from neighbours left and right, of pixels at equal places in tiles of 4 x 4, and of all.
-    bend = cached[:, 1:-1] - 0.5 * (cached[:, :-2] + cached[:, 2:])
+    # How pixels within the window's image differ from neighbours left and right, those at equal places in tiles of 4 x 4, and all.
+    bend = cached[:, 17:47] - 0.5 * (cached[:, 16:46] + cached[:, 18:48])
     by_place = np.array([[bend[i::4, j::4].mean() for j in range(4)] for i in range(4)])
-    assert np.abs(by_place).max() < 0.004 * traced.mean()
-    assert np.abs(bend).mean() < 0.012 * traced.mean() and np.abs(bend).max() < 0.1 * traced.mean()
+    assert np.abs(by_place).max() < 0.004 * traced.mean(), "a grid"
+    assert np.abs(bend).mean() < 0.012 * traced.mean() and np.abs(bend).max() < 0.15 * traced.mean(), "dots or blocks"
