@@ -20,6 +20,7 @@ from renderer.irradiance_cache.lobe_shares import (
     slopes_along,
     slopes_in_disc,
     to_local,
+    view_direction,
 )
 from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, Lamps, ShadeScratch
@@ -41,7 +42,7 @@ _SPAN = np.float32(5.0)
 """How far to the sides of the mirrored direction points are asked, in widths of GGX."""
 _ABOVE = np.float32(0.1)
 """Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
-_BENT, _MOST_PARTS = np.float32(2.0), 6
+_BENT, _MOST_PARTS = np.float32(4.0), 6
 """Squared parts of a side for each share of the view that something flat fills, in widths of GGX, and the most."""
 _KEY = np.uint32(11)
 
@@ -226,7 +227,7 @@ def _aim_facets(
 ) -> tuple[np.float32, np.float32]:
     """Fill BALL_X to BALL_Z and BALL_HALF of lane k; return the cosines of the microfacets that mirror what lies there, and of the view."""
     lx, ly, lz = offset[0] / distance, offset[1] / distance, offset[2] / distance
-    wo_x, wo_y, wo_z = _outgoing(k, lanes)
+    wo_x, wo_y, wo_z = view_direction(k, lanes)
     hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
     length = hx * hx + hy * hy + hz * hz
     scale = _ONE / np.sqrt(length if length > _TINY else _TINY)
@@ -353,17 +354,6 @@ def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) ->
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 for channel in range(3):
                     primary[rec.LAMPS + channel, k] += lanes[ln.LI_R + LANES * channel + k]
-
-
-@inlined
-def _outgoing(k: int, lanes: NDArray[np.float32]) -> Vector:
-    """Return the unit direction from the hit of lane k to the eye, world."""
-    a, b, c = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
-    return (
-        a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k],
-        a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
-        a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
-    )
 
 
 @inlined

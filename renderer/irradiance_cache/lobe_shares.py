@@ -139,3 +139,14 @@ def mirroring_span(middle: Vector, wo: Vector, axis: Vector, width_m: np.float32
     squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
     width = width_m / np.sqrt(max(squared, _TINY)) + _HALF * abs(place - nearest)
     return nearest, max(nearest - width, -_ONE), min(nearest + width, _ONE)
+
+
+@inlined
+def view_direction(k: int, lanes: NDArray[np.float32]) -> Vector:
+    """Return the unit direction from the hit of lane k to the eye, world."""
+    a, b, c = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
+    return (
+        a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k],
+        a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
+        a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
+    )

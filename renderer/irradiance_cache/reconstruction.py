@@ -33,9 +33,9 @@ class Picture(NamedTuple):
     light: (height, width, 3), cd/m2, without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is mirrored by a
     ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if none was sent;
     share: (height, width, 3), how much of it leaves to the camera.
-    gloss: (height, width, 8), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of lamps
-    and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2.  sums: (height, width, 8),
-    of those of a row, by weight.
+    gloss: (height, width, 8), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of
+    lamps and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2.  sums: (height,
+    width, 8), of those of a row, by weight.
     """
 
     light: NDArray[np.float32]
@@ -87,21 +87,22 @@ def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, ste
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
-            for channel in range(8):
-                sums[y, x, channel] = _ZERO
-            if picture.alpha[y, x] == _ZERO:
-                continue
+            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
             near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
             reach, face = max(near, far), hits.face[y, x]
             last, alike = face, True
-            for u in range(max(x - reach, 0), min(x + reach + 1, width)):
-                if hits.face[y, u] != last:
-                    last, alike = hits.face[y, u], _is_alike(surfaces, face, hits.face[y, u])
-                if alike:
-                    mirrored, lamps = _tent(near, abs(u - x)), _tent(far, abs(u - x))
-                    for channel in range(4):
-                        sums[y, x, channel] += mirrored * gloss[y, u, channel]
-                        sums[y, x, 4 + channel] += lamps * gloss[y, u, 4 + channel]
+            if reach > 0:
+                for u in range(max(x - reach, 0), min(x + reach + 1, width)):
+                    if hits.face[y, u] != last:
+                        last, alike = hits.face[y, u], _is_alike(surfaces, face, hits.face[y, u])
+                    if alike:
+                        mirrored, lamps = _tent(near, abs(u - x)), _tent(far, abs(u - x))
+                        r, g = r + mirrored * gloss[y, u, 0], g + mirrored * gloss[y, u, 1]
+                        b, rays = b + mirrored * gloss[y, u, 2], rays + mirrored * gloss[y, u, 3]
+                        lamps_r, lamps_g = lamps_r + lamps * gloss[y, u, 4], lamps_g + lamps * gloss[y, u, 5]
+                        lamps_b, whole = lamps_b + lamps * gloss[y, u, 6], whole + lamps * gloss[y, u, 7]
+            sums[y, x, 0], sums[y, x, 1], sums[y, x, 2], sums[y, x, 3] = r, g, b, rays
+            sums[y, x, 4], sums[y, x, 5], sums[y, x, 6], sums[y, x, 7] = lamps_r, lamps_g, lamps_b, whole
 
 
 @inlined

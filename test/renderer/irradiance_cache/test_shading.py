@@ -200,14 +200,27 @@ def test_a_window_behind_a_blind_shows_in_a_polished_table_without_dots_grids_or
     wall = [(-2, 0, 1.25, 2.5), (0.75, 0, 1.25, 2.5), (-0.75, 0, 1.5, 0.3), (-0.75, 1.5, 1.5, 1.0)]
     walls = [quad((x, 4, z), (width, 0, 0), (0, 0, height), color=(0, 0, 0), roughness=1.0) for x, z, width, height in wall]
     found, camera = [], CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)
-    for settings in ({}, {"integrator": "path", "samples_per_pixel": 512, "threads": 2}):
+    for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2}):
         image = look_up(scene(table, pane, *blind, *walls, sky=sky), pose((0, 0, 1.2), (0, 1.9, 0)), camera=camera, **settings).radiance
         found.append(image[..., 1].astype(float))
     cached, traced = found
     blocks = [image.reshape(6, 8, 8, 8).mean(axis=(1, 3)) for image in found]
-    assert np.abs(blocks[0] - blocks[1]).mean() < 0.08 * traced.mean()
+    assert np.abs(blocks[0] - blocks[1]).mean() < 0.1 * traced.mean()
     # How pixels within the window's image differ from neighbours left and right, those at equal places in tiles of 4 x 4, and all.
     bend = cached[:, 17:47] - 0.5 * (cached[:, 16:46] + cached[:, 18:48])
     by_place = np.array([[bend[i::4, j::4].mean() for j in range(4)] for i in range(4)])
     assert np.abs(by_place).max() < 0.004 * traced.mean(), "a grid"
     assert np.abs(bend).mean() < 0.012 * traced.mean() and np.abs(bend).max() < 0.15 * traced.mean(), "dots or blocks"
+
+
+def test_a_window_shows_in_an_upright_door_without_a_step_where_the_horizon_is():
+    """Half of what the window shows is ground; which half is seen from a door changes with height, and what it mirrors does so smoothly."""
+    sky = Sky(*(np.full(3, luminance, np.float32) for luminance in (1000, 1000, 50)))
+    door = quad((1, 0, 0), (0, 4, 0), (0, 0, 2.5), color=(0.1, 0.1, 0.1), roughness=0.42, ior=1.5)
+    pane = quad((-0.5, 4, 0.6), (1.2, 0, 0), (0, 0, 1.4), portal=True, transmission=0.9)
+    flat, view = scene(door, pane, sky=sky), pose((-0.5, 0.5, 1.3), (1.0, 2.4, 1.3))
+    camera = CameraConfig(width=32, height=48, horizontal_fov_rad=0.3)
+    cached = look_up(flat, view, camera=camera).radiance[..., 1].astype(float)
+    traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=256, threads=2).radiance[..., 1]
+    assert traced.mean() > 1.0 and cached.mean() == pytest.approx(traced.mean(), rel=0.1)
+    assert np.abs(np.diff(cached.mean(axis=1), 2)).max() < 0.05 * cached.mean()
