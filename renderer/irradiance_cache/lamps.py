@@ -42,7 +42,7 @@ _SPAN = np.float32(5.0)
 """How far to the sides of the mirrored direction points are asked, in widths of GGX."""
 _ABOVE = np.float32(0.1)
 """Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
-_BENT, _MOST_PARTS = np.float32(4.0), 6
+_BENT, _MOST_PARTS = np.float32(8.0), 8
 """Squared parts of a side for each share of the view that something flat fills, in widths of GGX, and the most."""
 _KEY = np.uint32(11)
 
