@@ -172,7 +172,7 @@ STAGES = {
         ("renderer.irradiance_cache.cache", name) for name in ("widen", "light_nodes", "gather_nodes", "smooth_nodes")
     ),
     "shading: materials, light, sun and mirror rays": (("renderer.irradiance_cache.cached_integrator", "shade_hits"),),
-    "mirror images shared by neighbours": (("renderer.irradiance_cache.cached_integrator", "mix_mirrored"),),
+    "gloss shared by neighbours": tuple(("renderer.irradiance_cache.cached_integrator", name) for name in ("sum_across", "mix_gloss")),
     "edges": (("renderer.irradiance_cache.cached_integrator", "smooth_edges"),),
     "exposure and tone": (("renderer.renderer", "to_display"),),
 }

@@ -13,7 +13,7 @@ from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.edges import make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamps import build_lamps
-from renderer.irradiance_cache.reconstruction import make_picture, mix_mirrored
+from renderer.irradiance_cache.reconstruction import make_picture, mix_gloss, sum_across
 from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits, TracedView
@@ -77,7 +77,8 @@ class CachedIntegrator:
 
         workers.run(shade, range(step), cancelled)
         self.strays = sum(int(one.strays.met[0]) for one in memory)
-        self._scene.in_rows(mix_mirrored, lit.surfaces, view.hits, picture, image)
+        self._scene.in_rows(sum_across, lit.surfaces, view.hits, picture)
+        self._scene.in_rows(mix_gloss, lit.surfaces, view.hits, picture, image)
         workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
         workers.run(shade_samples, range(step), cancelled)

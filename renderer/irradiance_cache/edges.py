@@ -29,6 +29,7 @@ _NEAR = np.float32(0.03)
 _BEND = np.float32(0.95)
 _CONTRAST = np.float32(0.03)
 _LONE = np.float32(0.6)
+"""Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
 _PER_PIXEL = 3
 OFFSETS = np.zeros((_PER_PIXEL, 2 * LANES), np.float32)
 """Where edge pixels are sampled beside their centre: a rotated grid, as offsets of tiles' rays, in pixels."""
@@ -68,7 +69,10 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 
 @inlined
 def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> bool:
-    """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light."""
+    """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light.
+
+    A gap in something is no farther away than its depth: there it is so that much less light comes from one of them.
+    """
     height, width = distance.shape
     here = hits.face[y, x]
     for side in range(4):
@@ -81,6 +85,9 @@ def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], imag
         if here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]:
             return True
         if aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]:
+            return True
+        least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
+        if least < _LONE * most:
             return True
     return False
 
@@ -246,4 +253,4 @@ def add_samples(samples: EdgeSamples, row: int, begin: int, primary: NDArray[np.
         x, y = samples.numbers[row, 1, begin + k], samples.numbers[row, 2, begin + k]
         for channel in range(3):
             seen = primary[rec.SHARE + channel, k] * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
-            image[y, x, channel] += _QUARTER * (primary[rec.LIGHT + channel, k] + seen)
+            image[y, x, channel] += _QUARTER * (primary[rec.LIGHT + channel, k] + primary[rec.LAMPS + channel, k] + seen)

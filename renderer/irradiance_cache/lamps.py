@@ -1,39 +1,54 @@
-"""Lamps and panes as balls: how much of each rough gloss mirrors is known, and shadow rays ask whether it is seen."""
+"""Lamps and panes as balls and rectangles: how much of each gloss mirrors is known, and shadow rays ask whether it is seen."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.microfacet import ggx_g1_root, schlick_weight
+from renderer.bsdf.microfacet import schlick_weight
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
+from renderer.irradiance_cache.lobe_shares import (
+    mirrored_share,
+    mirroring_slopes,
+    mirroring_span,
+    on_rim,
+    slopes_along,
+    slopes_in_disc,
+    to_local,
+    view_direction,
+)
 from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
-from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, WIDE, Lamps, ShadeScratch
+from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, Lamps, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
+from renderer.path.infinite_light import sky_le
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
-from renderer.scene.flat_scene import FlatScene
+from renderer.scene.flat_scene import FlatScene, Sky
 from scene_description.products import matmul, norm
 
-_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_LEAST_COSINE, _INFINITE = np.float32(0.05), np.float32(np.inf)
+_ZERO, _QUARTER, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
-_LEFT_OUT, _FAINT, _MODEST = np.float32(0.01), np.float32(0.04), np.float32(0.12)
-"""Shares of a pixel's other light from which on lamps in its gloss are worth one shadow ray, two, and all."""
-_MOST_BALLS = 4
-"""Side by side, for one pane or flat lamp."""
+_LEFT_OUT, _FAINT = np.float32(0.01), np.float32(0.3)
+"""Shares of a pixel's other light from which on lamps in its gloss are worth one shadow ray, and all."""
+_SPAN = np.float32(5.0)
+"""How far to the sides of the mirrored direction points are asked, in widths of GGX."""
+_ABOVE = np.float32(0.1)
+"""Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
+_BENT, _MOST_PARTS = np.float32(8.0), 8
+"""Squared parts of a side for each share of the view that something flat fills, in widths of GGX, and the most."""
 _KEY = np.uint32(11)
 
 
 def build_lamps(flat: FlatScene) -> Lamps:
-    """Return a ball for each part that shines and each pane, side by side several for what is flat and long."""
+    """Return a ball for each part that shines and each pane, with its rectangle for what is flat."""
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     found = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) | flat.parts.portal)
@@ -49,14 +64,8 @@ def build_lamps(flat: FlatScene) -> Lamps:
             shown_m2 = norm(normal)
         normal /= max(norm(normal), 1e-12)
         axes = _half_axes(corners[faces], area, normal, shown_m2) if level else np.zeros((2, 3))
-        sides = np.linalg.norm(axes, axis=1)
-        count = int(np.clip(round(sides.max() / max(sides.min(), 1e-12)), 1, _MOST_BALLS)) if level else 1
-        longer = axes[sides.argmax()].copy()
-        axes[sides.argmax()] /= count
-        for i in range(count):
-            place = center + longer * ((2 * i + 1) / count - 1)
-            rows.append([*place, np.sqrt(shown_m2 / count / np.pi), *normal, float(level), *axes[0], *axes[1]])
-            parts.append(part)
+        rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level), *axes[0], *axes[1]])
+        parts.append(part)
     return Lamps(np.array(rows, np.float32).reshape(-1, 14), np.array(parts, np.int32))
 
 
@@ -76,26 +85,6 @@ def _half_axes(
 
 
 @inlined
-def mirrored_share(
-    facet: np.float32, half: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, spread: np.float32
-) -> np.float32:
-    """Return what GGX reflects of even light from a ball, over its luminance and the Fresnel term.
-
-    ``facet``: cosine of the microfacets that mirror the ball's centre; ``half``: that of the view to them; ``spread``: the ball's solid
-    angle over pi.  The slopes of microfacets have the density alpha^2 / (pi (alpha^2 + m^2)^2) (Walter et al., "Microfacet Models for
-    Refraction through Rough Surfaces", 2007).  By stereographic projection that is the uniform one of a sphere, so a disc of slopes has
-    the share of a spherical cap.
-    """
-    square, inverse = alpha * alpha, _ONE / facet
-    radius = spread * inverse * inverse * inverse * np.float32(0.25) / half
-    away = (inverse * inverse - _ONE) + square - radius
-    root = np.sqrt(away * away + np.float32(4.0) * square * radius)
-    share = _TWO * square * radius / (root * (root + away)) if away > _ZERO else _HALF * (root - away) / root
-    value: np.float32 = _TWO * share * half * inverse * cosine
-    return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
-
-
-@inlined
 def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
     """Choose balls that the lanes with ASKS mirror, by how much each adds to the pixel; return the most rays that one is worth.
 
@@ -112,24 +101,28 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
             gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
     for i in range(len(lamps.balls)):
         row = lamps.part[i] * st.ROW_SIZE
-        if _mirror_ball(lamps.balls, i, surfaces.materials[row + st.PORTAL] > _ZERO, lanes, gloss):
+        widest = _ZERO if surfaces.materials[row + st.PORTAL] > _ZERO else _ONE
+        if lamps.balls[i, 7] > _ZERO:
+            shows = _mirror_rectangle(lamps.balls, i, widest, lanes, gloss)
+        else:
+            shows = _mirror_ball(lamps.balls, i, widest, lanes, gloss)
+        if shows:
             _show_ball(surfaces, lamps.part[i], gloss)
             _reflect_ball(lanes, gloss)
             _pick(np.float32(i), gloss)
     most = _ZERO
     for k in range(LANES):
         light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
-        gloss[rec.LAMP_RAY_COUNT + k] = _ray_count(gloss[rec.LAMPLIGHT + k], light)
-        most = max(most, gloss[rec.LAMP_RAY_COUNT + k])
+        count = _ray_count(gloss[rec.LAMPLIGHT + k], light)
+        gloss[rec.LAMPLIGHT + k] = gloss[rec.LAMPLIGHT + k] if count > _ZERO else _ZERO
+        gloss[rec.LAMP_RAY_COUNT + k], most = count, max(most, count)
     return int(most)
 
 
 @inlined
 def _ray_count(lamplight: np.float32, light: np.float32) -> np.float32:
     """Return by how many points it is asked what of lamps' light is hidden from a pixel that has so much other light."""
-    if lamplight <= _LEFT_OUT * light:
-        return _ZERO
-    return _ONE if lamplight < _FAINT * light else _TWO if lamplight < _MODEST * light else np.float32(LAMP_RAYS)
+    return _ZERO if lamplight <= _LEFT_OUT * light else _ONE if lamplight < _FAINT * light else np.float32(LAMP_RAYS)
 
 
 @inlined
@@ -138,41 +131,137 @@ def _lobe(primary: NDArray[np.float32], k: int) -> Rgb:
 
 
 @kernel
-def _mirror_ball(balls: NDArray[np.float32], i: int, pane: bool, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
+def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
     """Fill BALL_X to BALL_HALF of ball i; return whether any lane mirrors it.
 
-    Lobes narrower than SHARP see lamps, those narrower than WIDE panes, by their rays; under the coat panes are part of the light around.
+    Lobes narrower than SHARP see lamps and panes by their rays, lobes under a coat of ``widest`` or more as a part of the light around.
     """
-    x, y, z, radius, is_flat = balls[i, 0], balls[i, 1], balls[i, 2], balls[i, 3], balls[i, 7] > _ZERO
-    flat_x, flat_y, flat_z = balls[i, 4], balls[i, 5], balls[i, 6]
-    narrowest, widest = WIDE if pane else SHARP, _ZERO if pane else _ONE
+    radius = balls[i, 3]
     for k in range(LANES):
-        nx, ny, nz, height = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k], lanes[ln.WO_Z + k]
-        cx, cy, cz = x - lanes[ln.P_X + k], y - lanes[ln.P_Y + k], z - lanes[ln.P_Z + k]
-        squared = cx * cx + cy * cy + cz * cz
-        distance = np.sqrt(squared if squared > _TINY else _TINY)
-        lx, ly, lz = cx / distance, cy / distance, cz / distance
-        cosine = lx * nx + ly * ny + lz * nz
-        # What is flat is a disc: one may stand closer to it than its radius.
-        facing = -(lx * flat_x + ly * flat_y + lz * flat_z)
-        facing = (facing if facing > _ZERO else _ZERO) if is_flat else _ONE
-        spread = radius * radius / (squared + radius * radius if is_flat else squared) * facing
-        # The microfacets that mirror the ball's centre.
-        wo_x, wo_y, wo_z = _outgoing(k, lanes)
-        hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
-        length = hx * hx + hy * hy + hz * hz
-        scale = _ONE / np.sqrt(length if length > _TINY else _TINY)
-        facet, half = (hx * nx + hy * ny + hz * nz) * scale, (hx * lx + hy * ly + hz * lz) * scale
-        facet = facet if facet > _LEAST_COSINE else _LEAST_COSINE
-        half = half if half > _LEAST_COSINE else _LEAST_COSINE
+        offset = _from_hit(balls, i, k, lanes)
+        squared = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
+        squared = squared if squared > _TINY else _TINY
         alpha, under_alpha = gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
-        over = mirrored_share(facet, half, cosine, height, alpha, spread)
-        under = mirrored_share(facet, half, cosine, height, under_alpha, spread)
-        seen = (gloss[rec.ASKS + k] > _ZERO) & (cosine > _ZERO) & (facing > _ZERO) & (is_flat | (distance > radius))
-        gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_FACING + k] = lx, ly, lz, facing
-        gloss[rec.BALL_OVER + k] = over if seen & (alpha >= narrowest) else _ZERO
-        gloss[rec.BALL_UNDER + k] = under if seen & (under_alpha < widest) else _ZERO
-        gloss[rec.BALL_HALF + k] = half
+        facet, half = _aim_facets(offset, np.sqrt(squared), k, lanes, gloss)
+        spread = radius * radius / squared
+        over, under = slopes_in_disc(facet, half, alpha, spread), slopes_in_disc(facet, half, under_alpha, spread)
+        gloss[rec.BALL_FACING + k] = _ONE
+        _keep_mirrored(over, under, facet, widest, squared > radius * radius, k, lanes, gloss)
+    return _any_mirrors(gloss)
+
+
+@kernel
+def _mirror_rectangle(
+    balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
+) -> bool:
+    """Do the same for row i, something flat, by its rectangle.
+
+    It is a polygon of slopes; sides are bent there, the more the more of the view they fill, and taken for straight in parts.
+    """
+    first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
+    widest_share, coated = _ZERO, False
+    for k in range(LANES):
+        if gloss[rec.ASKS + k] > _ZERO:
+            x, y, z = _from_hit(balls, i, k, lanes)
+            filled = balls[i, 3] * balls[i, 3] / max(x * x + y * y + z * z, _TINY)
+            widest_share = max(widest_share, filled / _lobe_width(k, gloss))
+            coated |= gloss[rec.LOBE_UNDER_ALPHA + k] < widest
+    parts = min(int(np.sqrt(_BENT * widest_share)) + 1, _MOST_PARTS)
+    for corner in range(4 * parts + 1):
+        s, t = on_rim(corner, parts)
+        ox, oy, oz = (
+            balls[i, 0] + s * first[0] + t * second[0],
+            balls[i, 1] + s * first[1] + t * second[1],
+            balls[i, 2] + s * first[2] + t * second[2],
+        )
+        for k in range(LANES):
+            offset = to_local((ox - lanes[ln.P_X + k], oy - lanes[ln.P_Y + k], oz - lanes[ln.P_Z + k]), k, lanes)
+            x, y = mirroring_slopes(offset, (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]))
+            last_x, last_y = gloss[rec.SLOPE_X + k], gloss[rec.SLOPE_Y + k]
+            over = slopes_along(last_x, last_y, x, y, gloss[rec.LOBE_ALPHA + k])
+            gloss[rec.BALL_OVER + k] = gloss[rec.BALL_OVER + k] + over if corner > 0 else _ZERO
+            gloss[rec.SLOPE_X + k], gloss[rec.SLOPE_Y + k] = x, y
+            if coated:
+                under = slopes_along(last_x, last_y, x, y, gloss[rec.LOBE_UNDER_ALPHA + k])
+                gloss[rec.BALL_UNDER + k] = gloss[rec.BALL_UNDER + k] + under if corner > 0 else _ZERO
+    for k in range(LANES):
+        # What else varies is taken where much of the lobe is.
+        offset = _from_hit(balls, i, k, lanes)
+        middle, wo = to_local(offset, k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
+        squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2]
+        width_m = _SPAN * _lobe_width(k, gloss) * np.sqrt(squared)
+        near_s, low_s, high_s = mirroring_span(middle, wo, to_local(first, k, lanes), width_m)
+        near_t, low_t, high_t = mirroring_span(middle, wo, to_local(second, k, lanes), width_m)
+        s, t = _HALF * near_s + _QUARTER * (low_s + high_s), _HALF * near_t + _QUARTER * (low_t + high_t)
+        x, y, z = (
+            offset[0] + s * first[0] + t * second[0],
+            offset[1] + s * first[1] + t * second[1],
+            offset[2] + s * first[2] + t * second[2],
+        )
+        squared = x * x + y * y + z * z
+        distance = np.sqrt(squared if squared > _TINY else _TINY)
+        facing = -(x * balls[i, 4] + y * balls[i, 5] + z * balls[i, 6]) / distance
+        facet, _ = _aim_facets((x, y, z), distance, k, lanes, gloss)
+        over, under = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k] if coated else _ZERO
+        over, under = over if over > _ZERO else -over, under if under > _ZERO else -under
+        gloss[rec.BALL_FACING + k] = facing if facing > _ZERO else _ZERO
+        _keep_mirrored(over, under, facet, widest, facing > _ZERO, k, lanes, gloss)
+    return _any_mirrors(gloss)
+
+
+@inlined
+def _lobe_width(k: int, gloss: NDArray[np.float32]) -> np.float32:
+    """Return the width of GGX of lane k; that of the lobe under a coat, if there is one."""
+    under_alpha, alpha = gloss[rec.LOBE_UNDER_ALPHA + k], gloss[rec.LOBE_ALPHA + k]
+    return under_alpha if under_alpha < _ONE else max(alpha, SHARP)
+
+
+@inlined
+def _from_hit(balls: NDArray[np.float32], i: int, k: int, lanes: NDArray[np.float32]) -> Vector:
+    return balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
+
+
+@inlined
+def _aim_facets(
+    offset: Vector, distance: np.float32, k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
+) -> tuple[np.float32, np.float32]:
+    """Fill BALL_X to BALL_Z and BALL_HALF of lane k; return the cosines of the microfacets that mirror what lies there, and of the view."""
+    lx, ly, lz = offset[0] / distance, offset[1] / distance, offset[2] / distance
+    wo_x, wo_y, wo_z = view_direction(k, lanes)
+    hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
+    length = hx * hx + hy * hy + hz * hz
+    scale = _ONE / np.sqrt(length if length > _TINY else _TINY)
+    facet = (hx * lanes[ln.NS_X + k] + hy * lanes[ln.NS_Y + k] + hz * lanes[ln.NS_Z + k]) * scale
+    half = (hx * lx + hy * ly + hz * lz) * scale
+    facet, half = facet if facet > _LEAST_COSINE else _LEAST_COSINE, half if half > _LEAST_COSINE else _LEAST_COSINE
+    gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_HALF + k] = lx, ly, lz, half
+    return facet, half
+
+
+@inlined
+def _keep_mirrored(
+    over: np.float32,
+    under: np.float32,
+    facet: np.float32,
+    widest: np.float32,
+    shown: bool,
+    k: int,
+    lanes: NDArray[np.float32],
+    gloss: NDArray[np.float32],
+) -> None:
+    """Fill BALL_OVER and BALL_UNDER of lane k by the shares of slopes of its lobes, if it is ``shown`` what has them."""
+    lx, ly, lz, half = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_HALF + k]
+    cosine = lx * lanes[ln.NS_X + k] + ly * lanes[ln.NS_Y + k] + lz * lanes[ln.NS_Z + k]
+    height, alpha, under_alpha = lanes[ln.WO_Z + k], gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
+    over = mirrored_share(over, facet, half, cosine, height, alpha)
+    under = mirrored_share(under, facet, half, cosine, height, under_alpha)
+    seen = (gloss[rec.ASKS + k] > _ZERO) & (cosine > _ZERO) & shown
+    gloss[rec.BALL_OVER + k] = over if seen & (alpha >= SHARP) else _ZERO
+    gloss[rec.BALL_UNDER + k] = under if seen & (under_alpha < widest) else _ZERO
+
+
+@inlined
+def _any_mirrors(gloss: NDArray[np.float32]) -> bool:
     most = _ZERO
     for k in range(LANES):
         mirrored = gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k]
@@ -182,12 +271,14 @@ def _mirror_ball(balls: NDArray[np.float32], i: int, pane: bool, lanes: NDArray[
 
 @inlined
 def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
-    """Fill BALL_R to BALL_B with what the lanes see of a ball's part."""
+    """Fill BALL_R to BALL_B with what the lanes see of a ball's part; of panes as if all showed the sky (:func:`_dim_below`)."""
     row = part * st.ROW_SIZE
-    if surfaces.materials[row + st.PORTAL] > _ZERO or surfaces.materials[row + st.PROFILE] > _ZERO:
+    pane = surfaces.materials[row + st.PORTAL] > _ZERO
+    if pane or surfaces.materials[row + st.PROFILE] > _ZERO:
         for k in range(LANES):
             if gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k] > _ZERO:
                 x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
+                z = max(z, _ABOVE) if pane else z
                 r, g, b = surface_le(surfaces, part, x, y, z, gloss[rec.BALL_FACING + k])
                 gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k] = r, g, b
     else:
@@ -255,46 +346,48 @@ def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) ->
                 is_pane = scene.surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
                 lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
                 v = noise + np.float32(j) * _GOLDEN
-                _aim_at_ball(lamps.balls, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), lanes)
+                _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
+                if is_pane and lanes[ln.TO_LIGHT_Z + k] < _ZERO:
+                    _dim_below(scene.surfaces.sky, k, lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 for channel in range(3):
-                    primary[rec.LIGHT + channel, k] += lanes[ln.LI_R + LANES * channel + k]
+                    primary[rec.LAMPS + channel, k] += lanes[ln.LI_R + LANES * channel + k]
 
 
 @inlined
-def _outgoing(k: int, lanes: NDArray[np.float32]) -> Vector:
-    """Return the unit direction from the hit of lane k to the eye, world."""
-    a, b, c = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
-    return (
-        a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k],
-        a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
-        a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
-    )
+def _dim_below(sky: Sky, k: int, lanes: NDArray[np.float32]) -> None:
+    """Let LI of lane k be that of the ground to which TO_LIGHT leads, if it is that of the sky above it."""
+    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+    ground = sky_le(sky, scale * x, scale * y, scale * z)
+    above = sky_le(sky, scale * x, scale * y, max(-scale * z, _ABOVE))
+    for channel in range(3):
+        lanes[ln.LI_R + LANES * channel + k] *= ground[channel] / max(above[channel], _TINY)
 
 
 @inlined
-def _aim_at_ball(balls: NDArray[np.float32], i: int, k: int, u: np.float32, v: np.float32, lanes: NDArray[np.float32]) -> None:
-    """Fill TO_LIGHT of lane k: to a point of ball i, half way between one chosen by (u, v) and the one nearest to the mirrored ray.
+def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, memory: ShadeScratch) -> None:
+    """Fill TO_LIGHT of lane k: to a point of ball i, chosen by (u, v) near the mirrored ray, as far as the lobe is wide.
 
     Of what is flat it is a point of its rectangle, so that it never lies in a wall or bar; of others one of a square across the ball.
     """
-    cx, cy, cz = balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
-    wo_x, wo_y, wo_z = _outgoing(k, lanes)
-    twice = _TWO * lanes[ln.WO_Z + k]
-    mx, my, mz = twice * lanes[ln.NS_X + k] - wo_x, twice * lanes[ln.NS_Y + k] - wo_y, twice * lanes[ln.NS_Z + k] - wo_z
-    along = cx * mx + cy * my + cz * mz
-    aside = along * mx - cx, along * my - cy, along * mz - cz
+    balls, lanes, gloss = lamps.balls, memory.trace.lanes, memory.gloss
+    cx, cy, cz = _from_hit(balls, i, k, lanes)
+    distance = np.sqrt(max(cx * cx + cy * cy + cz * cz, _TINY))
     reach = np.float32(0.98)
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
     if balls[i, 7] == _ZERO:
-        distance = np.sqrt(max(cx * cx + cy * cy + cz * cz, _TINY))
         reach, side = max((distance - balls[i, 3]) / distance, _HALF), _DISC * balls[i, 3]
         toward = cx / distance, cy / distance, cz / distance
         first = _across((lanes[ln.TANGENT_X + k], lanes[ln.TANGENT_Y + k], lanes[ln.TANGENT_Z + k]), toward, side)
         second = _across((lanes[ln.BITANGENT_X + k], lanes[ln.BITANGENT_Y + k], lanes[ln.BITANGENT_Z + k]), toward, side)
-    s, t = _on_side(aside, first, u), _on_side(aside, second, v)
+    middle, wo = to_local((cx, cy, cz), k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
+    width_m = _SPAN * distance * _lobe_width(k, gloss)
+    _, low_s, high_s = mirroring_span(middle, wo, to_local(first, k, lanes), width_m)
+    _, low_t, high_t = mirroring_span(middle, wo, to_local(second, k, lanes), width_m)
+    s, t = low_s + u * (high_s - low_s), low_t + v * (high_t - low_t)
     lanes[ln.TO_LIGHT_X + k] = reach * (cx + s * first[0] + t * second[0])
     lanes[ln.TO_LIGHT_Y + k] = reach * (cy + s * first[1] + t * second[1])
     lanes[ln.TO_LIGHT_Z + k] = reach * (cz + s * first[2] + t * second[2])
@@ -305,12 +398,3 @@ def _across(axis: Vector, toward: Vector, length: np.float32) -> Vector:
     """Return the part of an axis that is at right angles to a direction, times a length."""
     along = axis[0] * toward[0] + axis[1] * toward[1] + axis[2] * toward[2]
     return length * (axis[0] - along * toward[0]), length * (axis[1] - along * toward[1]), length * (axis[2] - along * toward[2])
-
-
-@inlined
-def _on_side(aside: Vector, axis: Vector, u: np.float32) -> np.float32:
-    """Return a place in [-1, 1] along half a side: half way between that of an offset from the middle and that of ``u`` in [0, 1)."""
-    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    nearest = (aside[0] * axis[0] + aside[1] * axis[1] + aside[2] * axis[2]) / max(squared, _TINY)
-    place: np.float32 = _HALF * (min(max(nearest, -_ONE), _ONE) + _TWO * u - _ONE)
-    return place

@@ -17,7 +17,7 @@ from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.hemisphere import outside_light
-from renderer.irradiance_cache.records import ROUGH, SHARP, WIDE, ShadeScratch, Tables, is_faint
+from renderer.irradiance_cache.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
 from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import find_nodes
@@ -50,16 +50,16 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
 
 
 @inlined
-def lobe_point(x: int, y: int, by_blocks: bool) -> tuple[np.float32, np.float32]:
-    """Return the point of the unit square by which a pixel samples its lobe: all that are mixed for a pixel have different ones.
+def lobe_point(x: int, y: int, rough: bool) -> tuple[np.float32, np.float32]:
+    """Return the point of the unit square by which a pixel samples its lobe: all of a tile of 4 x 4 pixels, or 8 x 8, have different ones.
 
-    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces
-    that share by blocks, 36 on others, the first 18 of these at every second pixel.
+    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018).  Its first part is that of the
+    pixels that send a ray where not all do: those of even columns and rows of ``rough`` surfaces, of others every second one.
     """
-    if by_blocks:
-        i = (x >> 1) % 5 + 5 * ((y >> 1) % 5)
+    if rough:
+        i = (x >> 1) % 4 + 4 * ((y >> 1) % 4) + 16 * (2 * (y & 1) + (x & 1))
     else:
-        i = (x % 6 >> 1) + 3 * (y % 6) + 18 * ((x + y) & 1)
+        i = (x % 4 >> 1) + 2 * (y % 4) + 8 * ((x + y) & 1)
     u, v = np.float32(0.7548777) * np.float32(i) + _HALF, np.float32(0.5698403) * np.float32(i) + _HALF
     return u - np.floor(u), v - np.floor(v)
 
@@ -70,7 +70,7 @@ def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArr
 
     SHARE is what they reflect in the mean; those that are tilted to the viewer reflect less, and some reflect into the surface.
     """
-    u, v = lobe_point(x, y, bool((primary[rec.ALPHA, k] > ROUGH) & (primary[rec.DENSE, k] == _ZERO)))
+    u, v = lobe_point(x, y, bool(primary[rec.ALPHA, k] > ROUGH))
     wo_x, wo_y, wo_z, alpha = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k], primary[rec.ALPHA, k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, u, v)
     half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
@@ -242,10 +242,8 @@ def _shines(surfaces: Surfaces, face: int, alpha: np.float32) -> bool:
     """Return whether a ray of a lobe so wide is to see light that a triangle sends itself."""
     materials, at = surfaces.materials, surfaces.face_part[face] * st.ROW_SIZE
     light = materials[at + st.GLOW]
-    if alpha < WIDE:
-        light += materials[at + st.PORTAL]
     if alpha < SHARP:
-        light += materials[at + st.EMISSION + 1]
+        light += materials[at + st.PORTAL] + materials[at + st.EMISSION + 1]
     return bool(light != _ZERO)
 
 
@@ -311,10 +309,9 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
 
 @inlined
 def _emitted(surfaces: Surfaces, through: bool, k: int, memory: ShadeScratch) -> Rgb:
-    """Return the luminance that what ray k hits sends itself; 0 of lamps and panes that a mirror shows as balls."""
-    lanes, alpha = memory.trace.lanes, memory.primary[rec.ALPHA, k]
+    """Return the luminance that what ray k hits sends itself; 0 of lamps and panes of which rough gloss knows what it shows."""
+    lanes, materials = memory.trace.lanes, surfaces.materials
     at = surfaces.face_part[memory.trace.rays.integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-    pane = surfaces.materials[at + st.PORTAL] > _ZERO
-    if not through and alpha >= (WIDE if pane else SHARP) and (pane or surfaces.materials[at + st.EMISSION + 1] > _ZERO):
+    if not through and memory.primary[rec.ALPHA, k] >= SHARP and materials[at + st.PORTAL] + materials[at + st.EMISSION + 1] > _ZERO:
         return _ZERO, _ZERO, _ZERO
     return lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]

@@ -1,4 +1,13 @@
-"""From shaded hits to a picture: mirrored light is mixed among neighbours that see the same part of something, facing the same way."""
+"""From shaded hits to a picture: what gloss shows is mixed among neighbours that see the same part of something, facing the same way.
+
+Neighbours sample their lobes, and points of lamps, by different numbers of one sequence, all of them within a tile of 4 x 4 pixels or,
+where the surface is rough, 8 x 8.  Weights fall off as a tent twice as wide as that: as it is a box of a tile's width mixed by the same
+box, no pattern of tiles remains of it (Keller and Heidrich, "Interleaved Sampling", 2001), and it is separable: rows are summed up, then
+columns.
+
+How much a pixel shows of lamps where nothing hides them is known in closed form; mixed is what of that is seen, a ratio of sums (Heitz,
+Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", 2018), so that its outlines stay.
+"""
 
 from __future__ import annotations
 
@@ -8,32 +17,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry, inlined
-from renderer.irradiance_cache.records import APART, ROUGH
+from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
-_MIRROR = np.float32(1e-3)
 _SAME_WAY = np.float32(0.9)
+_NEAR, _FAR = 3, 7
+"""How many pixels away the farthest are that are mixed: a tile's width less one."""
 
 
 class Picture(NamedTuple):
     """What shading leaves, float32.
 
-    light: (height, width, 3), cd/m2, without what is mirrored.  mirrored: (height, width, 4), the luminance that the mirrored ray found,
-    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess, and more
-    by APART where every pixel of the surface sends a ray.
+    light: (height, width, 3), cd/m2, without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is mirrored by a
+    ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if none was sent;
     share: (height, width, 3), how much of it leaves to the camera.
+    gloss: (height, width, 8), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of
+    lamps and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2.  sums: (height,
+    width, 8), of those of a row, by weight.
     """
 
     light: NDArray[np.float32]
-    mirrored: NDArray[np.float32]
+    alpha: NDArray[np.float32]
+    guess: NDArray[np.float32]
     share: NDArray[np.float32]
+    gloss: NDArray[np.float32]
+    sums: NDArray[np.float32]
 
 
 def make_picture(height: int, width: int) -> Picture:
     """Return room for a picture."""
-    return Picture(*(np.empty((height, width, channels), np.float32) for channels in (3, 4, 3)))
+    light, guess, share = (np.empty((height, width, 3), np.float32) for _ in range(3))
+    gloss, sums = (np.empty((height, width, 8), np.float32) for _ in range(2))
+    return Picture(light, np.empty((height, width), np.float32), guess, share, gloss, sums)
 
 
 @inlined
@@ -55,63 +72,73 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
 
 
 @inlined
-def _sum_around(
-    surfaces: Surfaces, hits: Hits, mirrored: NDArray[np.float32], x: int, y: int, face: int, stride: int
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Return the sum, and number, of what 5 x 5 pixels around (6 x 6 for steps of one) see mirrored by surfaces like a triangle."""
-    height, width = hits.face.shape
-    r = g = b = count = _ZERO
-    begin = -3 if stride == 1 else -2
-    for i in range(begin, 3):
-        for j in range(begin, 3):
-            v, u = y + stride * i, x + stride * j
-            if v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
-                continue
-            if _is_alike(surfaces, face, hits.face[v, u]):
-                r, g, b = r + mirrored[v, u, 0], g + mirrored[v, u, 1], b + mirrored[v, u, 2]
-                count += _ONE
-    return r, g, b, count
+def _reach(alpha: np.float32, shown: np.float32) -> tuple[int, int]:
+    """Return how far mirrored light and lamps are mixed, pixels; 0 for none.  Under a coat that is smooth lamps show in a rough lobe."""
+    width = abs(alpha)
+    mirrored = _FAR if width > ROUGH else _NEAR if width > MIRROR else 0
+    lamps = 0 if shown == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
+    return mirrored, lamps
 
 
 @entry
-def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
-    """Fill pairs of rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture.
+def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
+    """Fill ``sums`` of rows ``first``, ``first + step``, ... of a picture."""
+    gloss, sums = picture.gloss, picture.sums
+    height, width = picture.alpha.shape
+    for y in range(first, height, step):
+        for x in range(width):
+            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
+            near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
+            reach, face = max(near, far), hits.face[y, x]
+            last, alike = face, True
+            if reach > 0:
+                for u in range(max(x - reach, 0), min(x + reach + 1, width)):
+                    if hits.face[y, u] != last:
+                        last, alike = hits.face[y, u], _is_alike(surfaces, face, hits.face[y, u])
+                    if alike:
+                        mirrored, lamps = _tent(near, abs(u - x)), _tent(far, abs(u - x))
+                        r, g = r + mirrored * gloss[y, u, 0], g + mirrored * gloss[y, u, 1]
+                        b, rays = b + mirrored * gloss[y, u, 2], rays + mirrored * gloss[y, u, 3]
+                        lamps_r, lamps_g = lamps_r + lamps * gloss[y, u, 4], lamps_g + lamps * gloss[y, u, 5]
+                        lamps_b, whole = lamps_b + lamps * gloss[y, u, 6], whole + lamps * gloss[y, u, 7]
+            sums[y, x, 0], sums[y, x, 1], sums[y, x, 2], sums[y, x, 3] = r, g, b, rays
+            sums[y, x, 4], sums[y, x, 5], sums[y, x, 6], sums[y, x, 7] = lamps_r, lamps_g, lamps_b, whole
 
-    The rougher the surface, the farther neighbours it shares mirrored light with: each has one sample of the lobe.  Where it is rough,
-    blocks of 2 x 2 pixels share one mean, over pixels of even columns and rows; but each pixel of metal has a mean of its own, so that
-    brushed steel shows no blocks.
-    """
+
+@inlined
+def _tent(reach: int, away: int) -> np.float32:
+    """Return the weight of a pixel so far away; 0 where nothing is mixed."""
+    return np.float32(reach + 1 - away) if away <= reach else _ZERO
+
+
+@entry
+def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
+    """Fill rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture whose ``sums`` are known."""
+    light, guess, share, gloss, sums = picture.light, picture.guess, picture.share, picture.gloss, picture.sums
     height, width, _ = image.shape
-    mirrored, share, face = picture.mirrored, picture.share, hits.face
-    for top in range(2 * first, height, 2 * step):
-        for left in range(0, width, 2):
-            block = -1
-            block_r = block_g = block_b = block_count = _ZERO
-            for corner in range(4):
-                y, x = top + (corner >> 1), left + (corner & 1)
-                if y >= height or x >= width:
-                    continue
-                alpha = mirrored[y, x, 3]
-                if alpha == _ZERO:
-                    image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
-                    continue
-                r, g, b, count = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2], _ONE
-                dense = alpha >= APART
-                alpha = alpha - APART if dense else alpha
-                # Rough: the block's mean, but its own ray's too for a pixel that sent one and is not part of that.
-                if abs(alpha) >= ROUGH and not dense:
-                    if block < 0 or not _is_alike(surfaces, face[y, x], block):
-                        block = face[y, x]
-                        block_r, block_g, block_b, block_count = _sum_around(surfaces, hits, mirrored, left, top, block, 2)
-                    if block_count > _ZERO and (alpha < _ZERO or corner == 0):
-                        r, g, b, count = block_r, block_g, block_b, block_count
-                    else:
-                        r, g, b, count = r + block_r, g + block_g, b + block_b, _ONE + block_count
-                elif abs(alpha) > _MIRROR:
-                    around_r, around_g, around_b, around_count = _sum_around(surfaces, hits, mirrored, x, y, face[y, x], 1)
-                    if around_count > _ZERO:
-                        r, g, b, count = around_r, around_g, around_b, around_count
-                scale = _ONE / count
-                image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r * scale
-                image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g * scale
-                image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b * scale
+    for y in range(first, height, step):
+        for x in range(width):
+            if picture.alpha[y, x] == _ZERO:
+                image[y, x, 0], image[y, x, 1], image[y, x, 2] = light[y, x, 0], light[y, x, 1], light[y, x, 2]
+                continue
+            near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
+            reach, face = max(near, far), hits.face[y, x]
+            last, alike = face, True
+            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
+            for v in range(max(y - reach, 0), min(y + reach + 1, height)):
+                if hits.face[v, x] != last:
+                    last, alike = hits.face[v, x], _is_alike(surfaces, face, hits.face[v, x])
+                if alike:
+                    mirrored, lamps = _tent(near, abs(v - y)), _tent(far, abs(v - y))
+                    r, g = r + mirrored * sums[v, x, 0], g + mirrored * sums[v, x, 1]
+                    b, rays = b + mirrored * sums[v, x, 2], rays + mirrored * sums[v, x, 3]
+                    lamps_r, lamps_g = lamps_r + lamps * sums[v, x, 4], lamps_g + lamps * sums[v, x, 5]
+                    lamps_b, whole = lamps_b + lamps * sums[v, x, 6], whole + lamps * sums[v, x, 7]
+            if near > 0 and rays > _ZERO:
+                r, g, b = r / rays, g / rays, b / rays
+            else:
+                r, g, b = guess[y, x, 0], guess[y, x, 1], guess[y, x, 2]
+            seen = gloss[y, x, 7] / whole if whole > _ZERO else _ZERO
+            image[y, x, 0] = light[y, x, 0] + share[y, x, 0] * r + seen * lamps_r
+            image[y, x, 1] = light[y, x, 1] + share[y, x, 1] * g + seen * lamps_g
+            image[y, x, 2] = light[y, x, 2] + share[y, x, 2] * b + seen * lamps_b

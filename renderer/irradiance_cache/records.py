@@ -17,17 +17,15 @@ from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
 
+MIRROR = np.float32(1e-3)
+"""Width of GGX up to which each pixel shows what its own ray sees."""
 SHARP = np.float32(0.01)
 """Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
 ROUGH = np.float32(0.03)
-"""Width of GGX from which on mirrored light is mixed over twice the distance."""
-WIDE = np.float32(0.1)
-"""Width of GGX from which on window panes are shown as lamps are."""
-LAMP_RAYS = 4
+"""Width of GGX from which on what gloss shows is mixed over twice the distance."""
+LAMP_RAYS = 2
 """By how many points of lamps and panes that rough gloss shows it is asked at most whether they are seen."""
 _FAINT = np.float32(0.06)
-APART = np.float32(2.0)
-"""Added to the width of GGX in pictures where every pixel of the surface has a ray, so that none needs those of a block."""
 
 # A row of ``ShadeScratch.primary``: 16 primary hits while their rays are traced.
 _PRIMARY = Layout()
@@ -37,13 +35,13 @@ AHEAD = _PRIMARY.field(3)  # its direction
 EYE = _PRIMARY.field(3)  # where the camera's ray begins, or goes on behind a net
 WAY = _PRIMARY.field(3)  # its direction
 LIGHT = _PRIMARY.field(3)  # luminance of the pixel so far
+LAMPS = _PRIMARY.field(3)  # what its gloss shows of lamps and panes, as far as its shadow rays reached them
 BASE = _PRIMARY.field(3)  # what glass or a pane lets through of what it does not reflect
 PANE = _PRIMARY.field()  # 1 for a window pane
 KIND = _PRIMARY.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that goes through
 ALPHA = _PRIMARY.field()
 UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
 UNDER_ALPHA = _PRIMARY.field()
-DENSE = _PRIMARY.field()  # 1 where every pixel of a rough surface sends a ray: metal
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
@@ -56,6 +54,7 @@ LOBE_ALPHA, LOBE_UNDER_ALPHA = _GLOSS.field(), _GLOSS.field()  # ALPHA, UNDER_AL
 BALL_X, BALL_Y, BALL_Z = _GLOSS.vector()  # unit direction to a ball
 BALL_FACING = _GLOSS.field()  # cosine between that and what is flat, 1 for others
 BALL_OVER, BALL_UNDER = _GLOSS.field(), _GLOSS.field()  # what the lobe mirrors of it, and the one under a coat, over Fresnel's term
+SLOPE_X, SLOPE_Y = _GLOSS.field(), _GLOSS.field()  # of the microfacets that mirror the last corner of something flat
 BALL_HALF = _GLOSS.field()  # cosine between view and the microfacets that mirror it
 BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # its luminance, cd/m2; then what it adds to the pixel where nothing stands between
 LAMPLIGHT = _GLOSS.field()  # what all add, r + g + b
@@ -66,7 +65,7 @@ PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # co
 
 
 class Lamps(NamedTuple):
-    """Lamps and panes as balls, by which rough gloss shows them, for kernels.
+    """Lamps and panes as balls and rectangles, by which rough gloss shows them, for kernels.
 
     balls: (n, 14) float32, centre, radius in metres, mean normal, whether it is flat, and if so half the sides (two vectors, metres) of
     its rectangle; part: (n,) int32.
@@ -133,8 +132,9 @@ def is_faint(primary: NDArray[np.float32], k: int) -> bool:
 
 
 @inlined
-def takes_from_others(x: int, y: int, primary: NDArray[np.float32], k: int) -> bool:
-    """Return whether lane k, of pixel (x, y), sends no mirrored ray: three of four on rough surfaces, half where little is mirrored."""
-    if primary[ALPHA, k] > ROUGH:
+def takes_from_others(x: int, y: int, metal: bool, primary: NDArray[np.float32], k: int) -> bool:
+    """Return whether lane k, of pixel (x, y), sends no mirrored ray: three of four on rough surfaces, half on rough metal or if faint."""
+    rough = primary[ALPHA, k] > ROUGH
+    if rough and not metal:
         return bool((x | y) & 1)
-    return is_faint(primary, k) and (x + y) & 1 == 1
+    return (rough or (is_faint(primary, k) and not metal)) and (x + y) & 1 == 1

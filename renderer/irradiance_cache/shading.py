@@ -35,7 +35,7 @@ from renderer.irradiance_cache.incident import Incident, light_of_stray, read_li
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.reconstruction import Picture
-from renderer.irradiance_cache.records import APART, ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
+from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.strays import NONE, add_stray, light_strays
 from renderer.path.direct_light import wi_to_lights
@@ -88,7 +88,7 @@ def shade_hits(shown: CachedView, samples: EdgeSamples, memory: ShadeScratch, pi
             if apart:
                 add_samples(samples, row // TILE, begin, memory.primary, picture.light)
             else:
-                _store(begin, row, memory.primary, picture)
+                _store(begin, row, memory, picture)
 
 
 @inlined
@@ -140,7 +140,7 @@ def _shade_lane(
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
         memory.gloss[rec.ASKS + k], asking = _ONE, 1
-    if not (glass or alone) and lanes[ln.METALLIC + k] < _HALF and takes_from_others(x, y, primary, k):
+    if not (glass or alone) and takes_from_others(x, y, lanes[ln.METALLIC + k] >= _HALF, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, asking, 0
     _send_ray(incident, glass, k, memory)
@@ -163,8 +163,9 @@ def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> No
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     primary = memory.primary
     memory.strays.server[k] = NONE
-    lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.DENSE, k] = _ZERO
+    lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = memory.gloss[rec.LAMPLIGHT + k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = _ZERO
+    primary[rec.LAMPS, k] = primary[rec.LAMPS + 1, k] = primary[rec.LAMPS + 2, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
     primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
 
@@ -274,7 +275,6 @@ def _send_ray(incident: Incident, glass: bool, k: int, memory: ShadeScratch) -> 
     lanes, primary, real = memory.trace.lanes, memory.primary, memory.trace.rays.real
     primary[rec.KIND, k] = _TWO if glass else _ONE
     primary[rec.PANE, k] = lanes[ln.THIN + k]
-    primary[rec.DENSE, k] = _ONE if lanes[ln.METALLIC + k] >= _HALF and primary[rec.ALPHA, k] > ROUGH else _ZERO
     primary[rec.EVEN, k] = _INVERSE_PI * incident.r
     primary[rec.EVEN + 1, k] = _INVERSE_PI * incident.g
     primary[rec.EVEN + 2, k] = _INVERSE_PI * incident.b
@@ -331,16 +331,20 @@ def _add_sun(scene: LitScene, kinds: int, key: np.uint32, memory: ShadeScratch) 
 
 
 @inlined
-def _store(column: int, row: int, primary: NDArray[np.float32], picture: Picture) -> None:
+def _store(column: int, row: int, memory: ShadeScratch, picture: Picture) -> None:
     """Write the pixels of a tile that lie in the picture."""
-    height, width, _ = picture.light.shape
+    primary, (height, width, _) = memory.primary, picture.light.shape
     for k in range(LANES):
         x, y = column + (k & 3), row + (k >> 2)
         if x < width and y < height:
-            picture.mirrored[y, x, 3] = primary[rec.ALPHA, k] + APART * primary[rec.DENSE, k]
+            alpha = primary[rec.ALPHA, k]
+            sent = _ONE if alpha > MIRROR else _ZERO
+            picture.alpha[y, x], picture.gloss[y, x, 3], picture.gloss[y, x, 7] = alpha, sent, memory.gloss[rec.LAMPLIGHT + k]
             for channel in range(3):
                 picture.light[y, x, channel] = primary[rec.LIGHT + channel, k]
-            if primary[rec.ALPHA, k] != _ZERO:
+                picture.gloss[y, x, channel] = sent * primary[rec.SEEN + channel, k]
+                picture.gloss[y, x, 4 + channel] = primary[rec.LAMPS + channel, k]
+            if alpha != _ZERO:
                 for channel in range(3):
-                    picture.mirrored[y, x, channel] = primary[rec.SEEN + channel, k]
+                    picture.guess[y, x, channel] = primary[rec.SEEN + channel, k]
                     picture.share[y, x, channel] = primary[rec.SHARE + channel, k]
