@@ -70,6 +70,7 @@ def export(arguments: argparse.Namespace, folder: Path) -> None:
     if not (folder / "bags").exists():
         make_bags(arguments, "euroc_stereo", [*nodes, "renderer_node_right.streams.depth:=false"], folder / "bags")
     for layer in PICTURES:
+        (folder / layer).mkdir(exist_ok=True)
         for form, words in {"euroc": [f"--layers={layer}"], "tum": ["--camera=left", f"--layers={layer},depth"]}.items():
             if not (folder / layer / form).exists():
                 program("convert", str(folder / "bags"), f"--to={form}", f"--out={folder / layer / form}", *words)

@@ -142,7 +142,8 @@ def _off_turn(azimuth: Floats, times: Floats) -> Floats:
     rate = float(np.median(_wrapped(np.diff(azimuth)[step > 0.0]) / step[step > 0.0]))
     rest = azimuth - rate * (times - times[0])
     rest = _wrapped(rest - np.angle(np.exp(1j * rest).mean()))
-    return np.asarray(np.abs(rest - np.polynomial.Polynomial.fit(times, rest, 1)(times)))
+    rest, about = rest - rest.mean(), times - times.mean()
+    return np.asarray(np.abs(rest - about * (about @ rest) / (about @ about)))  # about the line of least squares
 
 
 def _wrapped(angle: Floats) -> Floats:
