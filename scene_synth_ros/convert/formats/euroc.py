@@ -114,8 +114,7 @@ class FormatWriter(Writer):
         if place == 0:
             _write_body(state, body.imu)
         if place == state.sequence.cameras - 1:
-            noisy = self.source.roles["picture"] != "color"
-            settings = settings_text(body.cameras, None if body.imu is None else body.imu.config, noisy=noisy)
+            settings = settings_text(body.cameras, None if body.imu is None else body.imu.config)
             (state.room / "orb_slam3.yaml").write_text(settings, encoding="utf-8")
             del self._bodies[state.sequence.folder]
 

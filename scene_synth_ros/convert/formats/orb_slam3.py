@@ -2,7 +2,7 @@
 
 The file's names and matrices are those of version 1.0 of the format (C. Campos et al., "ORB-SLAM3: An Accurate Open-Source Library for
 Visual, Visual-Inertial, and Multimap SLAM", T-RO 2021; its calibration tutorial).  Noise is what the Allan deviation shows; estimators
-are commonly told more (``sensor.yaml`` of ``imu0`` has both).  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
+are commonly told more (``sensor.yaml`` of ``imu0`` has both).  Twice the usual 1200 corners: with few, poses that inertia holds drift.  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ RGBD.DepthMapFactor: {STEPS_A_METRE}
 ORBextractor.nFeatures: 2500
 ORBextractor.scaleFactor: 1.2
 ORBextractor.nLevels: 8
+ORBextractor.iniThFAST: 20
+ORBextractor.minThFAST: 7
 Viewer.KeyFrameSize: 0.05
 Viewer.KeyFrameLineWidth: 1.0
 Viewer.GraphLineWidth: 0.9
@@ -37,9 +39,6 @@ Viewer.ViewpointY: -0.7
 Viewer.ViewpointZ: -3.5
 Viewer.ViewpointF: 500.0
 """
-_CORNERS = {True: (20, 7), False: (8, 2)}
-"""Whether pictures have a camera's noise -> grey levels by which corners differ from what is about them: first, and where there are none.
-The first pair is the usual one.  Without noise faint corners are true ones, and with few corners poses that inertia holds drift."""
 _BASELINE_M = 0.1
 """Of the second camera that ORB-SLAM3 makes up for depth, where there is none."""
 
@@ -52,11 +51,8 @@ class MountedCamera(NamedTuple):
     rate_hz: float
 
 
-def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None, *, noisy: bool) -> str:
-    """Return the settings for the first camera, the second if its lens is of the same model, and the device where there is one.
-
-    noisy: whether pictures are those that a camera's sensor reads.
-    """
+def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None) -> str:
+    """Return the settings for the first camera, the second if its lens is of the same model, and the device where there is one."""
     first = cameras[0]
     model = _MODELS[first.lens.model]
     cameras = [camera for camera in cameras[:2] if _MODELS[camera.lens.model] == model]
@@ -77,8 +73,7 @@ def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None, *, noisy:
         baseline = math.dist(between[:3, 3], (0.0, 0.0, 0.0))
     else:
         baseline = _BASELINE_M
-    first_try, then = _CORNERS[noisy]
-    rows += [f"Stereo.b: {baseline!r}\n", _FIXED, f"ORBextractor.iniThFAST: {first_try}\nORBextractor.minThFAST: {then}\n"]
+    rows += [f"Stereo.b: {baseline!r}\n", _FIXED]
     if imu is not None:
         rows += [_matrix("IMU.T_b_c1", first.mounted)]
         noise = (imu.gyro_noise_rad_s, imu.accel_noise_m_s2, imu.gyro_walk_rad_s2, imu.accel_walk_m_s3)
