@@ -2,7 +2,8 @@
 
 The file's names and matrices are those of version 1.0 of the format (C. Campos et al., "ORB-SLAM3: An Accurate Open-Source Library for
 Visual, Visual-Inertial, and Multimap SLAM", T-RO 2021; its calibration tutorial).  Noise is what the Allan deviation shows; estimators
-are commonly told more (``sensor.yaml`` of ``imu0`` has both).  Twice the usual 1200 corners: with few, poses that inertia holds drift.  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
+are commonly told more (``sensor.yaml`` of ``imu0`` has both).  Corners are twice the usual 1200: with few, poses that inertia holds
+drift.  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
 """
 
 from __future__ import annotations
