@@ -137,6 +137,14 @@ def test_imports_point_one_way(package: str) -> None:
             assert library not in roots or name in doors, f"{name} imports {library}, which only {sorted(doors)} may"
 
 
+def test_what_makes_shards_does_not_judge_so_their_provenance_need_not_count_evaluation() -> None:
+    folders, makers = FOLDERS["scene_synth_ros"], {"shards"}
+    while above := {name for maker in makers for name in folders[maker]} - makers:
+        makers |= above
+    files = [path for maker in makers for path in (ROOT / "scene_synth_ros" / maker).rglob("*.py")]
+    assert "offline" in makers and not [path for path in files if "evaluation" in imported_roots(path)]
+
+
 def test_one_module_knows_yaml() -> None:
     for path in sorted((ROOT / "scene_synth_ros").rglob("*.py")):
         assert "yaml" not in imported_roots(path), f"{path.relative_to(ROOT)} imports yaml, which only {sorted(ONLY_IN['yaml'])} may"

@@ -12,11 +12,7 @@ places come from ``odom/ideal`` and ``/tf_static``.
 
 from __future__ import annotations
 
-import argparse
-import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
@@ -26,8 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.judges.rooms import PICTURES_OFF, make_bags, tell, words_of
 from benchmarks.judges.trajectory import judge, places_only
-from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
+from benchmarks.table import Row, at_most
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.prove.bag import ReadBag
@@ -36,7 +33,7 @@ from scene_synth_ros.prove.evidence import Evidence, Room
 
 Floats = NDArray[np.float64]
 
-_QUICK = ("camera.width:=64", "camera.height:=48", *(f"streams.{layer}:=false" for layer in ("color", "normals", "semantic", "instance")))
+_QUICK = ("camera.width:=64", "camera.height:=48", "streams.color:=false", *PICTURES_OFF)
 _VOXEL_M, _COARSE_M, _NEAR_M, _FAR_M, _LIMIT_M = 0.1, 0.3, 0.2, 30.0, 0.05
 
 
@@ -167,13 +164,6 @@ HELD = ("KISS-ICP", "RKO-LIO")
 """Judges whose median error is held to a limit."""
 
 
-def make_bags(arguments: argparse.Namespace, folder: Path) -> None:
-    """Make bags of rooms in a folder that is not there yet."""
-    words = [f"--{name}={getattr(arguments, name)}" for name in ("rooms", "frames", "seed", "overlay")] + [f"--out={folder}"]
-    words += [word for value in (*(f"renderer_node.{value}" for value in _QUICK), *arguments.p) for word in ("-p", value)]
-    subprocess.run([sys.executable, "-m", "scene_synth_ros", "generate", *words], check=True, stdout=subprocess.DEVNULL)
-
-
 def measure(bags: Path) -> list[Row]:
     """Return the figures of the rooms of a folder of bags."""
     found = [ride for shard in sorted((bags / "shards").iterdir()) if shard.is_dir() for ride in rides(shard)]
@@ -191,24 +181,16 @@ def measure(bags: Path) -> list[Row]:
 
 def main() -> None:
     """Measure, print, and with ``--write`` put the table into docs/lidar.md."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.judges.lidar_odometry")
-    parser.add_argument("--rooms", type=int, default=10)
-    parser.add_argument("--frames", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=time.time_ns() % 2**31, help="default: by the clock")
+    parser = words_of("lidar_odometry", 300)
     parser.add_argument("--overlay", default="lidar_robot")
     parser.add_argument("--bags", type=Path, help="folder of bags that are there already; then nothing is made")
-    parser.add_argument("-p", action="append", default=[], metavar="NODE.NAME:=VALUE", help="further parameters of the rooms")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/lidar.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         bags = arguments.bags or Path(folder, "bags")
         if arguments.bags is None:
-            make_bags(arguments, bags)
+            make_bags(arguments, arguments.overlay, (f"renderer_node.{value}" for value in _QUICK), bags)
         rows = measure(bags)
-    print(render_table(f"Lidar odometry on {arguments.overlay}, seed {arguments.seed}, {arguments.frames} frames a room", rows))
-    if arguments.write:
-        told = f"Seed {arguments.seed}, {arguments.frames} frames a room.\n\n{markdown_table(rows)}"
-        write_section(DOCS / "lidar.md", "odometry", told)
+    tell(arguments, rows, f"Lidar odometry on {arguments.overlay}", "lidar.md", "odometry")
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ class Judged(NamedTuple):
 def judge(said: PoseTrajectory3D, true: PoseTrajectory3D, *, scaled: bool = False) -> Judged:
     """Return the error of ``said`` after the best rotation and shift, and scale where it is ``scaled``, which is told anyway.
 
-    What truly stands still, or goes along a line, has no best rotation and no scale (NaN): then it is only shifted.
+    What truly stands still, or goes along a line, has several best rotations, of which one is taken, and no scale (NaN).
 
     Raises:
         evo.core.sync.SyncException: no stamp of one is within 2 ms of one of the other.
@@ -37,7 +37,10 @@ def judge(said: PoseTrajectory3D, true: PoseTrajectory3D, *, scaled: bool = Fals
         said.align(true, correct_scale=scaled)
     except GeometryException:
         scale = math.nan
-        said = places_only(said.timestamps, said.positions_xyz - (said.positions_xyz - true.positions_xyz).mean(axis=0))
+        middles = said.positions_xyz.mean(axis=0), true.positions_xyz.mean(axis=0)
+        u, _, v = np.linalg.svd((true.positions_xyz - middles[1]).T @ (said.positions_xyz - middles[0]))
+        turn = u @ np.diag((1.0, 1.0, np.linalg.det(u @ v))) @ v
+        said = places_only(said.timestamps, (said.positions_xyz - middles[0]) @ turn.T + middles[1])
     error = metrics.APE(metrics.PoseRelation.translation_part)
     error.process_data((true, said))
     return Judged(float(error.get_statistic(metrics.StatisticsType.rmse)), scale, len(said.timestamps))

@@ -26,7 +26,7 @@ _RUNS, _SWEEPS = 8, 5
 """Sweeps of a room whose points are compared with the true ones: so many in a row, so often; neighbours are decompressed together."""
 _STRIDE = 4
 """Of their points, one of so many."""
-_FEWEST = 100
+_FEWEST, _FAR = 100, 10.0
 
 
 def scan(evidence: Evidence, room: Room) -> Iterator[Verdict]:
@@ -59,7 +59,7 @@ def scan_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     yield at_most("scan_noise", topic, "scans of another number of beams than the true one", [len(pairs) - len(equal)], 0.0)
     if equal:
         read, known = (np.concatenate(values) for values in zip(*equal, strict=True))
-        yield from _noise("scan_noise", topic, read, known, room.group("scan"))
+        yield from noise("scan_noise", topic, read, known, room.group("scan"))
 
 
 def _scans(room: Room, topic: str) -> Iterator[ScanRow]:
@@ -142,7 +142,8 @@ def _off_turn(azimuth: Floats, times: Floats) -> Floats:
     rate = float(np.median(_wrapped(np.diff(azimuth)[step > 0.0]) / step[step > 0.0]))
     rest = azimuth - rate * (times - times[0])
     rest = _wrapped(rest - np.angle(np.exp(1j * rest).mean()))
-    return np.asarray(np.abs(rest - np.polynomial.Polynomial.fit(times, rest, 1)(times)))
+    rest, about = rest - rest.mean(), times - times.mean()
+    return np.asarray(np.abs(rest - about * (about @ rest) / (about @ about)))  # about the line of least squares
 
 
 def _wrapped(angle: Floats) -> Floats:
@@ -176,7 +177,7 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         known.append(lengths[1])
     yield at_most("lidar_noise", topic, "sweeps without a true one", [alone], 0.0)
     yield at_most("lidar_noise", topic, "points that lie in another direction than the true ones", [aside], 0.0)
-    yield from _noise("lidar_noise", topic, np.concatenate(read), np.concatenate(known), room.group("lidar"))
+    yield from noise("lidar_noise", topic, np.concatenate(read), np.concatenate(known), room.group("lidar"))
 
 
 def _same_rays(points: NDArray[Any], exact: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -225,14 +226,19 @@ def _on_mesh(check: str, topic: str, room: Room, rays: Floats, ranges: Floats, s
     yield at_most(check, topic, "share of rays that end where nothing is", nothing, 0.01)
 
 
-def _noise(check: str, topic: str, read: Floats, true: Floats, said: Mapping[str, Any]) -> Iterator[Verdict]:
-    """Yield whether the middle of the errors is that of the noise that settings say; glass and edges are far from the middle."""
+def noise(check: str, topic: str, read: Floats, true: Floats, said: Mapping[str, Any]) -> Iterator[Verdict]:
+    """Yield whether the middle of the errors is that of the noise that settings say, without what glass, mirrors and edges do.
+
+    Those are errors of more than ``_FAR`` times what is said, unless most are so.
+    """
     both = np.isfinite(read) & np.isfinite(true)
     if both.sum() < _FEWEST or "noise_m" not in said:
         return
     step = float(said.get("resolution_m", 0.0))
     sigma = np.sqrt(said["noise_m"] ** 2 + (said.get("noise_share", 0.0) * true[both]) ** 2 + step**2 / 12.0 + 1e-12)
-    ratio = float(np.median(np.abs(read[both] - true[both]) / sigma)) / 0.6745
+    errors = np.abs(read[both] - true[both]) / sigma
+    near = errors < _FAR
+    ratio = float(np.median(errors[near] if near.mean() > 0.5 else errors)) / 0.6745
     yield at_most(check, topic, "typical error over what the settings say", [ratio], 1.4)
     if float(said["noise_m"]) > 0.0:
         yield at_most(check, topic, "what the settings say over the typical error", [1.0 / max(ratio, 1e-9)], _LOOSE)

@@ -25,7 +25,8 @@ from scene_description.share import config_path
 from scene_synth_ros.bags.run_info import PACKAGES, versions
 from scene_synth_ros.shards.store import sha256_of
 
-_PROGRAM = ("kernel_cache", "scene_description", "grammar", "renderer", "evaluation", "scene_synth_ros")
+_PROGRAM = ("kernel_cache", "scene_description", "grammar", "renderer", "scene_synth_ros")
+"""Packages that make bytes; ``evaluation`` judges them."""
 _SOURCES = {".py", ".csv", ".msg"}
 _CONFIGURATION = (
     "categories.yaml",

@@ -2,7 +2,8 @@
 
 The file's names and matrices are those of version 1.0 of the format (C. Campos et al., "ORB-SLAM3: An Accurate Open-Source Library for
 Visual, Visual-Inertial, and Multimap SLAM", T-RO 2021; its calibration tutorial).  Noise is what the Allan deviation shows; estimators
-are commonly told more (``sensor.yaml`` of ``imu0`` has both).  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
+are commonly told more (``sensor.yaml`` of ``imu0`` has both).  Corners are twice the usual 1200: with few, poses that inertia holds
+drift.  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ _COEFFICIENTS = {"PinHole": ("k1", "k2", "p1", "p2"), "KannalaBrandt8": ("k1", "
 _FIXED = f"""Camera.RGB: 1
 Stereo.ThDepth: 60.0
 RGBD.DepthMapFactor: {STEPS_A_METRE}
-ORBextractor.nFeatures: 1200
+ORBextractor.nFeatures: 2500
 ORBextractor.scaleFactor: 1.2
 ORBextractor.nLevels: 8
 ORBextractor.iniThFAST: 20

@@ -37,3 +37,11 @@ def test_what_stands_still_is_only_shifted() -> None:
     said = np.outer(np.where(np.arange(1000) % 2, 0.02, -0.02), (0.0, 0.0, 1.0)) + 7.0
     found = judge(places_only(STAMPS, said), places_only(STAMPS, np.ones((1000, 3))))
     assert found.ate_m == pytest.approx(0.02, rel=1e-3) and np.isnan(found.scale)
+
+
+def test_what_goes_along_a_line_is_turned_into_it() -> None:
+    true = np.outer(np.sin(STAMPS), (0.6, 0.8, 0.0))
+    turned = Rotation.from_rotvec((0.0, 0.0, 2.0)).apply(true) + 3.0
+    assert judge(places_only(STAMPS, turned), places_only(STAMPS, true)).ate_m < 1e-9
+    aside = turned + np.outer(np.where(np.arange(1000) % 2, 0.03, -0.03), (0.0, 0.0, 1.0))
+    assert judge(places_only(STAMPS, aside), places_only(STAMPS, true)).ate_m == pytest.approx(0.03, rel=1e-3)

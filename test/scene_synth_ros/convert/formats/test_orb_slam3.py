@@ -34,6 +34,7 @@ def test_a_stereo_pair_with_a_device_has_its_matrices_and_its_noise() -> None:
     np.testing.assert_allclose(between, expected, atol=1e-7)
     np.testing.assert_allclose(found.getNode("IMU.T_b_c1").mat(), cameras[0].mounted, atol=1e-7)
     values = {"Camera2.cx": 239.5, "Camera1.p2": 0.0, "Camera.fps": 20, "IMU.NoiseGyro": 2e-4, "IMU.AccWalk": 3e-3, "IMU.Frequency": 200}
+    values |= {"ORBextractor.nFeatures": 2500}  # with 1200 stereo-inertial drifts by 3 to 8 cm at 320x240
     assert {name: found.getNode(name).real() for name in values} == pytest.approx(values)
     assert found.getNode("Stereo.b").real() == pytest.approx(0.11)
 
