@@ -19,7 +19,6 @@ from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
 from renderer.path.light_nodes import CORNERS, GRID, STRIP, Atlas, find_cell
 from scene_description.products import matmul
 
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _INSET_M = 2e-3
 _INSET = 0.25
 _FACING = 1.5

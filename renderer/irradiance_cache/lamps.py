@@ -33,7 +33,7 @@ from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene, Sky
 from scene_description.products import matmul, norm
 
-_ZERO, _QUARTER, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_ZERO, _QUARTER, _HALF, _ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
 _LEFT_OUT, _FAINT = np.float32(0.01), np.float32(0.3)

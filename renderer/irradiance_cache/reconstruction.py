@@ -21,7 +21,7 @@ from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ZERO = np.float32(0.0)
 _SAME_WAY = np.float32(0.9)
 _NEAR, _FAR = 3, 7
 """How many pixels away the farthest are that are mixed: a tile's width less one."""

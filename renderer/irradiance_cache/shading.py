@@ -47,8 +47,8 @@ from renderer.path.scattering import build_bsdfs
 from renderer.path.sheets import any_sheet, take_from_behind
 from renderer.path.surfaces import evaluate_surfaces, lift_height
 
-_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_PI, _INVERSE_PI = np.float32(np.pi), np.float32(1.0 / np.pi)
+_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_INVERSE_PI = np.float32(1.0 / np.pi)
 _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _FIRST_ORDER = np.float32(1.0)
