@@ -14,9 +14,10 @@ cd "$place/clone"
 
 digests() { # digests NAME PYTHON REQUIREMENT ...
     "$2" -m venv "$place/$1"
-    "$place/$1/bin/pip" install --quiet --disable-pip-version-check "${@:3}" -r requirements.txt 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces
+    "$place/$1/bin/pip" install --quiet --no-cache-dir --disable-pip-version-check "${@:3}" -r requirements.txt 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces
     "$place/$1/bin/python" -c 'import numpy, scipy; print("numpy", numpy.__version__, "scipy", scipy.__version__)'
     PYTHONPATH=$PWD "$place/$1/bin/python" test/helpers/golden_rooms.py "${rooms[@]}" > "$place/$1.json"
+    rm -rf "${place:?}/$1"
 }
 rooms=("$@")
 oldest=()
