@@ -29,8 +29,8 @@ synthesizer = SceneSynthesizer.from_config()
 def picture(label, scene, camera=CAMERA, render=RENDER, sensor=None, view=VIEW):
     """Render one view with what the room's own meter says."""
     flat, key = flatten(scene), scene_key(scene)
-    exposure = exposed(render, meter(flat, camera, render, key, scene.camera_path))
     with Renderer(flat, camera, render, key, sensor=sensor or SensorConfig()) as renderer:
+        exposure = exposed(render, meter(flat, camera, render, key, scene.camera_path, like=renderer))
         frame = renderer.render(scene.camera_path[view], view, ("color_sensed",), exposure=exposure, path=scene.camera_path)
     print(label, flush=True)
     return Tile(label, frame.layers["color_sensed"])

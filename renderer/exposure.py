@@ -159,6 +159,8 @@ def _small_camera(camera: CameraConfig) -> CameraConfig:
     return CameraConfig(model=model, width=width, height=height, horizontal_fov_rad=camera.horizontal_fov_rad)
 
 
-def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
-    """Return what a :class:`LightMeter` reads; ``threads`` is taken from ``config`` too."""
-    return LightMeter(flat, camera, config, scene_key, poses).read(config.threads)
+def meter(
+    flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose], *, like: Renderer | None = None
+) -> Exposure:
+    """Return what a :class:`LightMeter` reads; ``threads`` is taken from ``config`` too, and ``like`` as of ``Renderer``."""
+    return LightMeter(flat, camera, config, scene_key, poses).read(config.threads, like=like)

@@ -93,11 +93,11 @@ def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int, 
     """Render the views of a scene's camera path that show most, at one exposure: that given, or the metered one."""
     flat, config, key = flatten(scene), RenderConfig(samples_per_pixel=spp, clamp=8.0, denoise="auto"), scene_key(scene)
     path = scene.camera_path
-    if ev100 is None:
-        exposure = exposed(replace(config, auto_exposure=True), meter(flat, camera, config, key, path))
-    else:
-        exposure = exposed(replace(config, exposure_ev100=ev100, white_balance="none"), None)
     with Renderer(flat, camera, config, key) as renderer:
+        if ev100 is None:
+            exposure = exposed(replace(config, auto_exposure=True), meter(flat, camera, config, key, path, like=renderer))
+        else:
+            exposure = exposed(replace(config, exposure_ev100=ev100, white_balance="none"), None)
         shown = [_shown(renderer.render(pose, frame, ("instance",)).layers["instance"]) for frame, pose in enumerate(path)]
         for frame in sorted(_most_telling(shown, count)):
             yield renderer.render(path[frame], frame, ("color",), exposure=exposure).layers["color"].astype(np.uint8)

@@ -88,18 +88,20 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(f"--frames: expected at least 1, got {arguments.frames}")
     standard: StandardName = arguments.semantic_classes
     flat, key = with_classes(flatten(scene, arguments.catalog), scene, standard), scene_key(scene)
-    metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
-    exposure = exposed(settings.render, metered, fixed_ev100)
     layers = _layers(arguments)
-    arguments.out.mkdir(parents=True)
     path = mounted_path(settings.camera, scene.camera_path, scene.motion)
-    (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
-    (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
     told: list[CocoImage] = []
     with ExitStack() as room:
         renderer = room.enter_context(
             Renderer(flat, settings.camera, settings.render, key, sensor=settings.sensor, depth_sensor=settings.depth_sensor)
         )
+        metered = None
+        if needs_meter(settings.render):
+            metered = meter(flat, settings.camera, settings.render, key, scene.camera_path, like=renderer)
+        exposure = exposed(settings.render, metered, fixed_ev100)
+        arguments.out.mkdir(parents=True)
+        (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
+        (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
         places = [standpoint(renderer.tree, flat, scene, pose.position_m) for pose in path[: len(poses)]]
         if any(places):
             sys.stderr.write(f"scene_synth render: warning: {_misplaced(places)}\n")
