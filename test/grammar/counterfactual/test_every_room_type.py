@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -67,7 +68,8 @@ def candidates(scene: SceneDescription, factor: str) -> Iterator[Change]:
         )
     elif factor == "object_placed":
         corner, far = np.min(scene.room.polygon_m, axis=0), np.max(scene.room.polygon_m, axis=0)
-        places = ((corner + (far - corner) * [i / 20, j / 20]).tolist() for i in range(1, 20) for j in range(1, 20))
+        from_middle = sorted(product(range(-9, 10), repeat=2), key=lambda steps: abs(steps[0]) + abs(steps[1]))
+        places = ((corner + (far - corner) * [0.5 + i / 20, 0.5 + j / 20]).tolist() for i, j in from_middle)
         yield from (Change(factor, {"category": "waste_bin"}, {"at_m": [x, y, 0.0]}) for x, y in places)
     else:
         value = {"object_removed": True, "object_moved": [0.03, 0.02, 0.0], "object_replaced": {"seed": 5}}[factor]
