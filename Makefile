@@ -1,7 +1,8 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
-# make test   all tests, in three processes, of which one waits for nodes; WORKERS=N in N, WORKERS= in one; TESTS=FOLDER some
+# make test   tests, in three processes, of which one waits for nodes; WORKERS=N in N, WORKERS= in one; TESTS=FOLDER some
+# make test-slow  the rest: runs of many processes, shared, ended or compared
 # make lint   ruff and mypy
-# make coverage  all tests, and which lines they reach
+# make coverage  both kinds of tests, and which lines they reach
 # make bench  speed tables       make setup  only the environment that running needs
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
 # make docs   the pages and pictures in docs that are made from the code
@@ -26,7 +27,7 @@ endif
 DEVELOPING := $(RUNNING),exr,test,bench
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: setup run test coverage soak lint bench docs gallery clean
+.PHONY: setup run test test-slow coverage soak lint bench docs gallery clean
 
 setup: $(VENV)/.ready
 
@@ -60,9 +61,12 @@ run: setup
 test: develop interfaces
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) $(TESTS)
 
+test-slow: develop interfaces
+	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) -m slow $(TESTS)
+
 # which lines the tests reach; compiled kernels count as not reached, so the figure is of the code around them
 coverage: develop interfaces
-	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) --cov=scene_description --cov=grammar --cov=renderer --cov=evaluation --cov=scene_synth_ros --cov-report=term:skip-covered
+	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS)) -m "not soak" --cov=scene_description --cov=grammar --cov=renderer --cov=evaluation --cov=scene_synth_ros --cov-report=term:skip-covered
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES, SOAK_PARAMETERS and SOAK_CASES (of fuzzing) make it smaller
 soak: develop

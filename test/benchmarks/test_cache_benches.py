@@ -130,6 +130,7 @@ def test_stages_are_what_the_renderer_calls_and_add_up() -> None:
     assert all(taken[stage] > 0.0 for stage in STAGES)
 
 
+@pytest.mark.slow
 def test_references_are_kept_until_the_exposure_changes(tmp_path) -> None:
     pytest.importorskip("pyoidn")
     room, references = SampledRoom("box 0", ROOM, 1, PATH, Exposure(5.0)), References(tmp_path, 1)

@@ -85,6 +85,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make docs": Parsed("test/test_docs.py::test_the_map_of_the_architecture_is_up_to_date"),
     "make gallery": Parsed(f"takes many minutes; {_GALLERY}"),
     "make bench": Parsed("takes many minutes, and speed is never judged in a test"),
+    "make test-slow": Parsed("is what .ci/run runs beside make test"),
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
     "make soak SOAK_ROOMS=2000 SOAK_KILLS=50 SOAK_MINUTES=300": Parsed("takes hours"),

@@ -15,6 +15,8 @@ from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.prove.prove import lines_of, prove_bag
 from scene_synth_ros.suite.qos import stream_qos
 
+pytestmark = pytest.mark.slow
+
 RADIUS_M = 0.22
 OVERRIDES = (
     "grammar_node.rate_hz:=15.0", "grammar_node.motion.kind:=base", "grammar_node.motion.body_radius_m:=0.22",

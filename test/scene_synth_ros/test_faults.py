@@ -22,6 +22,8 @@ from scene_synth_ros.cli.processes.supervisor import NODES
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings
 
+pytestmark = pytest.mark.slow
+
 HALLWAY = ("-p", "grammar_node.scene.room_type:=hallway")
 
 

@@ -18,6 +18,8 @@ from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.suite.qos import latched_qos
 
+pytestmark = pytest.mark.slow
+
 ROOMS, FRAMES = 4, 2
 FRAMES_OF_LONG_ROOMS = 20
 """So many that the run does not end before a service, called when its second room comes, has been heard."""

@@ -2,6 +2,7 @@
 
 import contextlib
 
+import pytest
 from geometry_msgs.msg import PoseStamped
 from rosgraph_msgs.msg import Clock
 from scene_synth_ros_suite import SMALL, Child, Peer, command, dds_context, environment, stop
@@ -9,6 +10,8 @@ from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
+
+pytestmark = pytest.mark.slow
 
 
 def suite(namespace: str, env: dict[str, str], *overrides: str) -> Child:

@@ -2,12 +2,15 @@
 
 import time
 
+import pytest
 from rosgraph_msgs.msg import Clock
 from scene_synth_ros_suite import SMALL, Child, Peer, command, dds_context, environment, stop
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import String
 
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
+
+pytestmark = pytest.mark.slow
 
 WALL = ["grammar_node.clock:=wall", "grammar_node.lock_step:=false", "grammar_node.rate_hz:=5.0", "grammar_node.frames_per_room:=10"]
 

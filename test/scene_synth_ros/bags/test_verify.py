@@ -124,6 +124,7 @@ def test_a_file_that_is_not_what_its_manifest_says_is_told(bag: Path, tmp_path: 
     assert not report.different and not report.good
 
 
+@pytest.mark.slow
 def test_the_bag_says_what_made_it_and_its_parameters_make_it_again(bag: Path, tmp_path: Path) -> None:
     with BagReader(bag) as reader:
         record, attached = reader.summary.records["scene_synth"], reader.summary.attachments["parameters.yaml"]

@@ -21,6 +21,8 @@ from scene_synth_ros.shards.plan import DatasetPlan, read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 
+pytestmark = pytest.mark.slow
+
 ROOMS = 5
 WORDS = ["--rooms", str(ROOMS), "--frames", "2", "--seed", "3", "--shard-rooms", "1", "--params", "ground_truth"]
 WORDS += ["-p", "renderer_node.camera.width:=48", "-p", "renderer_node.camera.height:=36"]

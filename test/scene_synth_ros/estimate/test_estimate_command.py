@@ -18,6 +18,7 @@ TYPES = "grammar_node.scene.room_type:=bathroom,hallway"
 ROOMS, FRAMES = 2, 3
 
 
+@pytest.mark.slow
 def test_bytes_are_those_of_the_dataset_where_all_rooms_are_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [word for override in (*SMALL, TYPES) for word in ("-p", override)]
     with pytest.raises(SystemExit) as ended:

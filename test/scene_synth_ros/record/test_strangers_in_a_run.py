@@ -3,11 +3,14 @@
 import sys
 from pathlib import Path
 
+import pytest
 from scene_synth_ros_suite import Child, environment, run_suite, stop, wait_until
 from strangers import stranger
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.processes.supervisor import NODES
+
+pytestmark = pytest.mark.slow
 
 FRAMES, POINT = 15, "geometry_msgs/PointStamped"
 LINE = "/synth/renderer_node is in this namespace, but no renderer of this run: its frames are left out"

@@ -50,6 +50,7 @@ class Viewer(Peer):
         return len(self.images.get(scene.camera_path[frame].stamp_ns, ())) == len(LAYERS)
 
 
+@pytest.mark.slow
 def test_rooms_made_ahead_come_in_order_with_the_pixels_of_the_command(tmp_path: Path) -> None:
     rooms = [room(0), room(1)]
     settings = {"camera.width": SIZE[0], "camera.height": SIZE[1], "realtime": True, "render.auto_exposure": True}

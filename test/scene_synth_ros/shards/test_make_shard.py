@@ -38,6 +38,7 @@ def bag(store: LocalStore, shard: int) -> Path:
     return store.root / "shards" / f"{shard:05d}"
 
 
+@pytest.mark.slow
 def test_shards_have_the_messages_and_stamps_of_one_run_of_all_rooms(store: LocalStore, tmp_path: Path) -> None:
     """Rooms follow each other as the grammar node sends them; a live run tells ``/tf_static`` once, each shard at its own begin."""
     settings = read_settings(tiny_parameters(3))
@@ -121,6 +122,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Failing:
     return Failing(monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["sampled", "rendered"])
 def test_a_file_that_cannot_be_read_for_a_moment_leaves_no_trace(store: LocalStore, tmp_path: Path, failing: Failing, where: str) -> None:
     failing.where, failing.times, failing.error = where, MAX_ATTEMPTS - 1, OSError(5, "Input/output error")

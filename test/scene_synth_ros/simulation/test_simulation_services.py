@@ -23,6 +23,8 @@ from scene_synth_ros.prove.prove import prove_bag
 from scene_synth_ros.simulation.services import service_class
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("simulation_interfaces")
 FRAMES = 4
 WORDS = ["--rooms", 3, "--frames", FRAMES, "--seed", 9, "-p", "grammar_node.scene.room_type:=bedroom"]

@@ -106,6 +106,7 @@ def test_a_dump_can_be_set_on_a_node_that_runs_with_it(context: Context) -> None
         assert [result.reason for result in results if not result.successful] == []
 
 
+@pytest.mark.slow
 def test_dumps_of_real_processes_start_a_run(tmp_path: Path) -> None:
     dumps = {}
     starts = (

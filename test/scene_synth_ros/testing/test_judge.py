@@ -25,6 +25,8 @@ from scene_synth_ros.testing.judge import GateFailure, Judge
 from scene_synth_ros.testing.recordings import Recording, TestError, estimated_trajectory, true_trajectory
 from scene_synth_ros.testing.room import RoomTest, room
 
+pytestmark = pytest.mark.slow
+
 SMALL = {
     "grammar_node.motion.rest_s": 0.2, "grammar_node.motion.speed_m_s": 1.0, "grammar_node.motion.acceleration_m_s2": 3.0,
     "grammar_node.motion.jerk_m_s3": 30.0, "grammar_node.motion.turn_rad_s": 3.0, "grammar_node.motion.turn_acceleration_rad_s2": 12.0,

@@ -37,6 +37,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes(dataset: Path, tmp_path: Path) -> None:
     out = tmp_path / "killed"
     run = subprocess.Popen([sys.executable, "-m", "scene_synth_ros", "generate", *WORDS, "--out", str(out)], stdout=subprocess.DEVNULL)
@@ -106,6 +107,7 @@ cp -r "$OUT" "$OUT-whole"
 """
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_run_in_one_line_and_room_heals_it_and_shared_memory_is_not_needed(dataset: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     command = [sys.executable, "-m", "scene_synth_ros", "generate", *WORDS, "--out", str(tmp_path / "out"), "--workers", "2", "--resume"]

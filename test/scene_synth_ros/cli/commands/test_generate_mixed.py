@@ -18,6 +18,8 @@ from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import LocalStore
 
+pytestmark = pytest.mark.slow
+
 WORDS = ["--frames", "1", "--seed", "7", "--params", "ground_truth", *(word for own in TINY[:2] for word in ("-p", own))]
 
 

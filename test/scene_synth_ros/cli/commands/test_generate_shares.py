@@ -18,6 +18,8 @@ from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.shards.url_store import UrlStore
 
+pytestmark = pytest.mark.slow
+
 WORDS = ["--rooms", "2", "--frames", "1", "--seed", "3", "--shard-rooms", "1", "--params", "ground_truth", "--workers", "1"]
 WORDS += ["-p", "renderer_node.camera.width:=48", "-p", "renderer_node.camera.height:=36"]
 

@@ -8,6 +8,7 @@ import subprocess
 import termios
 from pathlib import Path
 
+import pytest
 from scene_synth_ros_suite import environment, record_command
 
 from scene_synth_ros.cli.processes.progress import Progress
@@ -45,6 +46,7 @@ def test_frames_are_those_that_are_recorded_and_rooms_those_that_all_renderers_h
     assert progress.line() == "room 4 of 4"
 
 
+@pytest.mark.slow
 def test_a_terminal_gets_one_line_and_no_log_and_a_pipe_gets_the_log(tmp_path: Path) -> None:
     seen = {}
     for kind in ("terminal", "pipe"):
