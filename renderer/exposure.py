@@ -160,7 +160,13 @@ def _small_camera(camera: CameraConfig) -> CameraConfig:
 
 
 def meter(
-    flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose], *, like: Renderer | None = None
+    flat: FlatScene,
+    camera: CameraConfig,
+    config: RenderConfig,
+    scene_key: int,
+    poses: Sequence[CameraPose],
+    *,
+    like: Renderer | None = None,
 ) -> Exposure:
     """Return what a :class:`LightMeter` reads; ``threads`` is taken from ``config`` too, and ``like`` as of ``Renderer``."""
     return LightMeter(flat, camera, config, scene_key, poses).read(config.threads, like=like)
