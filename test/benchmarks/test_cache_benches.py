@@ -9,7 +9,7 @@ from box_room import box, quad, scene
 from benchmarks.rate_curves_bench import subdivided
 from benchmarks.sampled_rooms import REST, STAGES, References, SampledRoom, camera_of, everywhere, stage_times
 from benchmarks.table import write_section
-from benchmarks.walk_bench import is_followed, is_matt, moved, pose_error, second_from_first, warped_difference
+from benchmarks.walk_bench import is_followed, is_matt, is_opaque, moved, pose_error, second_from_first, warped_difference
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.camera.cameras import project, unproject
 from renderer.film.tone import Exposure
@@ -71,6 +71,7 @@ def test_matt_is_what_is_rough_and_has_neither_metal_coat_nor_glass() -> None:
         "depth": np.array([[1.0, 1.0, 1.0, 1.0, 1.0, np.nan, 1.0]]),
     }
     assert is_matt(flat, truth).tolist() == [[True, False, False, False, False, False, False]]
+    assert is_opaque(flat, truth).tolist() == [[True, False, True, True, True, False, False]]
 
 
 def test_the_error_of_a_pose_is_its_way_and_its_angle() -> None:
