@@ -26,12 +26,14 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
+from kernel_cache.call_types import remember_call_types
 from kernel_cache.processor import compile_for_all
 from kernel_cache.sources import source_stamp
 
 _SEAL_BYTES = 32
 
 compile_for_all()
+remember_call_types()
 
 
 def compiled(function: Callable[..., Any], **settings: Any) -> Any:
