@@ -53,7 +53,7 @@ def schema_of(rooms: Sequence[ObservedRoom]) -> Schema:
 
 def features(schema: Schema, room: ObservedRoom) -> dict[str, float]:
     """Return the features of a room by name, ``group: what``; NaN where the room has no such object."""
-    things = {name: [_hung(room, item) for item in room.objects if item.category == name] for name in schema.categories}
+    things = {name: [_settled(room, item) for item in room.objects if item.category == name] for name in schema.categories}
     found = {"counts: all": float(sum(map(len, things.values())))}
     for name, items in things.items():
         found[f"counts: {name}"] = float(len(items))
@@ -89,15 +89,22 @@ def _at_walls(name: str, room: ObservedRoom, items: Sequence[ObservedObject]) ->
     }
 
 
-def _hung(room: ObservedRoom, item: ObservedObject) -> ObservedObject:
-    """Return an object at its wall, straight, if it hangs there."""
+def _settled(room: ObservedRoom, item: ObservedObject) -> ObservedObject:
+    """Return an object at its wall, straight, if it hangs there, and else as far off the walls as it is in them."""
     pose = fitting_wall(room.polygon_m, item)
-    if pose is None or item.position_m[2] <= _HANGS_FROM_M or pose.gap_m >= _HANGS_WITHIN_M:
-        return item
-    yaw = item.yaw_rad - pose.turn_rad
-    off = pose.gap_m + half_extents(item.size_m, pose.turn_rad)[0] - half_extents(item.size_m, 0.0)[0]
+    if pose is not None and item.position_m[2] > _HANGS_FROM_M and pose.gap_m < _HANGS_WITHIN_M:
+        yaw = item.yaw_rad - pose.turn_rad
+        off = pose.gap_m + half_extents(item.size_m, pose.turn_rad)[0] - half_extents(item.size_m, 0.0)[0]
+        return replace(item, position_m=_shifted(item, -off, yaw), yaw_rad=yaw)
+    for pose in wall_poses(room.polygon_m, item):
+        if (off := fitting_gap(pose.gap_m) - pose.gap_m) > 0.0 and pose.gap_m > -off:
+            item = replace(item, position_m=_shifted(item, off, item.yaw_rad - pose.turn_rad))
+    return item
+
+
+def _shifted(item: ObservedObject, by_m: float, yaw_rad: float) -> tuple[float, float, float]:
     x, y, z = item.position_m
-    return replace(item, position_m=(x - off * math.cos(yaw), y - off * math.sin(yaw), z), yaw_rad=yaw)
+    return x + by_m * math.cos(yaw_rad), y + by_m * math.sin(yaw_rad), z
 
 
 def _pair(names: str, first: Sequence[ObservedObject], second: Sequence[ObservedObject]) -> dict[str, float]:
