@@ -16,7 +16,7 @@ from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW, penetrat
 from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
+from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_front, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import HANGING_LOW_M, SIDE_WINDOW, WINDOW, UnitRowRule
 from scene_description import Opening, Room
@@ -73,18 +73,18 @@ class Shell(NamedTuple):
 
     def hides_window(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether a unit stands before a window that must stay free."""
-        box = _box_as_wide(unit, width, pose)
+        box = box_as_wide(unit, width, pose)
         return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
 
     def pierces_slope(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether a unit, or what may stand on it, reaches through a sloped ceiling."""
-        box = _box_as_wide(unit, width, pose)
+        box = box_as_wide(unit, width, pose)
         box[0, Z_HIGH] = max(unit.loaded_m, unit.size_m[2])
         return len(self.slope) > 0 and above_slopes(self.slope, box, 0) > 0.0
 
     def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
-        box = _box_as_wide(unit, width, pose)
+        box = box_as_wide(unit, width, pose)
         box[0, Z_LOW : Z_HIGH + 1] = unit.size_m[2], self.line_m
         if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
             return False
@@ -141,12 +141,19 @@ def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
     return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
 
 
-def _box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
+def box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
     """Return the (1, 8) world box of a unit that is as wide as its unit row asks for, if it stretches."""
     box = box_of(unit, pose)
     if unit_rule(unit).stretches:
         box[0, HALF_WIDTH] = 0.5 * width
     return box
+
+
+def front_of(unit: Draft, width: float, pose: Pose) -> Boxes:
+    """Return the (1, 8) world box that the front of a unit opens into."""
+    depth, drawn, height = unit.size_m
+    size = (depth, width if unit_rule(unit).stretches else drawn, height)
+    return placed_zones([opening_front(size)], pose[0], pose[1], 0.0, pose[2])
 
 
 class UnitRow(NamedTuple):
