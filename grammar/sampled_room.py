@@ -22,7 +22,7 @@ from grammar.checks.faults import always_odd, find_faults, oddly_seated
 from grammar.checks.furnished import furnished
 from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
-from grammar.derivation.derive import KeptSize, derive_from
+from grammar.derivation.derive import Kept, derive_from
 from grammar.derivation.overrides import overridden
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.derivation.plan import Plan, make_plan
@@ -158,10 +158,10 @@ def _tries(
     grammar: Grammar, categories: Categories, request: SceneRequest, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[ParseTree, Problem, State | None, Floats]]:
     """Yield layouts of one structure after the other until the budget is spent, or no further structure is found."""
-    plan, size = make_plan(grammar, categories, request), KeptSize()
+    plan, kept = make_plan(grammar, categories, request), Kept()
     for number in range(grammar.budget.structures):
         try:
-            tree = _structure(plan, categories, size, rng)
+            tree = _structure(plan, categories, kept, rng)
         except RequestError as refused:
             if not number:
                 raise
@@ -175,14 +175,15 @@ def _tries(
             return
 
 
-def _structure(plan: Plan, categories: Categories, size: KeptSize, rng: np.random.Generator) -> ParseTree:
+def _structure(plan: Plan, categories: Categories, kept: Kept, rng: np.random.Generator) -> ParseTree:
     """Draw a structure; those whose every layout is odd are passed over, so many as the budget has and if its gate does so."""
     for _ in range(plan.grammar.budget.odd if plan.grammar.budget.gate == "structures" else 0):
-        tree = derive_from(plan, categories, rng, size)
+        tree = derive_from(plan, categories, rng, kept)
         names = [item.rule.category for item in tree.items]
         if not always_odd(categories, names, room_needs(plan.grammar.room_type).company) and not oddly_seated(categories, tree.items):
             return tree
-    return derive_from(plan, categories, rng, size)
+        kept.drop_furniture()
+    return derive_from(plan, categories, rng, kept)
 
 
 def _layouts(

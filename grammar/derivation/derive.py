@@ -18,7 +18,7 @@ import numpy as np
 from grammar.derivation.addresses import check_targets, draw_addresses
 from grammar.derivation.crowding import used_share, wall_share
 from grammar.derivation.densities import draw_height, draw_size
-from grammar.derivation.drafts import Corner, Draft, Size, units_above
+from grammar.derivation.drafts import Draft, Size, units_above
 from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
 from grammar.derivation.openings import DrawnOpening, SpecialWalls, draw_numbers, draw_openings
 from grammar.derivation.parse_tree import (
@@ -29,7 +29,6 @@ from grammar.derivation.parse_tree import (
     ParseTree,
     Pinned,
     RejectedError,
-    UnitRowPlan,
     attribute_node,
 )
 from grammar.derivation.plan import Plan, make_plan
@@ -50,7 +49,8 @@ _SAME_EXTENT, _SAME_SIZE = 100, 4
 """Derivations in a row that are tried with one drawn area, and how many of them may fail with furniture that suits a size of a mixture."""
 
 _OPENINGS_TRIED = 4
-"""Places of doors and windows that are tried for one room with unit rows, so that a structure that fits between some is not given up."""
+"""Places of doors and windows that are tried for one room with unit rows or of a kept size, so that a structure that fits between some is
+not given up."""
 
 _BELOW_SLOPES = 100
 """Derivations for which no sloped ceiling is found before a request for one is refused."""
@@ -66,66 +66,6 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
         RequestError: no derivation can meet it, or none did within the budget; the line names the constraint.
     """
     return derive_from(make_plan(grammar, categories, request), categories, rng)
-
-
-class KeptSize:
-    """The size of a room, kept while furniture is drawn for it: a small room stays small where it is the furniture that does not fit.
-
-    One of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room; one that finds a room but no
-    layout, for which the caller derives again, counts twice.  An area goes with the first that finds a room.
-    """
-
-    def __init__(self) -> None:
-        self._drawn: Extent | DrawnSize | None = None
-        self._tried = self._suited = 0
-
-    def draw(self, plan: Plan, rng: np.random.Generator) -> Extent | DrawnSize | None:
-        """Return the size for the next derivation."""
-        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and isinstance(self._drawn, DrawnSize)):
-            self._drawn, self._tried, self._suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
-        self._tried += 1
-        return self._drawn
-
-    def suit(self, found: bool) -> None:
-        """Count furniture that covers as much as the size asks for; ``found``: there is room for it."""
-        self._suited += 1 + found
-        if found and not isinstance(self._drawn, DrawnSize):
-            self._tried = 0
-
-
-def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator, size: KeptSize | None = None) -> ParseTree:
-    """Draw one parse tree of a plan, see :func:`derive`, for the size that is kept from one to the next."""
-    reasons: Counter[str] = Counter()
-    below_slopes: Counter[str] = Counter()
-    budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
-    size = size or KeptSize()
-    for _ in range(budget):
-        try:
-            tree = _derive_once(plan, categories, size.draw(plan, rng), rng)
-        except BelowSlopesError as rejected:
-            below_slopes[str(rejected)] += 1
-            if plan.grammar.room.slopes.probability >= 1.0 and below_slopes.total() == _BELOW_SLOPES:
-                raise RequestError(
-                    f"room_ceiling: expected '{plan.request.room_ceiling}' with space for the furniture of room type "
-                    f"'{plan.grammar.room_type}' below, got none for {_BELOW_SLOPES} sets of it; {_worst(below_slopes)}; "
-                    "ask for a higher room_eaves_m, a larger room, fewer objects or another room_ceiling"
-                ) from rejected
-        except RejectedError as rejected:
-            reasons[str(rejected)] += 1
-            if not isinstance(rejected, OtherShareError):
-                size.suit(found=False)
-        else:
-            size.suit(found=True)
-            return tree
-    raise RequestError(
-        f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {_worst(reasons + below_slopes)}; "
-        "relax that constraint or raise budget.derivations"
-    )
-
-
-def _worst(reasons: Counter[str]) -> str:
-    """Return the commonest reasons with their numbers, as words."""
-    return "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
 
 
 class _Terminals(NamedTuple):
@@ -155,18 +95,105 @@ class _Contents(NamedTuple):
         return list(zip(self.terminals.symbols, self.terminals.rules, self.terminals.sizes, strict=True))
 
 
-class _Furnished(NamedTuple):
-    """A room with its openings, the numbers of these, its unit rows, its objects with the nodes below them, and corners that are cores."""
+class Furniture(NamedTuple):
+    """Furniture and the room that was drawn for it, without openings.
 
+    ``special``: walls of the room; ``attributes``: how it was drawn; ``numbers``: of openings, where unit rows ask for them before.
+    """
+
+    contents: _Contents
     room: Room
-    openings: list[DrawnOpening]
-    numbers: list[Attribute]
-    unit_rows: tuple[UnitRowPlan, ...]
-    items: list[tuple[Item, list[ParseNode]]]
-    corners: tuple[Corner, ...]
+    special: SpecialWalls
+    attributes: Sequence[Attribute]
+    numbers: Mapping[str, int] | None
 
 
-def _derive_once(plan: Plan, categories: Categories, extent: Extent | DrawnSize | None, rng: np.random.Generator) -> ParseTree:
+class Kept:
+    """What is kept from one derivation to the next while no layout is found: the size of a room, and the furniture that suits it.
+
+    So a small room stays small where it is the furniture that does not fit, and furniture stays where it is the doors that are in its way.
+    One size of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room, of which one counts twice
+    that finds a room but no layout with any of ``_OPENINGS_TRIED`` draws of doors and windows, for which the caller derives again.  An area
+    goes with the first set that finds a room.
+    """
+
+    def __init__(self) -> None:
+        self._drawn: Extent | DrawnSize | None = None
+        self._tried = self._suited = self._opened = 0
+        self._furniture: Furniture | None = None
+
+    def size(self, plan: Plan, rng: np.random.Generator) -> Extent | DrawnSize | None:
+        """Return the size for the next derivation."""
+        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and isinstance(self._drawn, DrawnSize)):
+            self._drawn, self._tried, self._suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
+        self._tried += 1
+        return self._drawn
+
+    def suit(self, furniture: Furniture | None) -> None:
+        """Count furniture that covers as much as the size asks for, None if there is no room for it."""
+        self._suited += 1 + (furniture is not None)
+        if isinstance(self._drawn, DrawnSize):
+            self._furniture, self._opened = furniture, 1
+        elif furniture is not None:
+            self._tried = 0
+
+    def drop_furniture(self) -> None:
+        """Draw other furniture next."""
+        self._furniture = None
+
+    def reopened(self, plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree | None:
+        """Return the furniture in the same room with other doors and windows; None where it was tried often enough, or none fit."""
+        while self._furniture is not None and self._opened < _OPENINGS_TRIED:
+            self._opened += 1
+            try:
+                return _opened(plan, categories, self._furniture, rng)
+            except RejectedError:
+                continue
+        self._furniture = None
+        return None
+
+
+def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator, kept: Kept | None = None) -> ParseTree:
+    """Draw one parse tree of a plan, see :func:`derive`, with the size and the furniture that are kept from one to the next."""
+    kept = kept or Kept()
+    tree = kept.reopened(plan, categories, rng)
+    if tree is not None:
+        return tree
+    reasons: Counter[str] = Counter()
+    below_slopes: Counter[str] = Counter()
+    budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
+    for _ in range(budget):
+        try:
+            tree, furniture = _derive_once(plan, categories, kept.size(plan, rng), rng)
+        except BelowSlopesError as rejected:
+            below_slopes[str(rejected)] += 1
+            if plan.grammar.room.slopes.probability >= 1.0 and below_slopes.total() == _BELOW_SLOPES:
+                raise RequestError(
+                    f"room_ceiling: expected '{plan.request.room_ceiling}' with space for the furniture of room type "
+                    f"'{plan.grammar.room_type}' below, got none for {_BELOW_SLOPES} sets of it; {_worst(below_slopes)}; "
+                    "ask for a higher room_eaves_m, a larger room, fewer objects or another room_ceiling"
+                ) from rejected
+        except RejectedError as rejected:
+            reasons[str(rejected)] += 1
+            if not isinstance(rejected, OtherShareError):
+                kept.suit(None)
+        else:
+            kept.suit(furniture)
+            return tree
+    raise RequestError(
+        f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {_worst(reasons + below_slopes)}; "
+        "relax that constraint or raise budget.derivations"
+    )
+
+
+def _worst(reasons: Counter[str]) -> str:
+    """Return the commonest reasons with their numbers, as words."""
+    return "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
+
+
+def _derive_once(
+    plan: Plan, categories: Categories, extent: Extent | DrawnSize | None, rng: np.random.Generator
+) -> tuple[ParseTree, Furniture]:
     grammar, slopes = plan.grammar, plan.grammar.room.slopes
     structure = _draw_structure(plan, rng)
     terminals = _draw_terminals(plan, structure, rng)
@@ -194,29 +221,23 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | DrawnSize 
                 if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
                     raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
                 contents = contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
-            furnished = _furnish(plan, categories, contents, room, special, numbers, rng)
+            furniture = Furniture(contents, room, special, room_attributes, numbers)
+            tree = _opened(plan, categories, furniture, rng)
             break
         except RejectedError as rejected:
             if tried == tries - 1:
                 raise (BelowSlopesError(str(rejected)) if is_sloped else rejected) from rejected
-    return _parse_tree(grammar, structure, furnished, room_attributes)
+    return tree, furniture
 
 
-def _furnish(
-    plan: Plan,
-    categories: Categories,
-    contents: _Contents,
-    room: Room,
-    special: SpecialWalls,
-    numbers: Mapping[str, int] | None,
-    rng: np.random.Generator,
-) -> _Furnished:
+def _opened(plan: Plan, categories: Categories, furniture: Furniture, rng: np.random.Generator) -> ParseTree:
     """Draw doors and windows, place the unit rows between them, and draw the addresses.
 
     Raises:
         RejectedError: something does not fit.
     """
-    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
+    contents, room = furniture.contents, furniture.room
+    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, furniture.special, plan.bounds.keys(), furniture.numbers)
     furnished, terminals = replace(room, openings=tuple(drawn.opening for drawn in openings)), contents.terminals
     if not is_given(plan.request):
         _check_crowding(plan.grammar, categories, furnished, list(zip(terminals.rules, terminals.sizes, strict=True)))
@@ -225,7 +246,16 @@ def _furnish(
     check_tall(plan.grammar, furnished, contents.things)
     drafts = _drafts(contents, len(openings) + 1)
     unit_rows = place_unit_rows(plan.grammar, furnished, drafts, rng)
-    return _Furnished(furnished, openings, opening_counts, unit_rows, *draw_addresses(categories, furnished, drafts, rng))
+    items, corners = draw_addresses(categories, furnished, drafts, rng)
+    # write all choices down
+    nodes = _shell_nodes(plan.grammar, (*furniture.attributes, *opening_counts), openings)
+    return ParseTree(
+        room=furnished,
+        items=_append_items(contents.structure, items, nodes),
+        nodes=tuple(nodes),
+        corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
+        unit_rows=unit_rows,
+    )
 
 
 def _check_crowding(grammar: Grammar, categories: Categories, room: Room, things: Sequence[tuple[ObjectRule, Size]]) -> None:
@@ -233,18 +263,6 @@ def _check_crowding(grammar: Grammar, categories: Categories, room: Room, things
         raise RejectedError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
     if wall_share(categories, room, things) > grammar.room.wall_share_max:
         raise RejectedError(f"furniture before at most {grammar.room.wall_share_max:g} of the walls")
-
-
-def _parse_tree(grammar: Grammar, structure: Sequence[Vertex], furnished: _Furnished, attributes: Sequence[Attribute]) -> ParseTree:
-    """Return all choices written down; ``attributes`` are those of the room."""
-    nodes = _shell_nodes(grammar, (*attributes, *furnished.numbers), furnished.openings)
-    return ParseTree(
-        room=furnished.room,
-        items=_append_items(structure, furnished.items, nodes),
-        nodes=tuple(nodes),
-        corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in furnished.corners),
-        unit_rows=furnished.unit_rows,
-    )
 
 
 def _draw_structure(plan: Plan, rng: np.random.Generator) -> list[Vertex]:

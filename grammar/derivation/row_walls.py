@@ -16,10 +16,10 @@ from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW, penetrat
 from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
+from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_front, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import HANGING_LOW_M, SIDE_WINDOW, WINDOW, UnitRowRule
-from scene_description import Room
+from scene_description import Opening, Room
 
 OFF_WALL = -1
 ASKEW = 0.5
@@ -73,18 +73,18 @@ class Shell(NamedTuple):
 
     def hides_window(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether a unit stands before a window that must stay free."""
-        box = _box_as_wide(unit, width, pose)
+        box = box_as_wide(unit, width, pose)
         return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
 
     def pierces_slope(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether a unit, or what may stand on it, reaches through a sloped ceiling."""
-        box = _box_as_wide(unit, width, pose)
+        box = box_as_wide(unit, width, pose)
         box[0, Z_HIGH] = max(unit.loaded_m, unit.size_m[2])
         return len(self.slope) > 0 and above_slopes(self.slope, box, 0) > 0.0
 
     def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
-        box = _box_as_wide(unit, width, pose)
+        box = box_as_wide(unit, width, pose)
         box[0, Z_LOW : Z_HIGH + 1] = unit.size_m[2], self.line_m
         if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
             return False
@@ -92,13 +92,31 @@ class Shell(NamedTuple):
         return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
 
 
+def _side_at(draft: Draft, window: Opening, axis: str) -> float:
+    """Return a side of what hangs at windows, or how high its middle is, at one of them: about as its ties will make it there."""
+    rule, high = draft.rule, draft.rule.centre_height_m
+    sides = {"width": (draft.size_m[1], rule.low_m[1], rule.high_m[1]), "height": (draft.size_m[2], rule.low_m[2], rule.high_m[2])}
+    usual, low, most = sides.get(axis) or ((high.mean, high.low, high.high) if high is not None else (math.inf,) * 3)
+    measures = {"width": window.width_m, "height": window.height_m, "bottom": window.sill_m, "top": window.sill_m + window.height_m}
+    tied = [tie.factor * measures[tie.of] + tie.add_m for tie in rule.tied if tie.axis == axis and tie.to == WINDOW and tie.of in measures]
+    return min(max(tied[0], low), most) if tied else usual
+
+
 def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
-    """Return a room as unit rows see it, in which these objects are to stand and hang."""
+    """Return a room as unit rows see it, in which these objects are to stand and hang.
+
+    Windows keep free what a curtain, a sill or a radiator takes of their wall too.
+    """
     found: dict[int, list[Boxes]] = {SWING: [], VIEW: [], FACE: []}
     for opening in room.openings:
         x, y, yaw = opening_frame(room, opening)
         for zone in opening_zones(opening, grammar.openings[opening.category]):
             found[zone.kind].append(placed_zones([zone], x, y, opening.sill_m, yaw))
+    for row, window in zip(found[VIEW], (o for o in room.openings if o.category == "window"), strict=True):
+        for draft in drafts:
+            if draft.rule.mount == "wall" and set(draft.rule.cores or ()) == {WINDOW}:
+                row[0, HALF_WIDTH] = max(row[0, HALF_WIDTH], 0.5 * _side_at(draft, window, "width"))
+                row[0, Z_LOW] = min(row[0, Z_LOW], _side_at(draft, window, "middle") - 0.5 * _side_at(draft, window, "height"))
     boxes = {kind: np.concatenate([NO_BOXES, *rows]) for kind, rows in found.items()}
     windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
     line_m = max((top_m(draft.rule, draft.size_m) for draft in drafts if draft.rule.in_line), default=0.0)
@@ -123,12 +141,19 @@ def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
     return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
 
 
-def _box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
+def box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
     """Return the (1, 8) world box of a unit that is as wide as its unit row asks for, if it stretches."""
     box = box_of(unit, pose)
     if unit_rule(unit).stretches:
         box[0, HALF_WIDTH] = 0.5 * width
     return box
+
+
+def front_of(unit: Draft, width: float, pose: Pose) -> Boxes:
+    """Return the (1, 8) world box that the front of a unit opens into."""
+    depth, drawn, height = unit.size_m
+    size = (depth, width if unit_rule(unit).stretches else drawn, height)
+    return placed_zones([opening_front(size)], pose[0], pose[1], 0.0, pose[2])
 
 
 class UnitRow(NamedTuple):

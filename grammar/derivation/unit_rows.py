@@ -6,6 +6,7 @@ change these; the chain goes on from there.  Rows that stand free come last.  Gr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -18,9 +19,21 @@ from grammar.derivation.free_rows import Standing, free_slots, juts_clear
 from grammar.derivation.hung_rows import hang_rows, hangs_in_row
 from grammar.derivation.parse_tree import RejectedError, UnitRowPlan
 from grammar.derivation.row_fit import across_m, along_m, fit_legs, least_along_m, order_cost, reach_m, unit_rule
-from grammar.derivation.row_walls import OFF_WALL, Aisle, Pose, Shell, UnitRow, box_of, shell_of, spans_beside
+from grammar.derivation.row_walls import (
+    ASKEW,
+    OFF_WALL,
+    Aisle,
+    Pose,
+    Shell,
+    UnitRow,
+    box_as_wide,
+    box_of,
+    front_of,
+    shell_of,
+    spans_beside,
+)
 from grammar.geometry.arrays import Boxes
-from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_LOW
+from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_LOW, penetration
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
 from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.walls import LENGTH
@@ -265,8 +278,22 @@ def _slots(unit_row: UnitRow, frame: Frame, lengths: Sequence[float]) -> list[Sl
 
 
 def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> bool:
-    """Return whether a unit stands where it may not: before a window that must stay free, or where a sloped ceiling is too low for it."""
-    return any(shell.hides_window(*row) or shell.pierces_slope(*row) for row in zip(units, widths, poses, strict=True))
+    """Return whether a unit stands where it may not.
+
+    That is before a window that must stay free, where a sloped ceiling is too low for it, or before the front of one of another leg.
+    """
+    rows = list(zip(units, widths, poses, strict=True))
+    boxes = [box_as_wide(*row) for row in rows]
+    at_angles = (
+        (front_of(*row), box)
+        for row in rows
+        if not unit_rule(row[0]).turns
+        for box, other in zip(boxes, poses, strict=True)
+        if abs(math.cos(row[2][2] - other[2])) < ASKEW
+    )
+    return any(shell.hides_window(*row) or shell.pierces_slope(*row) for row in rows) or any(
+        penetration(front, 0, box, 0) > 0.0 for front, box in at_angles
+    )
 
 
 def _leaves_aisles(unit_row: UnitRow, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:

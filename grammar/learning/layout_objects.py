@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from grammar.learning.category_map import CategoryMap, kind_of, nearest_category, symbol_of
 from grammar.learning.layout_fields import UnfitError, quoted, read_number, read_numbers
-from grammar.learning.observed import ObservedObject, box_gap, wall_poses
+from grammar.learning.observed import ObservedObject, between_walls, box_gap, wall_poses
 from scene_description.types import Point2
 
 Size = tuple[float, float, float]
@@ -46,6 +46,7 @@ def read_objects(
                 item = _turned_wide(item, polygon)
             if (item.category in names.backed or unturned) and supporter is None:
                 item = _turned_back(item, polygon)
+            item = between_walls(polygon, item)
             if item.category in names.highest_m:
                 item = replace(item, size_m=(*item.size_m[:2], min(item.size_m[2], names.highest_m[item.category])))
         except UnfitError as unfit:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +25,8 @@ _TOP_TOLERANCE_M = 0.1
 _TURN_COST_M = 0.25
 _FITTING_M = 0.05
 """Boxes that were fitted by hand reach into walls and neighbours by less."""
+
+_PARALLEL_RAD = 0.02
 
 _NICHE_M, _LEAST_KEPT, _STRAIGHT_M, _STEP_M = 0.45, 0.8, 0.02, 0.15
 """Half the width of the widest niche; a room of which less is left is all niches, and loses only steps that are smaller."""
@@ -182,6 +184,25 @@ def nearest_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose 
 def fitting_gap(gap_m: float) -> float:
     """Return a gap as one of at least zero: what a source puts a little into a wall or a neighbour is off by as much, either way."""
     return -gap_m if -_FITTING_M < gap_m < 0.0 else max(gap_m, 0.0)
+
+
+def between_walls(polygon_m: Sequence[Point2], item: ObservedObject) -> ObservedObject:
+    """Return what a source puts a little into two opposite walls as it fits between them, as far off each as it is in it or off it."""
+    poses = [pose for pose in wall_poses(polygon_m, item) if pose.gap_m > -_FITTING_M]
+    size, place = list(item.size_m), list(item.position_m)
+    for axis, angle in ((0, item.yaw_rad), (1, item.yaw_rad + 0.5 * math.pi)):
+        # a turn of 0 has the wall behind the object; the yaw of a wall is the direction into the room
+        facing = [wrapped(item.yaw_rad - pose.turn_rad - angle) for pose in poses]
+        ends = [
+            [pose.gap_m for pose, off in zip(poses, facing, strict=True) if abs(wrapped(off - way)) < _PARALLEL_RAD]
+            for way in (0.0, math.pi)
+        ]
+        if all(ends) and (low := min(ends[0])) + (high := min(ends[1])) < 0.0 and max(low, high) < _FITTING_M:
+            low_end, high_end = fitting_gap(low) - low, fitting_gap(high) - high
+            size[axis] -= low_end + high_end
+            place[0] += 0.5 * (low_end - high_end) * math.cos(angle)
+            place[1] += 0.5 * (low_end - high_end) * math.sin(angle)
+    return replace(item, size_m=(size[0], size[1], size[2]), position_m=(place[0], place[1], place[2]))
 
 
 def fitting_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from sklearn.metrics import roc_auc_score
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning import ObservedObject, ObservedRoom
-from grammar.learning.observed import WallPose, filled_outline, fitting_gap, fitting_wall, nearest_wall, relative_pose, signed_gap
+from grammar.learning.observed import filled_outline, fitting_gap, fitting_wall, half_extents, relative_pose, signed_gap, wall_poses
 
 GROUPS = ("counts", "sizes", "walls", "pairs", "room")
 _LEAST_ROOMS, _MOST_PAIRS = 3, 15
@@ -52,7 +53,7 @@ def schema_of(rooms: Sequence[ObservedRoom]) -> Schema:
 
 def features(schema: Schema, room: ObservedRoom) -> dict[str, float]:
     """Return the features of a room by name, ``group: what``; NaN where the room has no such object."""
-    things = {name: [item for item in room.objects if item.category == name] for name in schema.categories}
+    things = {name: [_settled(room, item) for item in room.objects if item.category == name] for name in schema.categories}
     found = {"counts: all": float(sum(map(len, things.values())))}
     for name, items in things.items():
         found[f"counts: {name}"] = float(len(items))
@@ -73,11 +74,10 @@ def _size(name: str, items: Sequence[ObservedObject]) -> dict[str, float]:
 
 
 def _at_walls(name: str, room: ObservedRoom, items: Sequence[ObservedObject]) -> dict[str, float]:
-    near = [_hung(pose, item) for item in items if (pose := fitting_wall(room.polygon_m, item)) is not None]
+    near = [pose for item in items if (pose := fitting_wall(room.polygon_m, item)) is not None]
     gaps = [_stepped(fitting_gap(pose.gap_m)) for pose in near] or [math.nan]
     turns = [_stepped(abs(pose.turn_rad)) for pose in near] or [math.nan]
-    beside = [_hung(pose, item) for item in items if (pose := nearest_wall(room.polygon_m, item)) is not None]
-    sides = [_stepped(fitting_gap(pose.gap_m)) for pose in beside] or [math.nan]
+    sides = [_stepped(fitting_gap(pose.gap_m)) for item in items for pose in wall_poses(room.polygon_m, item)] or [math.nan]
     middle = [_stepped(item.position_m[2] + 0.5 * item.size_m[2]) for item in items if item.position_m[2] > 0.2] or [math.nan]
     return {
         f"walls: least gap of {name}": min(gaps),
@@ -89,10 +89,22 @@ def _at_walls(name: str, room: ObservedRoom, items: Sequence[ObservedObject]) ->
     }
 
 
-def _hung(pose: WallPose, item: ObservedObject) -> WallPose:
-    """Return the pose of an object at a wall, straight and without gap if it hangs there."""
-    hangs = item.position_m[2] > _HANGS_FROM_M and pose.gap_m < _HANGS_WITHIN_M
-    return pose._replace(gap_m=0.0, turn_rad=0.0) if hangs else pose
+def _settled(room: ObservedRoom, item: ObservedObject) -> ObservedObject:
+    """Return an object at its wall, straight, if it hangs there, and else as far off the walls as it is in them."""
+    pose = fitting_wall(room.polygon_m, item)
+    if pose is not None and item.position_m[2] > _HANGS_FROM_M and pose.gap_m < _HANGS_WITHIN_M:
+        yaw = item.yaw_rad - pose.turn_rad
+        off = pose.gap_m + half_extents(item.size_m, pose.turn_rad)[0] - half_extents(item.size_m, 0.0)[0]
+        return replace(item, position_m=_shifted(item, -off, yaw), yaw_rad=yaw)
+    for pose in wall_poses(room.polygon_m, item):
+        if (off := fitting_gap(pose.gap_m) - pose.gap_m) > 0.0 and pose.gap_m > -off:
+            item = replace(item, position_m=_shifted(item, off, item.yaw_rad - pose.turn_rad))
+    return item
+
+
+def _shifted(item: ObservedObject, by_m: float, yaw_rad: float) -> tuple[float, float, float]:
+    x, y, z = item.position_m
+    return x + by_m * math.cos(yaw_rad), y + by_m * math.sin(yaw_rad), z
 
 
 def _pair(names: str, first: Sequence[ObservedObject], second: Sequence[ObservedObject]) -> dict[str, float]:

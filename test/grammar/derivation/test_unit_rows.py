@@ -9,11 +9,13 @@ from small_grammar import CATEGORIES, closet, item, mapping, small_grammar
 from grammar.derivation.derive import derive
 from grammar.geometry.run_slots import unit_poses
 from grammar.geometry.walls import WALL_YAW
+from grammar.geometry.zones import opening_frame
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
 from grammar.layout.energies import full_energy
 from grammar.layout.unit_rows import arrange
 from grammar.spec.energy_terms import TERM
+from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import FieldError, from_mapping
@@ -111,3 +113,36 @@ objects:
     tree, _problem, _state = assembled(grammar)
     first, second = (run.slots[run.slot] for run in tree.unit_rows)
     assert math.cos(first.yaw_a - second.yaw_a) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_deepest_unit_does_not_stand_before_a_front_round_the_corner():
+    """Units 0.5 m deep turn and stand beside one of 0.6 m, which would reach 0.1 m before the front of what stands round the corner."""
+    text = with_run(closet("turn", "deep", "b", "c"), "{bare_cost: 0}")
+    text += item("turn", "dresser", (0.5, 0.5, 0.8), ", in_run: {turns: true}") + item("deep", "dresser", (0.6, 0.8, 0.8), ", in_run: {}")
+    text += "".join(item(symbol, "dresser", (0.5, 0.8, 0.8), ", in_run: {}") for symbol in "bc")
+    for seed in range(16):
+        tree = derive(small_grammar(text), CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(seed))
+        symbols = {item.id: item.symbol for item in tree.items}
+        order = [symbols[unit] for unit in tree.unit_rows[0].units]
+        corner = order.index("turn")
+        assert corner not in (0, 3)  # something stands on both sides of the corner
+        assert "deep" not in order[corner - 1 : corner + 2]
+
+
+def test_unit_rows_keep_free_what_hangs_at_windows():
+    grammar, seen = read_room_type("study", CATEGORIES), 0
+    for seed in range(12):
+        tree = derive(grammar, CATEGORIES, SceneRequest(room_type="study"), np.random.default_rng(seed))
+        _, state = assemble(grammar, CATEGORIES, tree)
+        windows = {opening.id: opening for opening in tree.room.openings if opening.category == "window"}
+        units = [tree.items[k - tree.items[0].id] for plan in tree.unit_rows for k in plan.units]
+        for hung in (one for one in tree.items if one.core in windows and one.rule.mount == "wall"):
+            x, y, yaw = opening_frame(tree.room, windows[hung.core])
+            for unit in units:
+                dx, dy, turn = *(state.pose[unit.id - 1, :2] - (x, y)), state.pose[unit.id - 1, 2] - yaw
+                into, along = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
+                half_d, half_w = 0.5 * unit.size_m[0], 0.5 * unit.size_m[1]
+                deep, wide = (half_d, half_w) if abs(math.cos(turn)) > 0.5 else (half_w, half_d)
+                seen += 1
+                assert unit.size_m[2] < hung.bottom_m or into - deep > hung.size_m[0] or abs(along) > wide + 0.5 * hung.size_m[1] - 1e-6
+    assert seen > 30

@@ -1,9 +1,11 @@
 """Outlines as sources give them: what doors take of them or add to them is none of the room."""
 
+import math
+
 import pytest
 from shapely import Polygon
 
-from grammar.learning.observed import filled_outline
+from grammar.learning.observed import ObservedObject, between_walls, filled_outline, wall_poses
 
 _ROOM = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]
 
@@ -40,3 +42,23 @@ def test_what_is_deeper_than_a_wall_or_wider_than_a_door_stays(name):
     found = Polygon(filled_outline(_KEPT[name]))
 
     assert found.symmetric_difference(Polygon(_KEPT[name])).area == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi])
+def test_what_is_longer_than_its_room_fits_between_the_walls(yaw_rad):
+    # 3.03 m between walls that are 3 m apart, 1 cm in one and 2 cm in the other: as far off them it is 2.97 m long
+    turned = abs(math.sin(yaw_rad)) > 0.5
+    size = (3.03, 0.9, 2.0) if turned else (0.9, 3.03, 2.0)
+    item = ObservedObject(category="shower_cabin", size_m=size, position_m=(0.6, 1.505, 0.0), yaw_rad=yaw_rad)
+
+    found = between_walls(_ROOM, item)
+
+    assert sorted(found.size_m) == pytest.approx([0.9, 2.0, 2.97])
+    assert found.position_m == pytest.approx((0.6, 1.495, 0.0))
+    assert sorted(pose.gap_m for pose in wall_poses(_ROOM, found))[:2] == pytest.approx([0.01, 0.02])
+
+
+def test_what_only_one_wall_has_a_part_of_keeps_its_size():
+    item = ObservedObject(category="bed", size_m=(2.0, 1.4, 0.5), position_m=(0.98, 1.5, 0.0), yaw_rad=0.0)
+
+    assert between_walls(_ROOM, item) == item

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,19 @@ def test_features_of_a_room() -> None:
     assert found["room: area"] == pytest.approx(20.0)
     assert found["room: proportion"] == pytest.approx(1.25)
     assert found["room: share of the floor covered"] == pytest.approx((3.2 + 0.16) / 20.0)
+
+
+def test_a_corner_is_as_near_as_its_nearer_wall_and_what_hangs_is_at_its_wall() -> None:
+    room = bedroom(0.0)
+    # 3 cm in the wall y = 5 and 1 cm off x = 0; the mirror in the air 2 cm from x = 0 hangs there
+    rack = ObservedObject(category="shoe_rack", size_m=(0.4, 1.0, 0.5), position_m=(0.21, 4.53, 0.0), yaw_rad=0.0)
+    mirror = ObservedObject(category="wall_mirror", size_m=(0.04, 0.5, 0.8), position_m=(0.04, 4.5, 1.2), yaw_rad=0.01)
+    room = replace(room, objects=(rack, mirror))
+    found = features(schema_of([room] * 3), room)
+    assert found["walls: least side gap of shoe_rack"] == pytest.approx(0.01)
+    assert (found["walls: least gap of wall_mirror"], found["walls: greatest turn of wall_mirror"]) == (0.0, 0.0)
+    # from 1 cm off the wall to the mirror's front at 4 cm
+    assert found["pairs: gap of shoe_rack and wall_mirror"] == pytest.approx(0.03, abs=1.5e-3)
 
 
 def test_told_apart_where_rooms_differ_and_not_where_they_are_alike() -> None:
