@@ -24,8 +24,8 @@ _STEP_STOPS = 2.0
 """Most stops between one exposure and the next."""
 _HALF_LIGHT = 0.6
 """Light, in multiples of white, that an exposure shows at half of the most that it can; tones are the root of that share."""
-_BEST_TONE, _TONE_SPREAD = 0.65, 0.2
-_COARSEST = 6
+_BEST_TONE, _TONE_SPREAD = 0.7, 0.15
+_COARSEST = 20
 """Pixels of the shorter side below which a pyramid ends."""
 _LEAST_LIGHT, _LEAST_TONE, _MOST_TONE = 1e-6, 1e-3, 0.998
 
