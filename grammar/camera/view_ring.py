@@ -90,11 +90,12 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
 def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
-    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) - near * (share of rays shorter than near + of those that meet boxes)
+    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
+            - near * (share of rays shorter than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
-            + shown * (share of rays that meet boxes) + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
-    with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is below least_depth, and below 0.4 times the longest
-    free line.
+            + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
+    with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
+    below least_depth, and below 0.4 times the longest free line.
 
     Args:
         ring: what the rays meet.
@@ -115,7 +116,10 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_w
 
 @entry
 def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
-    """Write the value of each view but for its free line; ``box_rays``, of all rays and of those at a view's edge, ``plane_rays``: counters."""
+    """Write the value of each view but for its free line.
+
+    ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
+    """
     columns, rows = distance_m.shape
     for centre in range(columns):
         depth, near, close, shown = 0.0, 0, 0, 0

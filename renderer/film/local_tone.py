@@ -54,7 +54,7 @@ def _merged(luminance: Tones, stops: float) -> Tones:
 
 
 def _fuse(tones: Tones, weights: Tones) -> Tones:
-    """Return the blend (height, width) of images by weights, (exposures, height, width) each: details at each scale by weights of that scale."""
+    """Return the blend (height, width) of images (exposures, height, width): details at each scale by weights of that scale."""
     if min(tones.shape[1:]) < _COARSEST:
         return np.asarray((tones * weights).sum(axis=0))
     coarse = _halved(tones)

@@ -13,7 +13,18 @@ import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import grid_way
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, rotated, rounded_template, rounded_uvs, sheet, smooth_normals, sweep
+from renderer.geometry.shapes import (
+    grid_faces,
+    lathe,
+    make_mesh,
+    merged,
+    rotated,
+    rounded_template,
+    rounded_uvs,
+    sheet,
+    smooth_normals,
+    sweep,
+)
 from scene_description.products import norm
 
 
@@ -385,7 +396,7 @@ def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Ar
 
 _SLEEVE = ((0.0, 0.3, 0.93), (0.15, 0.52, 0.9), (0.3, 0.78, 0.78), (0.2, 0.9, 0.6), (0.35, 0.88, 0.46), (0.5, 0.82, 0.36))
 """Way of a sleeve from the shoulder to the cuff, as shares of half a coat's depth, half its width and its length."""
-_COLLAR = ((0.62, 0.0, 0.9), (0.45, 0.2, 0.96), (0.0, 0.27, 0.99), (-0.4, 0.0, 1.0), (0.0, -0.27, 0.99), (0.45, -0.2, 0.96), (0.62, 0.0, 0.9))
+_COLLAR = ((0.62, 0.0, 0.9), (0.45, 0.2, 0.96), (0.0, 0.27, 0.99), (-0.4, 0.0, 1.0), (0.0, -0.27, 0.99), (0.45, -0.2, 0.96), (0.62, 0, 0.9))
 
 
 def coat(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: ArrayLike = SHOULDERS) -> Mesh:
