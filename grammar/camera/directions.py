@@ -20,7 +20,7 @@ _KEY_SPACING_M = 0.3
 _YAW_SHARE = 0.75
 """Share of the greatest turn between frames that yaw may take; pitch takes the rest."""
 
-_PITCH_TO_OBJECTS = 0.55
+_PITCH_TO_OBJECTS = 0.65
 """Weight of the elevation of objects in view against the middle of the mount's range of pitch."""
 
 _TURN_COST = 0.002
