@@ -409,6 +409,6 @@ def coat(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Array
     thick = min(0.62 * half[0], 0.3 * half[1])
     for side in (1.0, -1.0):
         way = np.array(_SLEEVE) * (1.0, side, 1.0) + rng.normal(0.0, 0.015, (len(_SLEEVE), 3))
-        pieces.append(sweep(origin + way * scale, np.linspace(thick, 0.62 * thick, len(_SLEEVE)), 14))
-    pieces.append(sweep(origin + np.array(_COLLAR) * scale, 0.14 * half[0], 8))
+        pieces.append(sweep(origin + way * scale, np.linspace(thick, 0.62 * thick, len(_SLEEVE)), 8))
+    pieces.append(sweep(origin + np.array(_COLLAR) * scale, 0.14 * half[0], 6))
     return merged(*pieces)
