@@ -40,12 +40,12 @@ def read_color(
     exposure: Exposure,
     tone_curve: str,
     frame_key: np.uint32,
-    base_stops: float = 0.0,
+    local_stops: float = 0.0,
 ) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), uint8, that a sensor makes of linear colour, cd/m2.
 
     ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``
-    and ``base_stops``, as of :func:`renderer.film.tone.to_display`: of the response ``display``.
+    and ``local_stops``, as of :func:`renderer.film.tone.to_display`: of the response ``display``.
     """
     arriving = magnify_channels(radiance, sensor.red_shift_px, sensor.blue_shift_px)
     share = vignetting(camera, sensor.vignetting, sensor.corner_loss)
@@ -56,7 +56,7 @@ def read_color(
     if sensor.bayer != "none":
         read = _interpolated(read, sensor, exposure)
     if sensor.response == "display":
-        picture = to_display(read, exposure, tone_curve, base_stops)
+        picture = to_display(read, exposure, tone_curve, local_stops)
     else:
         picture = encode(balance(read, exposure), thresholds(sensor.response, sensor.response_gamma, sensor.response_points))
     picture = sharpen(picture, sensor.sharpening) if sensor.sharpening else picture

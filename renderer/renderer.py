@@ -285,18 +285,18 @@ class Renderer:
         self, request: _Request, radiance: NDArray[np.float32], noisy: NDArray[np.float32], images: dict[str, NDArray[np.generic]]
     ) -> None:
         """Add the pictures that are asked for, with the radiance that they show; ``noisy``: the same before denoising."""
-        asked, exposure, curve, base_stops = request.layers, request.exposure, self._config.tone_curve, self._config.local_tone_stops
+        asked, exposure, curve, local_stops = request.layers, request.exposure, self._config.tone_curve, self._config.local_tone_stops
         images["radiance"] = radiance
         if "color_noisy" in asked:
-            images["color_noisy"] = to_display(noisy, exposure, curve, base_stops)
+            images["color_noisy"] = to_display(noisy, exposure, curve, local_stops)
         sensed = "color_sensed" in asked
         if "color" in asked or (sensed and self._sensor == IDEAL):
-            shown = to_display(radiance, exposure, curve, base_stops)
+            shown = to_display(radiance, exposure, curve, local_stops)
             images["color"] = add_grain(shown, self._config.grain, request.key) if self._config.grain else shown
         if sensed and self._sensor == IDEAL:
             images["color_sensed"] = images["color"]
         elif sensed:
-            images["color_sensed"] = read_color(radiance, request.view, self._sensor, exposure, curve, request.key, base_stops)
+            images["color_sensed"] = read_color(radiance, request.view, self._sensor, exposure, curve, request.key, local_stops)
 
     def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
         """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.

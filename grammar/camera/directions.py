@@ -20,7 +20,7 @@ _KEY_SPACING_M = 0.3
 _YAW_SHARE = 0.75
 """Share of the greatest turn between frames that yaw may take; pitch takes the rest."""
 
-_PITCH_TO_OBJECTS = 0.7
+_PITCH_TO_OBJECTS = 0.65
 """Weight of the elevation of objects in view against the middle of the mount's range of pitch."""
 
 _TURN_COST = 0.002
@@ -37,7 +37,10 @@ class Gaze(NamedTuple):
 
 
 def choose_gaze(views: Views, walk: Walk, length_m: float) -> Gaze:
-    """Return the directions with the best views that a camera of limited turns can have; worth is their mean and the least of them."""
+    """Return the directions with the best views that a camera of limited turns can have.
+
+    Worth is their mean and the least of them, and the more of the first the larger ``first_weight`` is.
+    """
     # judge the views from key stations along the walk
     config = views.config
     keys_m = np.linspace(0.0, length_m, max(math.ceil(length_m / _KEY_SPACING_M), 1) + 1)
@@ -48,7 +51,8 @@ def choose_gaze(views: Views, walk: Walk, length_m: float) -> Gaze:
     key_turn_rad = _YAW_SHARE * config.max_turn_rad * (keys_m[1] - keys_m[0]) / config.max_step_m
     columns = best_columns(scores, max(int(key_turn_rad / (2.0 * math.pi / RING_COLUMNS)), 1), _TURN_COST)
     chosen = values[np.arange(len(keys_m)), columns]
-    return Gaze(keys_m, rings, columns, float(chosen.mean() + chosen.min()))
+    first = 0.5 * (config.first_weight - 1.0) * chosen[0]
+    return Gaze(keys_m, rings, columns, float(chosen.mean() + chosen.min() + first))
 
 
 def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, gaze: Gaze, along_m: Floats) -> tuple[Floats, Floats]:

@@ -28,6 +28,7 @@ class ViewWeights(NamedTuple):
     most_share: float
     depth: float
     objects: float
+    shown: float
     near: float
     filled: float
     missing: float
@@ -64,6 +65,7 @@ class CameraPathConfig:
     far_m: Annotated[float, Limits(ge=0.1, le=100.0, unit="m")]
     depth_weight: Weight
     things_weight: Weight
+    shown_weight: Weight
     near_weight: Weight
     most_share: Annotated[float, Limits(ge=0.0, le=1.0)]
     least_depth_m: Metres
@@ -89,6 +91,7 @@ class CameraPathConfig:
             most_share=self.most_share,
             depth=self.depth_weight,
             objects=self.things_weight,
+            shown=self.shown_weight,
             near=self.near_weight,
             filled=self.filled_weight,
             missing=self.missing_weight,

@@ -90,11 +90,12 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
 def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
-    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * (share of rays shorter than near + of those that meet boxes)
+    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
+            - near * (share of rays shorter than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
             + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
-    with k the number of different boxes in view, and less by 5 where the median of d is below least_depth, and below 0.4 times the longest
-    free line.
+    with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
+    below least_depth, and below 0.4 times the longest free line.
 
     Args:
         ring: what the rays meet.
@@ -107,7 +108,7 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_w
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
     level = ring.distance_m[:, level_row]
     weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * float(level.max())))
-    _value_views(*ring, bright, columns_wide, weights, np.empty(boxes, np.int64), np.empty(planes, np.int64), values)
+    _value_views(*ring, bright, columns_wide, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
     return np.asarray(values + weights.line * narrow * level / level.max())
@@ -115,10 +116,13 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_w
 
 @entry
 def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
-    """Write the value of each view but for its free line; ``box_rays``, ``plane_rays``: counters."""
+    """Write the value of each view but for its free line.
+
+    ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
+    """
     columns, rows = distance_m.shape
     for centre in range(columns):
-        depth, near, close = 0.0, 0, 0
+        depth, near, close, shown = 0.0, 0, 0, 0
         box_rays[:] = 0
         plane_rays[:] = 0
         for offset in range(columns_wide):
@@ -130,20 +134,23 @@ def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays
                 close += d < weights.least_depth_m
                 plane_rays[plane[column, row]] += 1
                 if hit[column, row] >= 0:
-                    box_rays[hit[column, row]] += 1
+                    shown += 1
+                    box_rays[0, hit[column, row]] += 1
+                    box_rays[1, hit[column, row]] += row == 0 or offset == 0 or offset == columns_wide - 1
         rays = columns_wide * rows
-        objects, largest, light = 0, 0, 0.0
-        for b in range(len(box_rays)):
-            objects += box_rays[b] > 0
-            largest = max(largest, box_rays[b])
-            if box_rays[b] > 0 and bright[b]:
+        objects, cut, largest, light = 0, 0, 0, 0.0
+        for b in range(box_rays.shape[1]):
+            objects += box_rays[0, b] > 0
+            cut += box_rays[1, b] > 0
+            largest = max(largest, box_rays[0, b])
+            if box_rays[0, b] > 0 and bright[b]:
                 light = weights.light
         widest = 0
         for p in range(len(plane_rays)):
             widest = max(widest, plane_rays[p])
         filled = max(widest / rays - weights.most_share, 0.0) + max(largest / rays - weights.most_share, 0.0)
-        value = weights.depth * depth / rays + weights.objects * (1.0 - 0.8**objects) - weights.near * near / rays
-        value += light - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects, 0)
+        value = weights.depth * depth / rays + weights.objects * (1.0 - 0.8 ** (objects - 0.5 * cut)) - weights.near * near / rays
+        value += light + weights.shown * shown / rays - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects, 0)
         values[centre] = value - (_REFUSED if 2 * close > rays else 0.0)
 
 

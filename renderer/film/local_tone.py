@@ -1,9 +1,9 @@
-"""Local tone mapping: what is broad in the light is compressed, what is fine keeps its contrast: a room and its windows are readable.
+"""Local tone mapping by exposure fusion: from one picture several are made, as if exposed shorter, and of each what it shows well is kept.
 
-The base layer of the logarithm of luminance is what a guided filter leaves of it, which smooths but keeps edges (K. He, J. Sun and
-X. Tang, "Guided Image Filtering", IEEE PAMI 35, 2013); the detail is the rest (F. Durand and J. Dorsey, "Fast Bilateral Filtering for the
-Display of High-Dynamic-Range Images", SIGGRAPH 2002).  The base is drawn towards middle grey by the same function in every frame, so
-frames agree.
+T. Mertens, J. Kautz and F. Van Reeth, "Exposure Fusion", Pacific Graphics 2007, with exposures made from one, as telephones do (S. W.
+Hasinoff et al., "Burst Photography for High Dynamic Range and Low-Light Imaging on Mobile Cameras", SIGGRAPH Asia 2016).  They are blended
+by Laplacian pyramids (P. J. Burt and E. H. Adelson, "A Multiresolution Spline", ACM Transactions on Graphics 2, 1983).  Weights hang on the
+light alone and not on the frame, so frames agree.
 """
 
 from __future__ import annotations
@@ -13,94 +13,71 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.kernel import entry, kernel
+import kernel_cache.elementary as el
+from renderer.core.color import LUMINANCE
+from scene_description.products import matmul
 
 MIDDLE_GREY = 0.18
-"""Light, in multiples of white, whose base stays."""
+"""Light, in multiples of white, that stays as it is."""
 
-_RADIUS_SHARE = 1.0 / 12.0
-"""Of the image's width, the radius of the filter's windows."""
-_EDGE_STOPS = 0.6
-"""Deviation of a window, in stops, from which on an edge rather counts as one."""
-_LEAST = 1e-4
+_STEP_STOPS = 2.0
+"""Most stops between one exposure and the next."""
+_HALF_LIGHT = 0.6
+"""Light, in multiples of white, that an exposure shows at half of the most that it can; tones are the root of that share."""
+_BEST_TONE, _TONE_SPREAD = 0.7, 0.15
+_COARSEST = 20
+"""Pixels of the shorter side below which a pyramid ends."""
+_LEAST_LIGHT, _LEAST_TONE, _MOST_TONE = 1e-6, 1e-3, 0.998
+
+Tones = NDArray[np.float64]
 
 
-def compress_base(light: NDArray[np.float32], span_stops: float) -> NDArray[np.float32]:
-    """Return light (height, width, 3), in multiples of white, with its base layer within so many stops: 2.3 is 5:1, more is less.
+def merge_exposures(light: NDArray[np.float32], stops: float) -> NDArray[np.float32]:
+    """Return light (height, width, 3), in multiples of white, as merged from exposures of which the shortest is ``stops`` below this one.
 
-    A base d stops away from middle grey is shown d / (1 + |d| / l) stops away, l being half the span; colours keep their hue.
+    Colours keep their hue, and an even grey of 0.18 stays as it is.
     """
-    height, width = light.shape[:2]
-    stops, scratch = np.empty((height, width)), np.empty((4, height, width))
-    shown = np.empty((height, width, 3), np.float32)
-    _take_stops(light, stops)
-    _guide(stops, max(1, round(_RADIUS_SHARE * width)), _EDGE_STOPS**2, scratch)
-    _compress(light, scratch[0], 0.5 * span_stops, shown)
-    return shown
+    luminance = np.maximum(matmul(light.astype(np.float64).reshape(-1, 3), LUMINANCE).reshape(light.shape[:2]), _LEAST_LIGHT)
+    scale = MIDDLE_GREY / _merged(np.full((1, 1), MIDDLE_GREY), stops)
+    return np.asarray(light * (scale * _merged(luminance, stops) / luminance).astype(np.float32)[..., None])
 
 
-@entry
-def _take_stops(light: NDArray[np.float32], stops: NDArray[np.float64]) -> None:
-    """Write the stops of luminance above middle grey."""
-    for y in range(light.shape[0]):
-        for x in range(light.shape[1]):
-            luminance = 0.2126 * light[y, x, 0] + 0.7152 * light[y, x, 1] + 0.0722 * light[y, x, 2]
-            stops[y, x] = math.log2(max(luminance, _LEAST) / MIDDLE_GREY)
+def _merged(luminance: Tones, stops: float) -> Tones:
+    """Return the luminance (height, width) that merged exposures show."""
+    gains = [math.pow(0.5, below) for below in np.linspace(0.0, stops, math.ceil(stops / _STEP_STOPS) + 1).tolist()]
+    tones = np.stack([np.sqrt(gain * luminance / (gain * luminance + _HALF_LIGHT)) for gain in gains])
+    off = (tones - _BEST_TONE) / _TONE_SPREAD
+    weights = el.exp(-0.5 * off * off)
+    share = np.clip(_fuse(tones, weights / weights.sum(axis=0)), _LEAST_TONE, _MOST_TONE)
+    share = share * share
+    return np.asarray(_HALF_LIGHT * share / (1.0 - share))
 
 
-@entry
-def _guide(image: NDArray[np.float64], radius: int, edge: float, scratch: NDArray[np.float64]) -> None:
-    """Write the guided filter of an image by itself to scratch[0]; scratch (4, height, width)."""
-    height, width = image.shape
-    slope, offset, passing, row = scratch[0], scratch[1], scratch[2], scratch[3]
-    for y in range(height):
-        for x in range(width):
-            offset[y, x] = image[y, x]
-            slope[y, x] = image[y, x] * image[y, x]
-    _box_mean(slope, radius, passing, row)
-    _box_mean(offset, radius, passing, row)
-    for y in range(height):
-        for x in range(width):
-            mean = offset[y, x]
-            variance = max(slope[y, x] - mean * mean, 0.0)
-            slope[y, x] = variance / (variance + edge)
-            offset[y, x] = (1.0 - slope[y, x]) * mean
-    _box_mean(slope, radius, passing, row)
-    _box_mean(offset, radius, passing, row)
-    for y in range(height):
-        for x in range(width):
-            slope[y, x] = slope[y, x] * image[y, x] + offset[y, x]
+def _fuse(tones: Tones, weights: Tones) -> Tones:
+    """Return the blend (height, width) of images (exposures, height, width): details at each scale by weights of that scale."""
+    if min(tones.shape[1:]) < _COARSEST:
+        return np.asarray((tones * weights).sum(axis=0))
+    coarse = _halved(tones)
+    detail = tones - _doubled(coarse, tones.shape[1:])
+    return np.asarray((detail * weights).sum(axis=0) + _doubled(_fuse(coarse, _halved(weights)), tones.shape[1:]))
 
 
-@kernel
-def _box_mean(image: NDArray[np.float64], radius: int, passing: NDArray[np.float64], sums: NDArray[np.float64]) -> None:
-    """Replace an image by the means over squares of 2 radius + 1 pixels, as far as they lie in it; sums run along rows, then columns."""
-    height, width = image.shape
-    for y in range(height):
-        total = 0.0
-        for x in range(width):
-            total += image[y, x]
-            sums[y, x] = total
-        for x in range(width):
-            low, high = x - radius - 1, min(x + radius, width - 1)
-            passing[y, x] = (sums[y, high] - (sums[y, low] if low >= 0 else 0.0)) / (high - max(low, -1))
-    for x in range(width):
-        sums[0, x] = passing[0, x]
-    for y in range(1, height):
-        for x in range(width):
-            sums[y, x] = sums[y - 1, x] + passing[y, x]
-    for y in range(height):
-        low, high = y - radius - 1, min(y + radius, height - 1)
-        for x in range(width):
-            image[y, x] = (sums[high, x] - (sums[low, x] if low >= 0 else 0.0)) / (high - max(low, -1))
+def _halved(images: Tones) -> Tones:
+    """Return images (..., height, width) at half the size: binomial filter of five taps along both axes, every other pixel."""
+    for axis in (-2, -1):
+        line = np.moveaxis(images, axis, -1)
+        line = np.concatenate([line[..., :1], line[..., :1], line, line[..., -1:], line[..., -1:]], axis=-1)
+        inner, outer = line[..., 1:-3] + line[..., 3:-1], line[..., :-4] + line[..., 4:]
+        images = np.moveaxis((0.375 * line[..., 2:-2] + 0.25 * inner + 0.0625 * outer)[..., ::2], -1, axis)
+    return images
 
 
-@entry
-def _compress(light: NDArray[np.float32], base: NDArray[np.float64], most_stops: float, shown: NDArray[np.float32]) -> None:
-    """Write light times what its base is compressed by."""
-    for y in range(light.shape[0]):
-        for x in range(light.shape[1]):
-            stops = base[y, x]
-            factor = np.float32(2.0 ** (stops / (1.0 + abs(stops) / most_stops) - stops))
-            for c in range(3):
-                shown[y, x, c] = light[y, x, c] * factor
+def _doubled(images: Tones, size: tuple[int, ...]) -> Tones:
+    """Return images (..., h, w) at twice their size, (..., *size), by the same filter between their pixels."""
+    for axis, length in zip((-2, -1), size, strict=True):
+        line = np.moveaxis(images, axis, -1)
+        line = np.concatenate([line[..., :1], line, line[..., -1:]], axis=-1)
+        even = 0.75 * line[..., 1:-1] + 0.125 * (line[..., :-2] + line[..., 2:])
+        odd = 0.5 * (line[..., 1:-1] + line[..., 2:])
+        images = np.moveaxis(np.stack([even, odd], axis=-1).reshape(*even.shape[:-1], -1)[..., :length], -1, axis)
+    return images

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 import kernel_cache.elementary as el
 from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
-from renderer.film.local_tone import compress_base
+from renderer.film.local_tone import merge_exposures
 from renderer.film.white_balance import Chromaticity, adaptation
 from scene_description.color_temperature import D65_XY
 from scene_description.products import inverse, matmul
@@ -71,13 +71,13 @@ def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb", black: float =
     return codes
 
 
-def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb", base_stops: float = 0.0) -> NDArray[np.uint8]:
+def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb", local_stops: float = 0.0) -> NDArray[np.uint8]:
     """Return what a camera shows of luminance (height, width, 3) in cd/m2: sRGB, uint8.
 
-    ``base_stops``: of local tone mapping, as :func:`renderer.film.local_tone.compress_base` has it; 0 for none.
+    ``local_stops``: of local tone mapping, as :func:`renderer.film.local_tone.merge_exposures` has it; 0 for none.
     """
     light = balance(radiance, exposure)
-    return encode_srgb(compress_base(light, base_stops) if base_stops else light, curve, exposure.black)
+    return encode_srgb(merge_exposures(light, local_stops) if local_stops else light, curve, exposure.black)
 
 
 def from_display(codes: NDArray[np.uint8], exposure: Exposure, curve: str = "srgb") -> NDArray[np.float32]:

@@ -11,7 +11,7 @@ from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
-from renderer.models.soft import garment, heap
+from renderer.models.soft import coat, heap
 from renderer.models.wall_things import crook
 
 
@@ -51,8 +51,8 @@ def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     for side, tier in ((0.0, height - 0.16), (math.pi, height - 0.2)):
         a = side + rng.uniform(-0.2, 0.2)
         low = height * rng.uniform(0.3, 0.42)
-        coat = garment(rng, (-0.36 * r, -0.62 * r, low), (0.36 * r, 0.62 * r, tier))
-        coats.append(moved(rotated(coat, "z", a), 0.52 * r * math.cos(a), 0.52 * r * math.sin(a)))
+        cloth = coat(rng, (-0.36 * r, -0.8 * r, low), (0.36 * r, 0.8 * r, tier))
+        coats.append(moved(rotated(cloth, "z", a), 0.52 * r * math.cos(a), 0.52 * r * math.sin(a)))
     return {"pole": pieces, "hooks": hooks, "coat_0": coats[0], "coat_1": coats[1]}
 
 

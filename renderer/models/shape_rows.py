@@ -22,7 +22,7 @@ from renderer.geometry.lofts import bent, loft, lying, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rotated, rounded_box, sheet, slab, stretched, sweep
 from renderer.models.model import Model, Pieces, Size
-from renderer.models.soft import SHOULDERS, cushion, garment, heap, pillow, wrinkles
+from renderer.models.soft import SHOULDERS, coat, cushion, garment, heap, pillow, wrinkles
 from scene_description.share import config_path
 from scene_description.yaml_text import read_yaml
 
@@ -89,10 +89,16 @@ _FACING: Mapping[str, tuple[int, int, int]] = {"z": (0, 1, 2), "x": (1, 2, 0), "
 
 
 def _prism(frame: Frame, value: Any, row: Row) -> Mesh:
-    """A prism over an outline across ``axis``, between the two shares of ``span``; the outline is that of the two other axes, in turn."""
+    """A prism over an outline across ``axis``, between the two shares of ``span``; the outline is that of the two other axes, in turn.
+
+    ``cut``: how often the outline's corners are cut at a quarter of its edges, which makes it a smooth curve (G. Chaikin, 1974).
+    """
     first, second, along = _FACING[row.get("axis", "z")]
     scale = np.array([frame.half_d, frame.half_w, frame.height])
     outline = frame.outline(value) * scale[[first, second]]
+    for _ in range(row.get("cut", 0)):
+        ahead = np.roll(outline, -1, axis=0)
+        outline = np.stack([0.75 * outline + 0.25 * ahead, 0.25 * outline + 0.75 * ahead], axis=1).reshape(-1, 2)
     ahead = np.roll(outline, -1, axis=0)
     if float((outline[:, 0] * ahead[:, 1] - outline[:, 1] * ahead[:, 0]).sum()) < 0.0:
         outline = outline[::-1]
@@ -158,16 +164,16 @@ def _heap(frame: Frame, value: Any, row: Row) -> Mesh:
     return heap(frame.rng, low, high)
 
 
-def _coat(frame: Frame, value: Any, row: Row) -> Mesh:
-    """A garment that hangs between two corners; ``shape``: its widths from collar to hem, or those of a coat."""
+def _hanging(make: Callable[..., Mesh], frame: Frame, value: Any, row: Row) -> Mesh:
+    """A garment or a coat that hangs between two corners; ``shape``: its widths from collar to hem."""
     shape = row.get("shape")
     low, high = (frame.at(corner) for corner in value)
-    return garment(frame.rng, low, high, SHOULDERS if shape is None else np.column_stack([np.linspace(0.0, 1.0, len(shape)), shape]))
+    return make(frame.rng, low, high, SHOULDERS if shape is None else np.column_stack([np.linspace(0.0, 1.0, len(shape)), shape]))
 
 
 SOLIDS: Mapping[str, Callable[[Frame, Any, Row], Mesh]] = {
     "lathe": _lathe, "box": _box, "loft": _loft, "prism": _prism, "tube": _tube, "arc": _arc, "strip": _strip,
-    "stuffed": _stuffed, "heap": _heap, "coat": _coat,
+    "stuffed": _stuffed, "heap": _heap, "garment": partial(_hanging, garment), "coat": partial(_hanging, coat),
 }  # fmt: skip
 """The kinds of pieces."""
 

@@ -13,7 +13,18 @@ import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import grid_way
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, rotated, rounded_template, rounded_uvs, sheet, smooth_normals
+from renderer.geometry.shapes import (
+    grid_faces,
+    lathe,
+    make_mesh,
+    merged,
+    rotated,
+    rounded_template,
+    rounded_uvs,
+    sheet,
+    smooth_normals,
+    sweep,
+)
 from scene_description.products import norm
 
 
@@ -371,7 +382,7 @@ def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Ar
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
     vv, aa = np.meshgrid(np.linspace(0.0, 1.0, 13), np.linspace(0.0, 2.0 * math.pi, 31), indexing="ij")
     spread = np.interp(vv, *np.asarray(shape, np.float64).T)
-    folds = 1.0 + 0.16 * vv * el.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.07 * vv * el.cos(12.0 * aa + 3.0 * vv)
+    folds = 1.0 + 0.1 * vv * el.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.05 * vv * el.cos(12.0 * aa + 3.0 * vv)
     soft = 1.0 + 0.04 * wrinkles(rng, el.cos(aa) + vv, el.sin(aa) + vv, 6, 0.5, 1.5)
     radius = spread * folds * soft
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
@@ -381,3 +392,23 @@ def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Ar
     inner = rings * (0.9, 0.9, 1.0) - (0.0, 0.0, 0.004)
     centre = (middle[0], middle[1], 0.0)
     return sheet(rings[:, ::-1] + centre, inner[:, ::-1] + centre)
+
+
+_SLEEVE = ((0.0, 0.3, 0.93), (0.15, 0.52, 0.9), (0.3, 0.78, 0.78), (0.2, 0.9, 0.6), (0.35, 0.88, 0.46), (0.5, 0.82, 0.36))
+"""Way of a sleeve from the shoulder to the cuff, as shares of half a coat's depth, half its width and its length."""
+_COLLAR = ((0.62, 0.0, 0.9), (0.45, 0.2, 0.96), (0.0, 0.27, 0.99), (-0.4, 0.0, 1.0), (0.0, -0.27, 0.99), (0.45, -0.2, 0.96), (0.62, 0, 0.9))
+
+
+def coat(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: ArrayLike = SHOULDERS) -> Mesh:
+    """Return a coat that hangs between two corners (3,): a garment with a collar and two sleeves that hang beside it."""
+    a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    half, middle = 0.5 * (b - a), 0.5 * (a + b)
+    origin, scale = np.array([middle[0], middle[1], a[2]]), np.array([half[0], half[1], b[2] - a[2]])
+    inset = np.array([0.1 * half[0], 0.3 * half[1], 0.0])
+    pieces = [garment(rng, a + inset, b - inset, shape)]
+    thick = min(0.62 * half[0], 0.3 * half[1])
+    for side in (1.0, -1.0):
+        way = np.array(_SLEEVE) * (1.0, side, 1.0) + rng.normal(0.0, 0.015, (len(_SLEEVE), 3))
+        pieces.append(sweep(origin + way * scale, np.linspace(thick, 0.62 * thick, len(_SLEEVE)), 8))
+    pieces.append(sweep(origin + np.array(_COLLAR) * scale, 0.14 * half[0], 6))
+    return merged(*pieces)

@@ -69,7 +69,11 @@ class RenderConfig:
     ] = "camera"
     local_tone_stops: Annotated[
         float,
-        Limits(ge=0.0, le=20.0, description="Stops within which local tone mapping shows broad light: 2.3 as telephones do, 5:1; 0: none"),
+        Limits(
+            ge=0.0,
+            le=20.0,
+            description="Stops from the longest to the shortest exposure that local tone mapping merges, 6 as telephones; 0: none",
+        ),
     ] = 0.0
     grain: Annotated[float, Limits(ge=0.0, le=20.0, description="Deviation of the grain of the picture in codes, of 255; 0: none")] = 0.0
     cache_spacing_m: Annotated[

@@ -71,6 +71,8 @@ class Setting(NamedTuple):
     street_y_m: float
     half_street_m: float
     fence_y_m: float = 0.0
+    belt: int = 0
+    """Trees of the belt behind everything."""
 
 
 _DETACHED = ((5.0, 9.0), (8.0, 12.0), (1, 2))
@@ -81,7 +83,7 @@ SETTINGS: dict[str, Setting] = {
             Row((-30.0, -25.0), -1.0, *_DETACHED),
             Row((4.0, 5.0), -1.0, (4.0, 6.0), (9.0, 12.0), (1, 2), 12.0),
         ),
-        0.1, (9, 16), (4.0, 9.0), (-15.0, 8.2, 18.6), 13.0, 2.8, -9.0,
+        0.1, (18, 28), (4.0, 11.0), (-15.0, 8.2, 18.6), 13.0, 2.8, -9.0, 50,
     ),
     "town": Setting(
         (
@@ -89,11 +91,11 @@ SETTINGS: dict[str, Setting] = {
             Row((-34.0, -28.0), -1.0, (0.0, 4.0), (12.0, 20.0), (3, 5)),
             Row((5.0, 5.5), -1.0, (0.0, 0.5), (10.0, 15.0), (3, 4), 12.0),
         ),
-        0.35, (6, 12), (6.0, 11.0), (-24.0,), 11.0, 3.4,
+        0.35, (14, 24), (6.0, 12.0), (-24.0,), 11.0, 3.4, belt=30,
     ),
     "country": Setting(
         (Row((34.0, 42.0), 1.0, (25.0, 60.0), (9.0, 13.0), (1, 2)), Row((-60.0, -48.0), -1.0, (30.0, 70.0), (10.0, 18.0), (1, 2))),
-        0.0, (16, 30), (5.0, 14.0), (-12.0,), 20.0, 2.2, 8.5,
+        0.0, (26, 40), (5.0, 14.0), (-12.0,), 20.0, 2.2, 8.5, 70,
     ),
 }  # fmt: skip
 """Name -> what it has; written by hand, after common distances and sizes."""
@@ -111,6 +113,9 @@ _ROOFS = ((0.24, 0.09, 0.06), (0.10, 0.10, 0.11), (0.17, 0.10, 0.08), (0.06, 0.0
 _LEAVES = ((0.045, 0.085, 0.025), (0.06, 0.10, 0.03), (0.03, 0.065, 0.025), (0.09, 0.11, 0.03))
 BARK = 2.0
 """Last column of a ball of bark."""
+_BELT_M = (38.0, 62.0)
+_FULL_LEAVES_M = 14.0
+"""Distance beyond which crowns have fewer balls of leaves, larger ones."""
 _REACH_M = 70.0
 _KEPT_FREE_M = 4.5
 """No tree stands nearer to the room than this."""
@@ -256,35 +261,45 @@ def _box(
 
 
 def _trees(rng: np.random.Generator, setting: Setting) -> tuple[list[tuple[float, float, float, float]], list[Array]]:
-    """Return spheres about crowns, and for each the balls of leaves that it is made of."""
+    """Return spheres about crowns, and for each the balls of leaves that it is made of: trees between the houses, and a belt far behind."""
+    count = int(rng.integers(setting.trees[0], setting.trees[1] + 1))
     crowns: list[tuple[float, float, float, float]] = []
     clumps: list[Array] = []
-    while len(crowns) < int(setting.trees[0]) or (len(crowns) < setting.trees[1] and rng.random() < 0.7):
-        x, y = float(rng.uniform(-32.0, 32.0)), float(rng.uniform(-30.0, 30.0))
+    while len(crowns) < count + setting.belt:
+        x, y = (float(v) for v in rng.uniform(-30.0, 30.0, 2))
+        if len(crowns) >= count:
+            scale = float(rng.uniform(*_BELT_M)) / max(math.hypot(x, y), 1.0)
+            x, y = scale * x, scale * y
         height = float(rng.uniform(*setting.tree_height_m))
-        radius = height * float(rng.uniform(0.26, 0.36))
+        radius = height * float(rng.uniform(0.32, 0.44))
         if math.hypot(x, y) < radius + _KEPT_FREE_M or abs(y - setting.street_y_m) < setting.half_street_m:
             continue
-        z = height - radius
+        z = height - 1.1 * radius if len(crowns) < count else 0.85 * radius
         crowns.append((x, y, z, radius))
-        clumps.append(_crown(rng, (x, y, z), radius, int(200 + 120 * height)))
+        clumps.append(_crown(rng, (x, y, z), radius, int((200 + 120 * height) * min(1.0, _FULL_LEAVES_M / math.hypot(x, y)))))
     return crowns, clumps
 
 
 def _crown(rng: np.random.Generator, center: tuple[float, float, float], radius: float, count: int) -> Array:
-    """Return balls of leaves (count + trunk, CLUMP) within a crown, darker towards its middle and its lower side."""
-    away = rng.standard_normal((count, 3))
-    away /= np.sqrt((away * away).sum(axis=1, keepdims=True))
-    deep = np.sqrt(rng.random((count, 1))) * np.where(rng.random((count, 1)) < 0.8, 1.0, 0.6)
-    lumps = 1.0 + 0.25 * rng.standard_normal((count, 1))
-    place = np.array(center) + away * deep * radius * lumps * np.array([1.0, 1.0, 0.95])
-    size = radius * rng.uniform(0.05, 0.12, (count, 1))
+    """Return balls of leaves (count + trunk, CLUMP) in the lobes of a crown, darker towards its middle and its lower side."""
+    lobes = _directions(rng, int(rng.integers(7, 12))) * rng.uniform(0.25, 0.62, (1, 1)) * np.array([1.0, 1.0, 1.25])
+    which = rng.integers(len(lobes), size=count)
+    lobe = rng.uniform(0.34, 0.52, len(lobes))[which, None]
+    offset = lobes[which] + lobe * _directions(rng, count) * np.sqrt(rng.random((count, 1)))
+    deep = np.sqrt((offset * offset).sum(axis=1, keepdims=True))
+    size = radius * rng.uniform(0.03, 0.09, (count, 1)) * math.sqrt(600.0 / max(count, 150))
     color = np.array(_LEAVES[int(rng.integers(len(_LEAVES)))]) * rng.uniform(0.75, 1.3, (count, 1))
-    lit = 0.35 + 0.65 * np.clip(0.75 * deep + 0.35 * away[:, 2:], 0.0, 1.0)
+    lit = 0.35 + 0.65 * np.clip(0.75 * deep + 0.35 * offset[:, 2:] / np.maximum(deep, 0.1), 0.0, 1.0)
     steps = np.arange(0.1, center[2], 0.16)[:, None]
     trunk = np.hstack([np.full_like(steps, center[0]), np.full_like(steps, center[1]), steps, np.full_like(steps, 0.03 + 0.045 * radius)])
     bark = np.broadcast_to(np.array([0.11, 0.085, 0.065, BARK]), (len(steps), 4))
-    return np.vstack([np.hstack([place, size, color, lit]), np.hstack([trunk, bark])])
+    return np.vstack([np.hstack([np.array(center) + radius * offset, size, color, lit]), np.hstack([trunk, bark])])
+
+
+def _directions(rng: np.random.Generator, count: int) -> Array:
+    """Return unit vectors (count, 3), evenly spread."""
+    away = rng.standard_normal((count, 3))
+    return np.asarray(away / np.sqrt((away * away).sum(axis=1, keepdims=True)))
 
 
 def _hedge(rng: np.random.Generator, y: float) -> Array:

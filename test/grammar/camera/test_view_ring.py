@@ -51,6 +51,7 @@ PLAIN = ViewWeights(
     most_share=0.35,
     depth=1.0,
     objects=2.0,
+    shown=0.0,
     near=3.0,
     filled=0.0,
     missing=0.0,
@@ -69,18 +70,29 @@ def test_value_of_a_view_is_its_formula() -> None:
     assert wall[10] == pytest.approx(0.125 - 3.0), "a wall is not as much in the way as a thing"
     values = view_values(ring, DARK, 0, 3, PLAIN)
     assert values[30] == pytest.approx(0.5)
-    assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8**2) - 2 * 3.0)
-    assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - 0.8) - 2 * 3.0 / 3)
+    assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8) - 2 * 3.0), "two things, both cut by the view's lower edge"
+    assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - math.sqrt(0.8)) - 2 * 3.0 / 3)
     # what each of the other terms adds
     filled = view_values(ring, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values
     assert filled[10] == pytest.approx(-1.5 * (2 / 3 - 0.35)) and filled[30] == 0.0, "two of three rays meet the first box"
     wide = ring._replace(plane=np.zeros_like(hit))
     assert (view_values(wide, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values)[30] == pytest.approx(-1.5 * 0.65), "a plane"
     assert (view_values(ring, DARK, 0, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-0.5, -1.0, -1.5])
+    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(shown=0.6)) - values)[[10, 12, 30]] == pytest.approx([0.6, 0.2, 0.0])
     assert (view_values(ring, np.array([False, True]), 0, 3, PLAIN._replace(light=0.7)) - values)[[10, 12, 30]] == pytest.approx(
         [0.7, 0, 0]
     )
     assert (view_values(ring, DARK, 0, 3, PLAIN._replace(least_depth_m=1.0)) - values)[[10, 12]] == pytest.approx([-5.0, 0.0]), "refused"
+
+
+def test_what_is_cut_by_sides_or_lower_edge_counts_half() -> None:
+    hit = np.full((RING_COLUMNS, 3), -1)
+    hit[10, 1] = 0
+    ring = ring_of(np.full((RING_COLUMNS, 3), 2.0), hit)
+    only = PLAIN._replace(depth=0.0, near=0.0)
+    assert view_values(ring, DARK, 0, 3, only)[[10, 11, 12]] == pytest.approx([0.4, 2.0 * (1 - math.sqrt(0.8)), 0.0])
+    hit[10, 0] = 0
+    assert view_values(ring, DARK, 0, 3, only)[10] == pytest.approx(2.0 * (1 - math.sqrt(0.8)))
 
 
 def test_in_a_tiny_room_less_depth_is_enough() -> None:
