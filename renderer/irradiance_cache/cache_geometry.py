@@ -16,7 +16,7 @@ from renderer.irradiance_cache.atlas import build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
 from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
-from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
+from renderer.irradiance_cache.probing import Looks, find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.irradiance_cache.specular import SMOOTH
 from renderer.irradiance_cache.winding import seen_from_behind
@@ -69,8 +69,8 @@ class CacheGeometry:
             and something around it is not close by.
         shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
             area nobody sees, and where rays go on.
-        albedo, passed, glow: (n, 3) float32, what coarse nodes reflect, what they let through of light on the other side of their
-            sheet, and the luminance of screens and the like, cd/m2; behind: (n,) int32, the coarse node on that side, -1 for none.
+        looks: what the surfaces of coarse nodes do with light; behind: (n,) int32, the coarse node on the other side of their sheet, -1
+            for none.
         complete: whether :meth:`link` has ended.
     """
 
@@ -90,7 +90,7 @@ class CacheGeometry:
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
         count, rays = len(self.coarse.face), config.coarse_rays
-        self.albedo, self.passed, self.glow = np.zeros((3, count, 3), np.float32)
+        self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
         front = np.flatnonzero(self.behind >= 0)
         self.behind[self.behind[front]] = front
@@ -117,7 +117,7 @@ class CacheGeometry:
         rays = Rays(self._key, even_points(config.coarse_rays), np.float32(config.coarse_spacing_m), MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.passed, self.glow, *piece)
+            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.looks, *piece)
             room = make_sightings(PIECE * len(rays.pattern))
             rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
             self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
@@ -153,8 +153,7 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        light = (self.albedo, self.passed, self.glow, self.behind)
-        return sum(array.nbytes for array in (*tables, *light, self.far, self.worth, self.other, self.known, self.shining_area))
+        return sum(array.nbytes for array in (*tables, *self.looks, self.behind, self.far, self.worth, self.other, self.known, self.shining_area))
 
 
 def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import WIDE
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
@@ -18,7 +19,7 @@ from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scr
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits, TracedView
 
-_LEAST_SHARE, _ROUGHEST = np.float32(0.02), np.float32(0.6)
+_LEAST_SHARE = np.float32(0.02)
 _STRAY_RAYS = 16
 
 
@@ -40,8 +41,8 @@ class CachedIntegrator:
         """How long computing the nodes of the newest view took (s)."""
         self.strays = 0
         """Pixels of the newest view that no node knows: their light is computed for them alone."""
-        known = (store.atlas, store.rows, store.source, store.even, store.leaving, store.rays_of(_STRAY_RAYS))
-        self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, _ROUGHEST)
+        known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, store.rays_of(_STRAY_RAYS))
+        self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, WIDE)
 
     @property
     def size_bytes(self) -> int:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.layers import COAT_F0
 from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
-from renderer.bsdf.reflectance import rough_albedo
+from renderer.bsdf.reflectance import rough_shares
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
@@ -288,17 +288,21 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
         if scratch.rays.alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
             continue
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
-        albedo_r, albedo_g, albedo_b = rough_albedo(lanes, k)
+        matt, mirrored = rough_shares(lanes, k)
         if lanes[ln.OUTSIDE + k] > _ZERO:
             # What is outside is lit by all of the sky.
             lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+            around_r, around_g, around_b = lit_r, lit_g, lit_b
         else:
-            lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, lanes[ln.COS_FRONT + k] > _ZERO, k, memory)
+            front = lanes[ln.COS_FRONT + k] > _ZERO
+            lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, front, k, memory)
+            around_r, around_g, around_b, _ = _look_up(tables, tables.around, front, k, memory)
             if not found:
                 lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
-        r = (le_r + albedo_r * lit_r) * lanes[ln.BETA_R + k]
-        g = (le_g + albedo_g * lit_g) * lanes[ln.BETA_G + k]
-        b = (le_b + albedo_b * lit_b) * lanes[ln.BETA_B + k]
+                around_r, around_g, around_b = lit_r, lit_g, lit_b
+        r = (le_r + matt[0] * lit_r + mirrored[0] * around_r) * lanes[ln.BETA_R + k]
+        g = (le_g + matt[1] * lit_g + mirrored[1] * around_g) * lanes[ln.BETA_G + k]
+        b = (le_b + matt[2] * lit_b + mirrored[2] * around_b) * lanes[ln.BETA_B + k]
         if through:
             primary[rec.LIGHT, k] += (_ONE - primary[rec.SHARE, k]) * primary[rec.BASE, k] * r
             primary[rec.LIGHT + 1, k] += (_ONE - primary[rec.SHARE + 1, k]) * primary[rec.BASE + 1, k] * g

@@ -224,3 +224,14 @@ def test_a_window_shows_in_an_upright_door_without_a_step_where_the_horizon_is()
     traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=256, threads=2).radiance[..., 1]
     assert traced.mean() > 1.0 and cached.mean() == pytest.approx(traced.mean(), rel=0.1)
     assert np.abs(np.diff(cached.mean(axis=1), 2)).max() < 0.05 * cached.mean()
+
+
+@pytest.mark.parametrize(("roughness", "error"), [(0.35, 0.1), (0.15, 0.2)])
+def test_metal_shows_a_polished_dark_floor_without_the_lamp_that_it_mirrors_elsewhere(roughness, error):
+    """The lamp hangs above the floor: what of its light the floor's gloss mirrors goes up, not to the metal."""
+    floor = quad((-3, -1, 0), (6, 0, 0), (0, 3, 0), color=(0.05, 0.05, 0.05), roughness=0.3, ior=1.5)
+    metal = quad((-1, 2, 0), (2, 0, 0), (0, 0, 1), color=(0.6, 0.6, 0.6), metallic=1.0, roughness=roughness)
+    lamp = quad((-0.3, 0.7, 3), (0, 0.6, 0), (0.6, 0, 0), emission=(1000,) * 3, color=(0, 0, 0))
+    view = pose((0, 0, 0.8), (0, 2, 0.3))
+    traced = seen(floor, metal, lamp, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 0.1 and seen(floor, metal, lamp, view=view).mean() == pytest.approx(traced, rel=error)
