@@ -85,7 +85,9 @@ class CacheGeometry:
         charts = find_charts(flat.mesh, flat.face_part)
         hidden = charts.closed & ~seen_from_behind(flat.mesh, charts, _doubtful(scene, charts))
         sheets = flat.materials.diffuse_transmission[flat.parts.material] > 0.0
-        one_sided = hidden | ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
+        # Light goes on between the two faces of cloth, too.
+        one_sided = ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
+        one_sided |= hidden & ~sheets[flat.face_part]
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
@@ -123,7 +125,8 @@ class CacheGeometry:
             self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
 
         self._unlinked.run(workers, compute, cancelled)
-        valid = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) & (self.far > 0.0)
+        in_sheets = self.looks.passed.any(axis=1)
+        valid = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) & ((self.far > 0.0) | in_sheets)
         self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
 
         def resolve(worker: int, piece: tuple[int, int]) -> None:
@@ -136,7 +139,7 @@ class CacheGeometry:
         # where there are none tell nothing.
         self.known = valid[self.other]
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
-        shines = valid & ~_sends_rays_on(scene, coarse)
+        shines = valid & (self.far > 0.0) & ~_sends_rays_on(scene, coarse)
         self.shining_area = np.where(shines, coarse.area, np.float32(0.0))
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
         node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
@@ -153,7 +156,8 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        return sum(array.nbytes for array in (*tables, *self.looks, self.behind, self.far, self.worth, self.other, self.known, self.shining_area))
+        known = (self.behind, self.far, self.worth, self.other, self.known, self.shining_area)
+        return sum(array.nbytes for array in (*tables, *self.looks, *known))
 
 
 def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:

@@ -77,8 +77,8 @@ class Looks(NamedTuple):
     """What the surfaces of n nodes do with light, (n, 3) float32 each: means over the hemisphere of directions to the eye.
 
     albedo: what they reflect, for clear glass over all that does not go on through it; matt: what of that is not mirrored by lobes narrower
-    than :data:`renderer.bsdf.reflectance.WIDE`; passed: what they let through of light on their other side; glow: luminance of their own that no light sampling
-    finds, cd/m2.
+    than :data:`renderer.bsdf.reflectance.WIDE`; passed: what they let through of light on their other side; glow: luminance of their own
+    that no light sampling finds, cd/m2.
     """
 
     albedo: NDArray[np.float32]
