@@ -139,8 +139,8 @@ def sends_ray(where, x, y):
 @pytest.mark.parametrize(("where", "error"), [("metal", 0.2), ("gloss", 0.3), ("post", 0.8)])
 def test_the_rays_that_pixels_share_find_what_fills_a_tenth_of_their_lobe(where, error):
     """By a tent over 15 x 15 pixels, of which a half or a quarter send rays, or a half of an upright post two pixels wide; rms."""
-    y, x = np.mgrid[:64, :64]
-    noise = [from_python(pixel_noise)(int(u), int(v), np.uint32(23)) for u, v in zip(x.ravel(), y.ravel(), strict=True)]
+    (y, x), noise_of = np.mgrid[:64, :64], from_python(pixel_noise)
+    noise = [noise_of(int(u), int(v), np.uint32(23)) for u, v in zip(x.ravel(), y.ravel(), strict=True)]
     u, v = np.array(noise, np.float64).reshape(64, 64, 2).transpose(2, 0, 1)
     tent, errors = 8.0 - np.abs(np.arange(-7, 8)), []
     weights = sends_ray(where, x, y).astype(float)
