@@ -17,7 +17,7 @@ from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.reconstruction import Picture, aligned
-from renderer.irradiance_cache.records import CachedView, ShadeScratch
+from renderer.irradiance_cache.records import SHARP, CachedView, ShadeScratch
 from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.surface_tables import Surfaces
@@ -31,7 +31,7 @@ _CONTRAST = np.float32(0.03)
 _LONE = np.float32(0.6)
 """Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
 _METAL = np.float32(0.25)
-"""What has to be mirrored for a pixel not to lend its light: metal shows other things beside its middle, and thin parts have few others."""
+"""What has to be mirrored for a pixel not to lend its light: polished metal shows other things beside its middle."""
 _PER_PIXEL = 3
 OFFSETS = np.zeros((_PER_PIXEL, 2 * LANES), np.float32)
 """Where edge pixels are sampled beside their centre, as offsets of tiles' rays, in pixels: an even triangle, turned, about the centre."""
@@ -120,8 +120,8 @@ def smooth_edges(
 ) -> None:
     """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth``: a picture's light, a quarter at edges, and three more rays.
 
-    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on metal, and in pixels that
-    are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
+    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on polished metal, and in
+    pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
     scene, view, image = shown.scene, shown.traced, picture.light
     height, width, _ = image.shape
@@ -149,9 +149,9 @@ def smooth_edges(
 
 @inlined
 def _is_metal(picture: Picture, x: int, y: int) -> bool:
-    """Return whether a pixel shows mostly what its surface mirrors."""
-    share = picture.share[y, x]
-    return bool(picture.alpha[y, x] != _ZERO and max(share[0], share[1], share[2]) > _METAL)
+    """Return whether a pixel shows mostly what polished metal mirrors; rough metal shares rays with its neighbours."""
+    alpha, share = abs(picture.alpha[y, x]), picture.share[y, x]
+    return bool(alpha != _ZERO and alpha < SHARP and max(share[0], share[1], share[2]) > _METAL)
 
 
 @inlined
