@@ -11,6 +11,8 @@ from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
 
 _ZERO, _ONE, _BOUNDARY = np.float32(0.0), np.float32(1.0), np.float32(0.06)
+WIDE = np.float32(0.6)
+"""Roughness from which on a lobe counts as matt: it shows light from all around, and no mirror image."""
 
 
 @inlined
@@ -63,22 +65,21 @@ def coat_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> np.float32:
 
 
 @inlined
-def total_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
-    """Return all that leaves towards wo of even light, glass apart."""
-    r, g, b = diffuse_albedo(lanes, kinds, k)
-    specular_r, specular_g, specular_b = specular_albedo(lanes, kinds, k)
-    coat = coat_albedo(lanes, kinds, k)
-    return r + specular_r + coat, g + specular_g + coat, b + specular_b + coat
-
-
-@inlined
-def rough_albedo(lanes: NDArray[np.float32], k: int) -> Rgb:
-    """Return about what a surface reflects in all, from its material only: enough for what is seen in a mirror.
+def rough_shares(lanes: NDArray[np.float32], k: int) -> tuple[Rgb, Rgb]:
+    """Return about what a surface scatters, and what it mirrors, from its material only: enough for what is seen in a mirror.
 
     Opaque dielectrics and coats send back some 6 % at their boundary (the hemisphere's mean for an index of 1.5, rough), and the rest by
-    their colour; metals all by it.
+    their colour; metals all by it.  What is so rough that it shows no image scatters all.
     """
-    boundary = _BOUNDARY * (_ONE - lanes[ln.METALLIC + k]) if lanes[ln.IOR + k] > _ONE else _ZERO
-    boundary = max(boundary, _BOUNDARY * lanes[ln.COAT + k])
-    r, g, b = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
-    return r + boundary * (_ONE - r), g + boundary * (_ONE - g), b + boundary * (_ONE - b)
+    metallic, coat = lanes[ln.METALLIC + k], lanes[ln.COAT + k]
+    boundary = _BOUNDARY * (_ONE - metallic) if lanes[ln.IOR + k] > _ONE else _ZERO
+    boundary = max(boundary, _BOUNDARY * coat)
+    inner = _ONE - boundary
+    colored = metallic if lanes[ln.ROUGHNESS + k] < WIDE else _ZERO
+    plain = boundary if lanes[ln.ROUGHNESS + k] < WIDE or coat > _ZERO else _ZERO
+    r, g, b = lanes[ln.BASE_R + k] * inner, lanes[ln.BASE_G + k] * inner, lanes[ln.BASE_B + k] * inner
+    matt, scattered = _ONE - colored, boundary - plain
+    return (
+        (matt * r + scattered, matt * g + scattered, matt * b + scattered),
+        (colored * r + plain, colored * g + plain, colored * b + plain),
+    )

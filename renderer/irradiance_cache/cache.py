@@ -23,7 +23,7 @@ from renderer.irradiance_cache.close_nodes import share_noise
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
 from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
-from renderer.irradiance_cache.nodes import LIGHT, REACH, ROW, VALID, NodeLight, make_node_light, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import LIGHT, REACH, ROW, TOWARD, VALID, NodeLight, make_node_light, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
 from renderer.path.light_nodes import KnownLight
 
@@ -45,8 +45,9 @@ class IrradianceCache:
 
     Attributes:
         geometry: nodes and links; complete once solved.
-        luminance, even, leaving: (n, 3) float32, what leaves coarse nodes, cd/m2, smoothed illuminance over pi there, lux, and what of that
-            is reflected, with what sheets let through, cd/m2; once solved.
+        luminance, even, around, leaving: (n, 3) float32, what leaves coarse nodes, cd/m2, smoothed illuminance over pi there, lux, that by
+            other surfaces alone, and what of it is reflected to most places, with what sheets let through, cd/m2: what gloss mirrors of
+            lights goes elsewhere; once solved.
         source: that light as it is gathered; once solved.
         light, rows: what is known of fine nodes.
     """
@@ -85,33 +86,40 @@ class IrradianceCache:
         by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
         see_lights(scene.surfaces, geometry.sightings, by_mirrors)
         given = light.direct + light.indirect + light.sun[:, :3]
-        sheets = Sheets(geometry.behind, geometry.passed, np.zeros_like(luminance))
-        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, sheets, _MOST_SWEEPS, luminance)
-        self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
-        self.leaving = self.even * geometry.albedo + sheets.light[geometry.other]
+        looks = geometry.looks
+        sheets = Sheets(geometry.behind, looks.passed, np.zeros_like(luminance))
+        solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+        self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
+        self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + sheets.light[geometry.other]
         self.luminance = (luminance + sheets.light)[geometry.other]
         bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
         self._coarse_light = None
 
-    def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> NDArray[np.float32]:
-        """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored: the noise of their few rays shared by neighbours.
+    def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored, and that by other surfaces alone.
+
+        The noise of their few rays is shared by neighbours.
 
         ``reflected``: (n, 3), luminance without glow.
         """
         geometry, count = self.geometry, len(reflected)
-        albedo, far = geometry.albedo, geometry.far
+        albedo, far = geometry.looks.albedo, geometry.far
         lit = light.direct + light.sun[:, :3]
         total = np.divide(np.float32(np.pi) * reflected, albedo, out=np.zeros_like(reflected), where=albedo > 1e-3)
-        around = make_node_light(count)._replace(indirect=total - lit, direct=lit, valid=geometry.worth, open_m=_OPEN_M * far * far)
-        rows = np.zeros((count, ROW), np.float32)
-        smooth_nodes(self.coarse.grid, *geometry.coarse_grids, np.float32(self.config.coarse_spacing_m), np.arange(count), around, rows)
-        return np.asarray(rows[:, :3] * np.float32(1.0 / np.pi))
+        # What is smoothed as a direction elsewhere is light by surfaces here.
+        by_surfaces = np.maximum(total - lit - light.indirect, np.float32(0.0))
+        shared = make_node_light(count)._replace(indirect=total - lit, direct=lit, toward=by_surfaces)
+        shared, rows = shared._replace(valid=geometry.worth, open_m=_OPEN_M * far * far), np.zeros((count, ROW), np.float32)
+        smooth_nodes(self.coarse.grid, *geometry.coarse_grids, np.float32(self.config.coarse_spacing_m), np.arange(count), shared, rows)
+        inverse_pi = np.float32(1.0 / np.pi)
+        return inverse_pi * rows[:, LIGHT : LIGHT + 3], inverse_pi * rows[:, TOWARD : TOWARD + 3]
 
     @property
     def size_bytes(self) -> int:
         """Memory that the cache holds once it is solved, its geometry included."""
-        tables = (*self.light, *self.source.bright[:4], self.luminance, self.even, self.leaving, self.rows, self._filled, self._smooth_done)
+        coarse = (*self.source.bright[:4], self.luminance, self.even, self.around, self.leaving)
+        tables = (*self.light, *coarse, self.rows, self._filled, self._smooth_done)
         return self.geometry.size_bytes + sum(array.nbytes for array in tables)
 
     def shared(self, scene: TracedScene) -> IrradianceCache:

@@ -16,7 +16,7 @@ from renderer.irradiance_cache.atlas import build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
 from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
-from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
+from renderer.irradiance_cache.probing import Looks, find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.irradiance_cache.specular import SMOOTH
 from renderer.irradiance_cache.winding import seen_from_behind
@@ -69,8 +69,8 @@ class CacheGeometry:
             and something around it is not close by.
         shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
             area nobody sees, and where rays go on.
-        albedo, passed, glow: (n, 3) float32, what coarse nodes reflect, what they let through of light on the other side of their
-            sheet, and the luminance of screens and the like, cd/m2; behind: (n,) int32, the coarse node on that side, -1 for none.
+        looks: what the surfaces of coarse nodes do with light; behind: (n,) int32, the coarse node on the other side of their sheet, -1
+            for none.
         complete: whether :meth:`link` has ended.
     """
 
@@ -85,12 +85,14 @@ class CacheGeometry:
         charts = find_charts(flat.mesh, flat.face_part)
         hidden = charts.closed & ~seen_from_behind(flat.mesh, charts, _doubtful(scene, charts))
         sheets = flat.materials.diffuse_transmission[flat.parts.material] > 0.0
-        one_sided = hidden | ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
+        # Light goes on between the two faces of cloth, too.
+        one_sided = ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
+        one_sided |= hidden & ~sheets[flat.face_part]
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
         count, rays = len(self.coarse.face), config.coarse_rays
-        self.albedo, self.passed, self.glow = np.zeros((3, count, 3), np.float32)
+        self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
         front = np.flatnonzero(self.behind >= 0)
         self.behind[self.behind[front]] = front
@@ -117,13 +119,14 @@ class CacheGeometry:
         rays = Rays(self._key, even_points(config.coarse_rays), np.float32(config.coarse_spacing_m), MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.passed, self.glow, *piece)
+            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.looks, *piece)
             room = make_sightings(PIECE * len(rays.pattern))
             rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
             self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
 
         self._unlinked.run(workers, compute, cancelled)
-        valid = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) & (self.far > 0.0)
+        in_sheets = self.looks.passed.any(axis=1)
+        valid = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) & ((self.far > 0.0) | in_sheets)
         self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
 
         def resolve(worker: int, piece: tuple[int, int]) -> None:
@@ -136,7 +139,7 @@ class CacheGeometry:
         # where there are none tell nothing.
         self.known = valid[self.other]
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
-        shines = valid & ~_sends_rays_on(scene, coarse)
+        shines = valid & (self.far > 0.0) & ~_sends_rays_on(scene, coarse)
         self.shining_area = np.where(shines, coarse.area, np.float32(0.0))
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
         node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
@@ -153,8 +156,8 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        light = (self.albedo, self.passed, self.glow, self.behind)
-        return sum(array.nbytes for array in (*tables, *light, self.far, self.worth, self.other, self.known, self.shining_area))
+        known = (self.behind, self.far, self.worth, self.other, self.known, self.shining_area)
+        return sum(array.nbytes for array in (*tables, *self.looks, *known))
 
 
 def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import WIDE
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
@@ -18,7 +19,7 @@ from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scr
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits, TracedView
 
-_LEAST_SHARE, _ROUGHEST = np.float32(0.02), np.float32(0.6)
+_LEAST_SHARE = np.float32(0.02)
 _STRAY_RAYS = 16
 
 
@@ -35,13 +36,13 @@ class CachedIntegrator:
         self._memory = [make_shade_scratch(scratch) for scratch in scene.scratch]
         self._store = store
         self._none = make_edge_samples(0, 0, 0)
-        self._images = make_picture(0, 0), np.empty((0, 0, 3), np.float32), self._none
+        self._images = make_picture(0, 0), self._none
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
         self.strays = 0
         """Pixels of the newest view that no node knows: their light is computed for them alone."""
-        known = (store.atlas, store.rows, store.source, store.even, store.leaving, store.rays_of(_STRAY_RAYS))
-        self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, _ROUGHEST)
+        known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, store.rays_of(_STRAY_RAYS))
+        self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, WIDE)
 
     @property
     def size_bytes(self) -> int:
@@ -59,8 +60,8 @@ class CachedIntegrator:
         lit, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != (height, width):
             samples = make_edge_samples(height, width, len(self._store.atlas.face))
-            self._images = make_picture(height, width), np.empty((height, width, 3), np.float32), samples
-        picture, image, samples = self._images
+            self._images = make_picture(height, width), samples
+        picture, samples = self._images
         shown, smooth = CachedView(lit, self._tables, view, frame_key), np.empty((height, width, 3), np.float32)
         samples.is_read[:] = False
         for one in memory:
@@ -70,7 +71,7 @@ class CachedIntegrator:
             shade_hits(shown, self._none, memory[worker], picture, first, step)
 
         def smooth_rows(worker: int, first: int) -> None:
-            smooth_edges(shown, memory[worker], image, smooth, samples, first, step)
+            smooth_edges(shown, memory[worker], picture, smooth, samples, first, step)
 
         def shade_samples(worker: int, first: int) -> None:
             shade_hits(shown, samples, memory[worker], picture._replace(light=smooth), first, step)
@@ -78,7 +79,7 @@ class CachedIntegrator:
         workers.run(shade, range(step), cancelled)
         self.strays = sum(int(one.strays.met[0]) for one in memory)
         self._scene.in_rows(sum_across, lit.surfaces, view.hits, picture)
-        self._scene.in_rows(mix_gloss, lit.surfaces, view.hits, picture, image)
+        self._scene.in_rows(mix_gloss, lit.surfaces, view.hits, picture)
         workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
         workers.run(shade_samples, range(step), cancelled)

@@ -16,8 +16,8 @@ from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
-from renderer.irradiance_cache.reconstruction import aligned
-from renderer.irradiance_cache.records import CachedView, ShadeScratch
+from renderer.irradiance_cache.reconstruction import Picture, aligned
+from renderer.irradiance_cache.records import SHARP, CachedView, ShadeScratch
 from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.surface_tables import Surfaces
@@ -30,11 +30,13 @@ _BEND = np.float32(0.95)
 _CONTRAST = np.float32(0.03)
 _LONE = np.float32(0.6)
 """Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
+_METAL = np.float32(0.25)
+"""What has to be mirrored for a pixel not to lend its light: polished metal shows other things beside its middle."""
 _PER_PIXEL = 3
 OFFSETS = np.zeros((_PER_PIXEL, 2 * LANES), np.float32)
-"""Where edge pixels are sampled beside their centre: a rotated grid, as offsets of tiles' rays, in pixels."""
-OFFSETS[:, :LANES] = np.array([-0.375, 0.125, 0.375])[:, None]
-OFFSETS[:, LANES:] = np.array([0.125, 0.375, -0.125])[:, None]
+"""Where edge pixels are sampled beside their centre, as offsets of tiles' rays, in pixels: an even triangle, turned, about the centre."""
+OFFSETS[:, :LANES] = np.array([-0.26, -0.1, 0.36])[:, None]
+OFFSETS[:, LANES:] = np.array([0.26, -0.36, 0.1])[:, None]
 
 
 class EdgeSamples(NamedTuple):
@@ -94,33 +96,34 @@ def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], imag
 
 @inlined
 def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
-    """Return whether a pixel has much less light than each of its eight neighbours; none of the rim has."""
+    """Return whether a pixel has much less light than its eight neighbours, all but one of them at least; none of the rim has."""
     height, width, _ = image.shape
     if x == 0 or y == 0 or x + 1 == width or y + 1 == height:
         return False
-    least = np.float32(np.inf)
+    others = 0
     for v in range(y - 1, y + 2):
         for u in range(x - 1, x + 2):
-            least = min(least, image[v, u, 1] if u != x or v != y else least)
-    return bool(image[y, x, 1] < _LONE * least)
+            others += image[y, x, 1] >= _LONE * image[v, u, 1]
+    # It is no darker than itself.
+    return others <= 2
 
 
 @entry
 def smooth_edges(
     shown: CachedView,
     memory: ShadeScratch,
-    image: NDArray[np.float32],
+    picture: Picture,
     smooth: NDArray[np.float32],
     samples: EdgeSamples,
     first: int,
     step: int,
 ) -> None:
-    """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth`` with ``image``, edges by a quarter and by three more rays a pixel.
+    """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth``: a picture's light, a quarter at edges, and three more rays.
 
-    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, and in pixels that are much
-    darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
+    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on polished metal, and in
+    pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
-    scene, view = shown.scene, shown.traced
+    scene, view, image = shown.scene, shown.traced, picture.light
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):
@@ -137,11 +140,18 @@ def smooth_edges(
                     pixel = int(queue[6, begin + k])
                     y, x = row + pixel // TILE, column + pixel % TILE
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
-                    if found and not _is_lone(image, x, y):
+                    if found and not _is_metal(picture, u, v) and not _is_lone(image, x, y):
                         for channel in range(3):
                             smooth[y, x, channel] += _QUARTER * image[v, u, channel]
                     else:
                         _add_sample(shown.tables.fine, x, y, k, packet, samples)
+
+
+@inlined
+def _is_metal(picture: Picture, x: int, y: int) -> bool:
+    """Return whether a pixel shows mostly what polished metal mirrors; rough metal shares rays with its neighbours."""
+    alpha, share = abs(picture.alpha[y, x]), picture.share[y, x]
+    return bool(alpha != _ZERO and alpha < SHARP and max(share[0], share[1], share[2]) > _METAL)
 
 
 @inlined

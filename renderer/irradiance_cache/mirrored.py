@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.layers import COAT_F0
 from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
-from renderer.bsdf.reflectance import rough_albedo
+from renderer.bsdf.reflectance import rough_shares
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
@@ -28,14 +28,18 @@ from renderer.path.surfaces import evaluate_surfaces
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
-_LEAST_SHARE, _MOST_GAIN = np.float32(1e-6), np.float32(4.0)
+_LEAST_SHARE, _MOST_GAIN, _LOBES = np.float32(1e-6), np.float32(4.0), np.uint32(23)
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
 
 
 @inlined
 def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]:
-    """Return two numbers in [0, 1) for a pixel, far from those of its neighbours."""
+    """Return two numbers in [0, 1) for a pixel, far from those of its neighbours.
+
+    Their steps are powers of the plastic number (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018): those of any
+    block of pixels, of a row, or of every second one each way are evenly spread, and no block has those of another.
+    """
     a = (
         np.float32(mix_bits(key) >> np.uint32(8)) * np.float32(2.0**-24)
         + np.float32(0.7548777) * np.float32(x)
@@ -50,27 +54,12 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
 
 
 @inlined
-def lobe_point(x: int, y: int, rough: bool) -> tuple[np.float32, np.float32]:
-    """Return the point of the unit square by which a pixel samples its lobe: all of a tile of 4 x 4 pixels, or 8 x 8, have different ones.
-
-    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018).  Its first part is that of the
-    pixels that send a ray where not all do: those of even columns and rows of ``rough`` surfaces, of others every second one.
-    """
-    if rough:
-        i = (x >> 1) % 4 + 4 * ((y >> 1) % 4) + 16 * (2 * (y & 1) + (x & 1))
-    else:
-        i = (x % 4 >> 1) + 2 * (y % 4) + 8 * ((x + y) & 1)
-    u, v = np.float32(0.7548777) * np.float32(i) + _HALF, np.float32(0.5698403) * np.float32(i) + _HALF
-    return u - np.floor(u), v - np.floor(v)
-
-
-@inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Fill AHEAD, the direction of lane k's mirrored ray, world, sampled among the microfacets that are seen, and GAIN.
 
     SHARE is what they reflect in the mean; those that are tilted to the viewer reflect less, and some reflect into the surface.
     """
-    u, v = lobe_point(x, y, bool(primary[rec.ALPHA, k] > ROUGH))
+    u, v = pixel_noise(x, y, _LOBES)
     wo_x, wo_y, wo_z, alpha = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k], primary[rec.ALPHA, k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, u, v)
     half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
@@ -288,17 +277,21 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
         if scratch.rays.alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
             continue
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
-        albedo_r, albedo_g, albedo_b = rough_albedo(lanes, k)
+        matt, mirrored = rough_shares(lanes, k)
         if lanes[ln.OUTSIDE + k] > _ZERO:
             # What is outside is lit by all of the sky.
             lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+            around_r, around_g, around_b = lit_r, lit_g, lit_b
         else:
-            lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, lanes[ln.COS_FRONT + k] > _ZERO, k, memory)
+            front = lanes[ln.COS_FRONT + k] > _ZERO
+            lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, front, k, memory)
+            around_r, around_g, around_b, _ = _look_up(tables, tables.around, front, k, memory)
             if not found:
                 lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
-        r = (le_r + albedo_r * lit_r) * lanes[ln.BETA_R + k]
-        g = (le_g + albedo_g * lit_g) * lanes[ln.BETA_G + k]
-        b = (le_b + albedo_b * lit_b) * lanes[ln.BETA_B + k]
+                around_r, around_g, around_b = lit_r, lit_g, lit_b
+        r = (le_r + matt[0] * lit_r + mirrored[0] * around_r) * lanes[ln.BETA_R + k]
+        g = (le_g + matt[1] * lit_g + mirrored[1] * around_g) * lanes[ln.BETA_G + k]
+        b = (le_b + matt[2] * lit_b + mirrored[2] * around_b) * lanes[ln.BETA_B + k]
         if through:
             primary[rec.LIGHT, k] += (_ONE - primary[rec.SHARE, k]) * primary[rec.BASE, k] * r
             primary[rec.LIGHT + 1, k] += (_ONE - primary[rec.SHARE + 1, k]) * primary[rec.BASE + 1, k] * g

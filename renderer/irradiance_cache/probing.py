@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.reflectance import passed_albedo, total_albedo
+from renderer.bsdf.reflectance import WIDE, coat_albedo, diffuse_albedo, passed_albedo, specular_albedo
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.embree import SceneHandle, intersect16
@@ -71,6 +73,20 @@ def find_cuts(scene: SceneHandle, atlas: Atlas, grids: NDArray[np.int32], scratc
                     atlas.cuts[offset + (way >> 1), way & 1] = _HALF * (near + (far if thence else near))
 
 
+class Looks(NamedTuple):
+    """What the surfaces of n nodes do with light, (n, 3) float32 each: means over the hemisphere of directions to the eye.
+
+    albedo: what they reflect, for clear glass over all that does not go on through it; matt: what of that is not mirrored by lobes narrower
+    than :data:`renderer.bsdf.reflectance.WIDE`; passed: what they let through of light on their other side; glow: luminance of their own
+    that no light sampling finds, cd/m2.
+    """
+
+    albedo: NDArray[np.float32]
+    matt: NDArray[np.float32]
+    passed: NDArray[np.float32]
+    glow: NDArray[np.float32]
+
+
 _SLANTS = 4
 """From how many slopes a node is looked at, evenly by the cosine's square, so that their mean is that of the hemisphere."""
 
@@ -111,19 +127,13 @@ def reflect_nodes(
     atlas: Atlas,
     width_m: np.float32,
     scratch: Scratch,
-    albedo: NDArray[np.float32],
-    passed: NDArray[np.float32],
-    glow: NDArray[np.float32],
+    looks: Looks,
     first: int,
     end: int,
 ) -> None:
-    """Add to ``albedo``, ``passed`` and ``glow``, (n, 3) each, of nodes [first, end).
-
-    They are the hemisphere's mean of what the surface reflects, for clear glass over all that does not go on through it, what it lets
-    through of light on its other side, and luminance of its own that no light sampling finds, cd/m2.  ``width_m``: over how much of the
-    surface textures are averaged.
-    """
+    """Add to ``looks`` of nodes [first, end).  ``width_m``: over how much of the surface textures are averaged."""
     rays, lanes, surfaces = scratch.rays, scratch.lanes, scene.surfaces
+    albedo, matt, passed, glow = looks.albedo, looks.matt, looks.passed, looks.glow
     real, integer = rays.real, rays.integer
     share = _ONE / np.float32(_SLANTS)
     for begin in range(first, end, LANES):
@@ -151,15 +161,21 @@ def reflect_nodes(
             kinds = build_bsdfs(surfaces, True, scratch)
             for k in range(min(LANES, end - begin)):
                 node, part = begin + k, scratch.parts[k]
-                r, g, b = total_albedo(lanes, kinds, k)
                 row = part * st.ROW_SIZE
-                if is_clear(surfaces.materials, row):
+                matt_r, matt_g, matt_b = diffuse_albedo(lanes, kinds, k)
+                r, g, b = specular_albedo(lanes, kinds, k)
+                coat = coat_albedo(lanes, kinds, k)
+                r, g, b = matt_r + r + coat, matt_g + g + coat, matt_b + b + coat
+                clear = is_clear(surfaces.materials, row)
+                if clear:
                     r = scattered_share(surfaces.materials, row, 0, r)
                     g = scattered_share(surfaces.materials, row, 1, g)
                     b = scattered_share(surfaces.materials, row, 2, b)
-                albedo[node, 0] += share * min(r, _ONE)
-                albedo[node, 1] += share * min(g, _ONE)
-                albedo[node, 2] += share * min(b, _ONE)
+                if clear or (lanes[ln.ROUGHNESS + k] >= WIDE and coat == _ZERO):
+                    matt_r, matt_g, matt_b = r, g, b
+                albedo[node, 0], matt[node, 0] = albedo[node, 0] + share * min(r, _ONE), matt[node, 0] + share * min(matt_r, _ONE)
+                albedo[node, 1], matt[node, 1] = albedo[node, 1] + share * min(g, _ONE), matt[node, 1] + share * min(matt_g, _ONE)
+                albedo[node, 2], matt[node, 2] = albedo[node, 2] + share * min(b, _ONE), matt[node, 2] + share * min(matt_b, _ONE)
                 r, g, b = passed_albedo(lanes, kinds, k)
                 passed[node, 0], passed[node, 1], passed[node, 2] = (
                     passed[node, 0] + share * r,

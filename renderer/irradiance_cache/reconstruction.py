@@ -1,9 +1,7 @@
 """From shaded hits to a picture: what gloss shows is mixed among neighbours that see the same part of something, facing the same way.
 
-Neighbours sample their lobes, and points of lamps, by different numbers of one sequence, all of them within a tile of 4 x 4 pixels or,
-where the surface is rough, 8 x 8.  Weights fall off as a tent twice as wide as that: as it is a box of a tile's width mixed by the same
-box, no pattern of tiles remains of it (Keller and Heidrich, "Interleaved Sampling", 2001), and it is separable: rows are summed up, then
-columns.
+Neighbours sample their lobes, and points of lamps, by different numbers of one sequence (Keller and Heidrich, "Interleaved Sampling",
+2001).  Weights fall off as a tent, which is separable: rows are summed up, then columns.
 
 How much a pixel shows of lamps where nothing hides them is known in closed form; mixed is what of that is seen, a ratio of sums (Heitz,
 Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", 2018), so that its outlines stay.
@@ -16,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import Rgb
 from renderer.core.kernel import entry, inlined
 from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP
 from renderer.path.ground_truth import Hits
@@ -24,15 +23,15 @@ from renderer.path.surface_tables import Surfaces
 _ZERO = np.float32(0.0)
 _SAME_WAY = np.float32(0.9)
 _NEAR, _FAR = 3, 7
-"""How many pixels away the farthest are that are mixed: a tile's width less one."""
+"""How many pixels away the farthest are that are mixed."""
 
 
 class Picture(NamedTuple):
     """What shading leaves, float32.
 
-    light: (height, width, 3), cd/m2, without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is mirrored by a
-    ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if none was sent;
-    share: (height, width, 3), how much of it leaves to the camera.
+    light: (height, width, 3), cd/m2, at first without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is
+    mirrored by a ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if
+    none was sent; share: (height, width, 3), how much of it leaves to the camera.
     gloss: (height, width, 8), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of
     lamps and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2.  sums: (height,
     width, 8), of those of a row, by weight.
@@ -80,6 +79,33 @@ def _reach(alpha: np.float32, shown: np.float32) -> tuple[int, int]:
     return mirrored, lamps
 
 
+@inlined
+def _tent(reach: int, away: int) -> np.float32:
+    """Return the weight of a pixel so far away; 0 where nothing is mixed."""
+    return np.float32(reach + 1 - away) if away <= reach else _ZERO
+
+
+@inlined
+def _sum_line(
+    surfaces: Surfaces, hits: Hits, values: NDArray[np.float32], x: int, y: int, along_row: bool, reach: tuple[int, int]
+) -> tuple[Rgb, np.float32, Rgb, np.float32]:
+    """Return the sums of ``values`` (height, width, 8) over the part of a row or column about (x, y) that sees the same, by weight."""
+    (near, far), (height, width, _), face = reach, values.shape, hits.face[y, x]
+    place, end, farthest = x if along_row else y, width if along_row else height, max(near, far)
+    last, alike = face, True
+    r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
+    for other in range(max(place - farthest, 0), min(place + farthest + 1, end)):
+        v, u = y if along_row else other, other if along_row else x
+        if hits.face[v, u] != last:
+            last, alike = hits.face[v, u], _is_alike(surfaces, face, hits.face[v, u])
+        if alike:
+            mirrored, lamps, value = _tent(near, abs(other - place)), _tent(far, abs(other - place)), values[v, u]
+            r, g, b, rays = r + mirrored * value[0], g + mirrored * value[1], b + mirrored * value[2], rays + mirrored * value[3]
+            lamps_r, lamps_g, lamps_b = lamps_r + lamps * value[4], lamps_g + lamps * value[5], lamps_b + lamps * value[6]
+            whole += lamps * value[7]
+    return (r, g, b), rays, (lamps_r, lamps_g, lamps_b), whole
+
+
 @entry
 def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
     """Fill ``sums`` of rows ``first``, ``first + step``, ... of a picture."""
@@ -87,58 +113,32 @@ def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, ste
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
-            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
-            near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
-            reach, face = max(near, far), hits.face[y, x]
-            last, alike = face, True
-            if reach > 0:
-                for u in range(max(x - reach, 0), min(x + reach + 1, width)):
-                    if hits.face[y, u] != last:
-                        last, alike = hits.face[y, u], _is_alike(surfaces, face, hits.face[y, u])
-                    if alike:
-                        mirrored, lamps = _tent(near, abs(u - x)), _tent(far, abs(u - x))
-                        r, g = r + mirrored * gloss[y, u, 0], g + mirrored * gloss[y, u, 1]
-                        b, rays = b + mirrored * gloss[y, u, 2], rays + mirrored * gloss[y, u, 3]
-                        lamps_r, lamps_g = lamps_r + lamps * gloss[y, u, 4], lamps_g + lamps * gloss[y, u, 5]
-                        lamps_b, whole = lamps_b + lamps * gloss[y, u, 6], whole + lamps * gloss[y, u, 7]
-            sums[y, x, 0], sums[y, x, 1], sums[y, x, 2], sums[y, x, 3] = r, g, b, rays
-            sums[y, x, 4], sums[y, x, 5], sums[y, x, 6], sums[y, x, 7] = lamps_r, lamps_g, lamps_b, whole
-
-
-@inlined
-def _tent(reach: int, away: int) -> np.float32:
-    """Return the weight of a pixel so far away; 0 where nothing is mixed."""
-    return np.float32(reach + 1 - away) if away <= reach else _ZERO
+            reach = _reach(picture.alpha[y, x], gloss[y, x, 7])
+            if max(reach[0], reach[1]) == 0:
+                for field in range(8):
+                    sums[y, x, field] = _ZERO
+                continue
+            mirrored, rays, lamps, whole = _sum_line(surfaces, hits, gloss, x, y, True, reach)
+            sums[y, x, 0], sums[y, x, 1], sums[y, x, 2], sums[y, x, 3] = mirrored[0], mirrored[1], mirrored[2], rays
+            sums[y, x, 4], sums[y, x, 5], sums[y, x, 6], sums[y, x, 7] = lamps[0], lamps[1], lamps[2], whole
 
 
 @entry
-def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
-    """Fill rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture whose ``sums`` are known."""
-    light, guess, share, gloss, sums = picture.light, picture.guess, picture.share, picture.gloss, picture.sums
-    height, width, _ = image.shape
+def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
+    """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows."""
+    light, share, gloss = picture.light, picture.share, picture.gloss
+    height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
             if picture.alpha[y, x] == _ZERO:
-                image[y, x, 0], image[y, x, 1], image[y, x, 2] = light[y, x, 0], light[y, x, 1], light[y, x, 2]
                 continue
-            near, far = _reach(picture.alpha[y, x], gloss[y, x, 7])
-            reach, face = max(near, far), hits.face[y, x]
-            last, alike = face, True
-            r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
-            for v in range(max(y - reach, 0), min(y + reach + 1, height)):
-                if hits.face[v, x] != last:
-                    last, alike = hits.face[v, x], _is_alike(surfaces, face, hits.face[v, x])
-                if alike:
-                    mirrored, lamps = _tent(near, abs(v - y)), _tent(far, abs(v - y))
-                    r, g = r + mirrored * sums[v, x, 0], g + mirrored * sums[v, x, 1]
-                    b, rays = b + mirrored * sums[v, x, 2], rays + mirrored * sums[v, x, 3]
-                    lamps_r, lamps_g = lamps_r + lamps * sums[v, x, 4], lamps_g + lamps * sums[v, x, 5]
-                    lamps_b, whole = lamps_b + lamps * sums[v, x, 6], whole + lamps * sums[v, x, 7]
-            if near > 0 and rays > _ZERO:
+            reach = _reach(picture.alpha[y, x], gloss[y, x, 7])
+            (r, g, b), rays, lamps, whole = _sum_line(surfaces, hits, picture.sums, x, y, False, reach)
+            if reach[0] > 0 and rays > _ZERO:
                 r, g, b = r / rays, g / rays, b / rays
             else:
-                r, g, b = guess[y, x, 0], guess[y, x, 1], guess[y, x, 2]
+                r, g, b = picture.guess[y, x, 0], picture.guess[y, x, 1], picture.guess[y, x, 2]
             seen = gloss[y, x, 7] / whole if whole > _ZERO else _ZERO
-            image[y, x, 0] = light[y, x, 0] + share[y, x, 0] * r + seen * lamps_r
-            image[y, x, 1] = light[y, x, 1] + share[y, x, 1] * g + seen * lamps_g
-            image[y, x, 2] = light[y, x, 2] + share[y, x, 2] * b + seen * lamps_b
+            light[y, x, 0] += share[y, x, 0] * r + seen * lamps[0]
+            light[y, x, 1] += share[y, x, 1] * g + seen * lamps[1]
+            light[y, x, 2] += share[y, x, 2] * b + seen * lamps[2]

@@ -78,8 +78,8 @@ class Lamps(NamedTuple):
 class Tables(NamedTuple):
     """What frames look up.
 
-    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even: (n, 3),
-    illuminance over pi there, lux; leaving: (n, 3), what of that light is reflected, with what sheets let through, cd/m2.
+    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
+    of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
     rays: how strays look around them.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
     """
 
@@ -87,6 +87,7 @@ class Tables(NamedTuple):
     rows: NDArray[np.float32]
     source: CoarseLight
     even: NDArray[np.float32]
+    around: NDArray[np.float32]
     leaving: NDArray[np.float32]
     rays: Rays
     lamps: Lamps

@@ -108,11 +108,15 @@ def test_a_wall_keeps_light_out():
     assert lit.mean() > 50.0 and np.median(dark) < 1e-4 * lit.mean() and dark.mean() < 1e-3 * lit.mean()
 
 
-@pytest.mark.parametrize("holes", [0.0, 0.4])
-def test_cloth_that_parts_a_room_lets_as_much_light_through_as_paths_find(holes):
-    """The cloth itself is seen from its dark side, too; sun and lamp light it from the other.  A net shows what stands there."""
+@pytest.mark.parametrize(("holes", "thickness_m"), [(0.0, 0.0), (0.4, 0.0), (0.0, 0.003)])
+def test_cloth_that_parts_a_room_lets_as_much_light_through_as_paths_find(holes, thickness_m):
+    """The cloth itself is seen from its dark side, too; sun and lamp light it from the other.  A net shows what stands there.
+
+    Shades of lamps are bodies with two faces of cloth, between which light goes to and fro.
+    """
     look = {"color": (0.8, 0.7, 0.6), "ior": 1.5, "transmission": holes, "diffuse_transmission": 0.5}
-    flat = scene(SHELL, LAMP, quad((2.03, 0, 0), (0, 3, 0), (0, 0, 2.5), **look))
+    sheet, body = quad((2.03, 0, 0), (0, 3, 0), (0, 0, 2.5), **look), box((2.03, 0.001, 0.001), (2.03 + thickness_m, 2.999, 2.499), **look)
+    flat = scene(SHELL, LAMP, body if thickness_m > 0.0 else sheet)
     camera = CameraConfig(width=96, height=72)
     for view in (LIT, SHADED, pose((3.7, 1.5, 1.2), (2.0, 1.5, 1.2))):
         images = []

@@ -1,10 +1,14 @@
 """Points beside the middles of pixels that no neighbour sees."""
 
 import numpy as np
+import pytest
 from box_room import pose, quad, scene
 from cached_rooms import look_up
 
 from renderer import CameraConfig
+from renderer.core.kernel import from_python
+from renderer.core.ray_packet import LANES
+from renderer.irradiance_cache.edges import OFFSETS, _is_lone
 
 CAMERA = CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)
 AHEAD = pose((0, 0, 0), (0, 1, 0))
@@ -18,6 +22,20 @@ def wall(left_px, right_px, luminance, depth_m=2.0):
 
 def test_a_bar_that_no_middle_of_a_pixel_sees_shines_by_a_quarter():
     """It stands where one of four points of an edge's pixel is; those right and left of the edge are lent."""
-    flat = scene(wall(-60, 0.45, 20), wall(0.45, 60, 10), wall(0.56, 0.7, 1000, 1.99))
+    flat = scene(wall(-60, 0.45, 20), wall(0.45, 60, 10), wall(0.8, 0.92, 1000, 1.99))
     row = look_up(flat, AHEAD, camera=CAMERA).radiance[24, :, 1]
     np.testing.assert_allclose(row[30:35], [20, 20, (10 + 20 + 1000 + 10) / 4, 10, 10], rtol=0.01)
+
+
+@pytest.mark.parametrize("turn", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
+def test_points_of_a_pixel_lie_about_its_middle(turn):
+    """An edge that moves across the pixels shines in the mean as much as it covers, whichever way it runs."""
+    points = np.concatenate([np.zeros((1, 2)), OFFSETS[:, [0, LANES]]])
+    assert np.abs(points.astype(float) @ turn).sum() > 0.5 and abs((points.astype(float) @ turn).mean()) < 1e-6
+
+
+@pytest.mark.parametrize(("dark", "found"), [(1, True), (2, True), (3, False)])
+def test_dark_pixels_are_lone_with_one_other_beside_them(dark, found):
+    image = np.full((3, 6, 3), 10, np.float32)
+    image[1, 1 : 1 + dark] = 3
+    assert bool(from_python(_is_lone)(image, 1 if dark < 3 else 2, 1)) == found

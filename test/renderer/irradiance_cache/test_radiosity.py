@@ -66,7 +66,7 @@ def test_walls_that_glow_evenly_have_one_luminance():
     """What glows reflects 0.03 of its colour: (colour, as luminance 1 is tinted by it) / (1 - 0.03 colour)."""
     room = scene(box((0, 0, 0), (2, 3, 1.5), inside=True, glow_cd_m2=1.0, color=(1.0, 0.5, 0.2), object_id=0))
     cache, color = filled(room), np.array([1.0, 0.5, 0.2])
-    np.testing.assert_allclose(cache.geometry.albedo, np.tile(0.03 * color, (len(cache.geometry.albedo), 1)), rtol=1e-4)
+    np.testing.assert_allclose(cache.geometry.looks.albedo, np.tile(0.03 * color, (len(cache.geometry.looks.albedo), 1)), rtol=1e-4)
     np.testing.assert_allclose(cache.luminance, np.tile(color / (1 - 0.03 * color), (len(cache.luminance), 1)), rtol=1e-4)
     np.testing.assert_allclose(cache.light.indirect, np.pi * np.tile(color / (1 - 0.03 * color), (len(cache.atlas.face), 1)), rtol=1e-4)
 

@@ -9,7 +9,7 @@ from renderer import CameraConfig
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache.lamps import build_lamps
 from renderer.irradiance_cache.lobe_shares import slopes_along, slopes_in_disc
-from renderer.irradiance_cache.mirrored import lobe_point
+from renderer.irradiance_cache.mirrored import pixel_noise
 from renderer.scene.flat_scene import Sky
 
 NARROW = CameraConfig(width=32, height=24, horizontal_fov_rad=0.1)
@@ -132,11 +132,25 @@ def test_rough_gloss_shows_a_lamp_as_bright_as_the_path_tracer_does(metallic, ro
     assert traced.mean() > 0.1 and cached.mean() == pytest.approx(traced.mean(), rel=0.05)
 
 
-@pytest.mark.parametrize(("rough", "size", "step", "count"), [(True, 8, 1, 64), (True, 8, 2, 16), (False, 4, 1, 16)])
-def test_all_pixels_of_a_tile_sample_their_lobes_by_different_numbers(rough, size, step, count):
-    for x, y in ((0, 0), (6, 2), (20, 12)):
-        places = [(x + i, y + j) for i in range(0, size, step) for j in range(0, size, step)]
-        assert len({from_python(lobe_point)(*place, rough) for place in places}) == count
+def sends_ray(where, x, y):
+    return {"metal": (x + y) % 2 == 0, "gloss": (x | y) % 2 == 0, "post": ((x + y) % 2 == 0) & (x // 2 == 12)}[where]
+
+
+@pytest.mark.parametrize(("where", "error"), [("metal", 0.2), ("gloss", 0.3), ("post", 0.8)])
+def test_the_rays_that_pixels_share_find_what_fills_a_tenth_of_their_lobe(where, error):
+    """By a tent over 15 x 15 pixels, of which a half or a quarter send rays, or a half of an upright post two pixels wide; rms."""
+    (y, x), noise_of = np.mgrid[:64, :64], from_python(pixel_noise)
+    noise = [noise_of(int(u), int(v), np.uint32(23)) for u, v in zip(x.ravel(), y.ravel(), strict=True)]
+    u, v = np.array(noise, np.float64).reshape(64, 64, 2).transpose(2, 0, 1)
+    tent, errors = 8.0 - np.abs(np.arange(-7, 8)), []
+    weights = sends_ray(where, x, y).astype(float)
+    for middle in np.random.default_rng(3).random((24, 2)):
+        away = [np.minimum(np.abs(a - m), 1 - np.abs(a - m)) for a, m in zip((u, v), middle, strict=True)]
+        found = weights * (away[0] ** 2 + away[1] ** 2 < 0.1 / np.pi)
+        sums = [np.array([np.convolve(line, tent, "same") for line in image]) for image in (found, weights)]
+        sums = [np.array([np.convolve(line, tent, "same") for line in image.T]).T[8:-8, 24:26] for image in sums]
+        errors.append(sums[0] / sums[1] / 0.1 - 1.0)
+    assert 0.01 < np.sqrt(np.mean(np.square(errors))) < error
 
 
 def test_brushed_metal_shows_no_blocks():
@@ -224,3 +238,14 @@ def test_a_window_shows_in_an_upright_door_without_a_step_where_the_horizon_is()
     traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=256, threads=2).radiance[..., 1]
     assert traced.mean() > 1.0 and cached.mean() == pytest.approx(traced.mean(), rel=0.1)
     assert np.abs(np.diff(cached.mean(axis=1), 2)).max() < 0.05 * cached.mean()
+
+
+@pytest.mark.parametrize(("roughness", "error"), [(0.35, 0.1), (0.15, 0.2)])
+def test_metal_shows_a_polished_dark_floor_without_the_lamp_that_it_mirrors_elsewhere(roughness, error):
+    """The lamp hangs above the floor: what of its light the floor's gloss mirrors goes up, not to the metal."""
+    floor = quad((-3, -1, 0), (6, 0, 0), (0, 3, 0), color=(0.05, 0.05, 0.05), roughness=0.3, ior=1.5)
+    metal = quad((-1, 2, 0), (2, 0, 0), (0, 0, 1), color=(0.6, 0.6, 0.6), metallic=1.0, roughness=roughness)
+    lamp = quad((-0.3, 0.7, 3), (0, 0.6, 0), (0.6, 0, 0), emission=(1000,) * 3, color=(0, 0, 0))
+    view = pose((0, 0, 0.8), (0, 2, 0.3))
+    traced = seen(floor, metal, lamp, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 0.1 and seen(floor, metal, lamp, view=view).mean() == pytest.approx(traced, rel=error)
