@@ -97,7 +97,7 @@ def test_the_drone_of_the_euroc_rig_moves_as_those_of_euroc_and_an_estimator_soo
     for seed in range(4):
         _, motion = sampled(seed, **rig["/**/grammar_node"]["ros__parameters"]["motion"])
         moved = along(motion)
-        force = rotate(moved.quaternion * (-1.0, -1.0, -1.0, 1.0), moved.acceleration_m_s2 + (0.0, 0.0, 9.80665))
+        force = rotate(moved.quaternion * (-1.0, -1.0, -1.0, 1.0), moved.acceleration_m_s2 + np.array([0.0, 0.0, 9.80665]))
         change = sizes(np.diff(force[: len(force) // 10 * 10].reshape(-1, 10, 3).mean(axis=1), axis=0))
         assert 2.0 < 0.05 * int(np.argmax(change > 0.5)) < 4.0
         found.append((sizes(moved.velocity_m_s)[700:].mean(), sizes(moved.rate_rad_s)[700:].mean()))
