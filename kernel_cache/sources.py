@@ -12,6 +12,7 @@ from typing import NamedTuple
 _IMPORT = re.compile(r"\b(?:from|import)\s+((?:kernel_cache|scene_description|grammar|renderer|evaluation)(?:\.\w+)*)")
 
 
+@functools.cache
 def source_stamp(path: str | Path) -> str:
     """Return a digest (SHA-256, hex) of a Python file and of the files of these packages that it imports, directly or through others.
 
