@@ -119,9 +119,9 @@ def color(evidence: Evidence, room: Room) -> Iterator[Verdict]:
 def ratio_of_colors(errors: Mapping[int, Floats]) -> float:
     """Return by how much colours of points differ, over what they would, were they of the frame before (-1) or after (1).
 
-    ``errors``: shift -> (n,) differences of the same points in codes; 0: of their own frame.  What four standard errors of the difference
+    ``errors``: shift -> (n,) differences of the same points in codes; 0: of their own frame.  What three standard errors of the difference
     explain is taken off: few points of a noisy picture say little.
     """
     shift = min((-1, 1), key=lambda shift: float(errors[shift].mean()))
     noise = float((errors[0] - errors[shift]).std()) / math.sqrt(len(errors[0]))
-    return (max(float(errors[0].mean()) - 4.0 * noise, 0.0) + 0.5) / (float(errors[shift].mean()) + 0.5)
+    return (max(float(errors[0].mean()) - 3.0 * noise, 0.0) + 0.5) / (float(errors[shift].mean()) + 0.5)
