@@ -52,7 +52,7 @@ class Exported(NamedTuple):
 class Run(NamedTuple):
     """One mode in one room, by the layer of its pictures.
 
-    Share of frames with a pose, when inertia was initialised (s, None if never), and evo's words.
+    Share of frames with a pose, when inertia was initialised (s, None if never), and evo's words: of all, and of what came after that.
     """
 
     layer: str
@@ -60,6 +60,7 @@ class Run(NamedTuple):
     posed: float
     initialised_s: float | None
     judged: Judged | None
+    after: Judged | None = None
 
 
 def export(arguments: argparse.Namespace, folder: Path) -> None:
@@ -107,7 +108,14 @@ def run(mode: str, room: Exported, vocabulary: Path, arguments: argparse.Namespa
         true = file_interface.read_euroc_csv_trajectory(str(room.euroc / "mav0/state_groundtruth_estimate0/data.csv"))
     else:
         true = file_interface.read_tum_trajectory_file(str(room.tum / "groundtruth.txt"))
-    return whole._replace(judged=judge(trajectory, true, scaled=mode == "MONOCULAR"))
+    begun_s = true.timestamps[0] + (said["initialised_s"] or 0.0)
+    after = PoseTrajectory3D(rows[:, 1:4], rows[:, [7, 4, 5, 6]], rows[:, 0] * 1e-9)
+    after.reduce_to_time_range(begun_s, true.timestamps[-1])
+    known = mode.startswith("IMU_") and said["initialised_s"] is not None and after.num_poses >= 3
+    return whole._replace(
+        judged=judge(trajectory, true, scaled=mode == "MONOCULAR"),
+        after=judge(after, true) if known else None,
+    )
 
 
 def measure(runs: list[Run]) -> Iterator[Row]:
@@ -126,6 +134,9 @@ def measure(runs: list[Run]) -> Iterator[Row]:
         median, most = f"{name}: ATE, median", f"{name}: ATE, greatest"
         yield at_most(median, float(np.median(errors)), "m", _LIMIT_M) if held else Row(median, float(np.median(errors)), "m")
         yield Row(f" {most}", float(errors.max()), "m")
+        if later := [one.after.ate_m for one in of if one.after is not None]:
+            yield Row(f" {name}: ATE once initialised, median", float(np.median(later)), "m")
+            yield Row(f" {name}: ATE once initialised, greatest", max(later), "m")
         if mode != "MONOCULAR" and judged:
             off = max(abs(one.scale - 1.0) for one in judged)
             yield at_most(f"{name}: scale off, greatest", off, "", _SCALE) if held else Row(f"{name}: scale off, greatest", off, "")

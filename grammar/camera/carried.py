@@ -21,7 +21,7 @@ _REACH_S = REACH * SPACING_S
 GRAVITY_M_S2 = 9.80665
 _EASE_S = 1.5
 """Time in which what is carried comes up to its speed and its sway."""
-_SWAY_HZ = (0.25, 1.6)
+_HAND_HZ, _DRONE_HZ = (0.25, 1.6), (0.25, 0.8)
 _SWAY_LINES = 6
 _TREMOR_SPREAD = (0.92, 0.97, 1.0, 1.04, 1.09)
 _STATION_M = 0.02
@@ -33,19 +33,20 @@ _SHRINKS = 5
 class Carrier(NamedTuple):
     """What is special about a carrier.
 
-    walks: it goes along a walk; sways, trembles: as the settings say; tilts: as a drone does to accelerate; spins: it turns all the time.
+    walks: it goes along a walk; sway_hz: band in which it sways, as the settings say; trembles: as the settings say, too; tilts: as a
+    drone does to accelerate; spins: it turns all the time.
     """
 
     walks: bool = False
-    sways: bool = False
+    sway_hz: tuple[float, float] | None = None
     trembles: bool = False
     tilts: bool = False
     spins: bool = False
 
 
 CARRIERS = {
-    "handheld": Carrier(walks=True, sways=True, trembles=True),
-    "flight": Carrier(walks=True, sways=True, tilts=True),
+    "handheld": Carrier(walks=True, sway_hz=_HAND_HZ, trembles=True),
+    "flight": Carrier(walks=True, sway_hz=_DRONE_HZ, trembles=True, tilts=True),
     "still": Carrier(),
     "spin": Carrier(spins=True),
 }
@@ -70,8 +71,8 @@ def carried_motion(rng: np.random.Generator, plan: MotionPlan) -> Motion:
     times = control_times(plan.duration_s, SPACING_S)
     way = _way(rng, plan, carrier, times)
     swaying = np.zeros((2, len(times), 3))
-    if carrier.sways:
-        swaying = _sways(rng, times) * ease(times, config.rest_s + _REACH_S, _EASE_S)[None, :, None]
+    if carrier.sway_hz is not None:
+        swaying = _sways(rng, times, carrier.sway_hz) * ease(times, config.rest_s + _REACH_S, _EASE_S)[None, :, None]
     tremor = _tremor(rng, config) if carrier.trembles else ()
     for shrink in range(_SHRINKS + 1):
         size = 0.5**shrink if shrink < _SHRINKS else 0.0
@@ -128,9 +129,9 @@ def _tilt(place_m: Floats, yaw_rad: Floats) -> tuple[Floats, Floats]:
     return pitch, roll
 
 
-def _sways(rng: np.random.Generator, times: Floats) -> Floats:
-    """Return (2, c, 3) sums of sines, as many an octave everywhere, each number with standard deviation 1."""
-    low, high = _SWAY_HZ
+def _sways(rng: np.random.Generator, times: Floats, band_hz: tuple[float, float]) -> Floats:
+    """Return (2, c, 3) sums of sines, as many an octave everywhere in a band, each number with standard deviation 1."""
+    low, high = band_hz
     total = np.zeros((2, len(times), 3))
     edges = [low * math.pow(high / low, k / _SWAY_LINES) for k in range(_SWAY_LINES + 1)]
     share = math.sqrt(2.0 / _SWAY_LINES)

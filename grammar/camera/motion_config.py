@@ -40,8 +40,8 @@ class MotionConfig:
     loop: Annotated[bool, Limits(description="Let a base come back to where it began at the end")] = False
     sway_m: Annotated[float, Limits(ge=0.0, le=0.2, unit="m", description="Sway of a hand or drone: standard deviation, each axis")] = 0.02
     sway_rad: Annotated[float, Limits(ge=0.0, le=0.5, unit="rad", description="The same of its angles")] = 0.04
-    tremor_hz: Annotated[float, Limits(ge=2.0, le=40.0, unit="Hz", description="Middle of a hand's tremor")] = 8.0
-    tremor_m: Annotated[float, Limits(ge=0.0, le=0.01, unit="m", description="Tremor of a hand: standard deviation, each axis")] = 0.0001
+    tremor_hz: Annotated[float, Limits(ge=2.0, le=40.0, unit="Hz", description="Middle of a hand's tremor or a drone's vibration")] = 8.0
+    tremor_m: Annotated[float, Limits(ge=0.0, le=0.01, unit="m", description="Tremor or vibration: standard deviation, each axis")] = 0.0001
     tremor_rad: Annotated[float, Limits(ge=0.0, le=0.05, unit="rad", description="The same of its angles")] = 0.001
     camera_m: Annotated[
         tuple[_Offset, _Offset, _Offset],

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
 from grammar.camera.sights import find_sights
@@ -94,6 +93,8 @@ def drive_faster(work: Work) -> Outcome:
 
     Places between the path's poses lie on a cubic spline through them, directions on the shortest arc.
     """
+    from scipy.interpolate import CubicSpline  # as long to import as the rest of scipy
+
     factor, path = number(work.change, 0.05, 20.0), work.scene.camera_path
     count = math.floor((len(path) - 1) / factor + 1e-9) + 1
     if count > MAX_POSES:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,6 +112,16 @@ def color(evidence: Evidence, room: Room) -> Iterator[Verdict]:
                 for shift, found in errors.items():
                     found.append(np.abs(images[1 + shift][old[:, 1], old[:, 0]] - images[2 + shift][new[:, 1], new[:, 0]]).mean(axis=-1))
         if sum(map(len, errors[0])) >= SAMPLES:
-            mean = {shift: float(np.mean(np.concatenate(values))) for shift, values in errors.items()}
-            ratio = (mean[0] + 0.5) / (min(mean[-1], mean[1]) + 0.5)
+            ratio = ratio_of_colors({shift: np.concatenate(values) for shift, values in errors.items()})
             yield at_most("color", topic, "difference of colours, over that if they were of the frame before or after", [ratio], 1.15)
+
+
+def ratio_of_colors(errors: Mapping[int, Floats]) -> float:
+    """Return by how much colours of points differ, over what they would, were they of the frame before (-1) or after (1).
+
+    ``errors``: shift -> (n,) differences of the same points in codes; 0: of their own frame.  What three standard errors of the difference
+    explain is taken off: few points of a noisy picture say little.
+    """
+    shift = min((-1, 1), key=lambda shift: float(errors[shift].mean()))
+    noise = float((errors[0] - errors[shift]).std()) / math.sqrt(len(errors[0]))
+    return (max(float(errors[0].mean()) - 3.0 * noise, 0.0) + 0.5) / (float(errors[shift].mean()) + 0.5)

@@ -1,4 +1,4 @@
-"""A tiny dataset for tests: bedrooms, 32x24 pixels, one sample, two frames."""
+"""A tiny dataset for tests: hallways, 32x24 pixels, one sample, two frames."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 
 SEED, FRAMES = 7, 2
 TINY = tuple(f"renderer_node.{word}" for word in ("camera.width:=32", "camera.height:=24", "render.samples_per_pixel:=1"))
+HALLWAY = "grammar_node.scene.room_type:=hallway"
 
 
 def tiny_parameters(rooms: int, *own: str) -> NodeParameters:
     """Return the parameters of a run of tiny rooms that records."""
-    words = RunWords(rooms=rooms, frames=FRAMES, seed=SEED, record=Path("bag"), overrides=(*TINY, *own))
+    words = RunWords(rooms=rooms, frames=FRAMES, seed=SEED, record=Path("bag"), overrides=(*TINY, HALLWAY, *own))
     return run_parameters(words)
 
 

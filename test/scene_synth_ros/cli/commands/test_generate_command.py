@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from dataset_plans import TINY, digests
+from dataset_plans import HALLWAY, TINY, digests
 from PIL import Image as Picture
 
 from scene_synth_ros.cli.command_line import main
@@ -20,7 +20,8 @@ from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.workers.folder_lock import folder_lock
 
-WORDS = ["--rooms", "4", "--frames", "1", "--seed", "7", "--params", "ground_truth", *(word for own in TINY[:2] for word in ("-p", own))]
+CHEAP = [word for own in (*TINY[:2], HALLWAY) for word in ("-p", own)]
+WORDS = ["--rooms", "4", "--frames", "1", "--seed", "7", "--params", "ground_truth", *CHEAP]
 
 
 def generate(*words: object) -> int:
@@ -58,9 +59,9 @@ def test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes(datas
 def test_the_card_tells_what_is_there(dataset: Path) -> None:
     text = (dataset / "README.md").read_text(encoding="utf-8")
     manifest = json.loads((dataset / "manifest.json").read_text(encoding="utf-8"))
-    assert "4 rooms (4 bedroom), 4 frames" in text and manifest["failed"] == [] and "## Rooms that could not be made" not in text
-    beds = sum(row["objects"]["bed"] for shard in manifest["shards"] for row in shard["rooms"])
-    assert f"| bed | {beds} |" in text and "| 4 of 4 |" in text and "| median depth (m) |" in text
+    assert "4 rooms (4 hallway), 4 frames" in text and manifest["failed"] == [] and "## Rooms that could not be made" not in text
+    lamps = sum(row["objects"]["ceiling_lamp"] for shard in manifest["shards"] for row in shard["rooms"])
+    assert f"| ceiling lamp | {lamps} |" in text and "| 4 of 4 |" in text and "| median depth (m) |" in text
     with Picture.open(dataset / "card" / "rooms.jpg") as rooms, Picture.open(dataset / "card" / "layers.jpg") as layers:
         assert rooms.size == layers.size == (3 + 4 * (256 + 3), 3 + 192 + 15 + 3)
 
