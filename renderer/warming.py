@@ -103,7 +103,7 @@ class _NoNodes(IrradianceCache):
     def __init__(self) -> None:
         self.atlas, self.config, self._key = NOTHING_KNOWN.atlas, CacheConfig(), make_frame_key(0, 0, ())
         none = np.zeros((0, 3), np.float32)
-        self.rows, self.even, self.leaving = np.zeros((0, ROW), np.float32), none, none
+        self.rows, self.even, self.around, self.leaving = np.zeros((0, ROW), np.float32), none, none, none
         self.source = CoarseLight(self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), choose_bright(none, self.atlas, 1.0, 1, 0.0))
 
     def solve(self, cancelled: Callable[[], bool] | None = None) -> None:

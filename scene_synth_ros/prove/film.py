@@ -19,8 +19,8 @@ from scene_synth_ros.prove.lens import MODELS, directions, pixels
 Floats = NDArray[np.float64]
 Images = dict[str, NDArray[Any]]
 
-SAMPLES = 96
-"""Pixels that are looked at in a frame."""
+SAMPLES, _LEAST_OF_ALL = 96, 24 * 96
+"""Pixels that are looked at in a frame, and in all frames: more in each where there are few, as noise hides much of what few say."""
 _LAYERS = ("depth", "instance", "semantic", "normals", "flow")
 _SMOOTH, _FLAT, _SAME = 1.1, 1.02, 0.005
 """Greatest depth over the least about a pixel where a point may be missed, and where it may be found; share of depth by which it is."""
@@ -107,7 +107,7 @@ def metres(depth: NDArray[Any]) -> Floats:
 
 def _film(evidence: Evidence, room: Room, topics: CameraTopics, camera: Camera, poses: PoseRows) -> Film:
     """Look at each frame once; no more than two are in memory."""
-    film = Film(topics, [], [])
+    film, count = Film(topics, [], []), max(SAMPLES, _LEAST_OF_ALL // max(len(poses.stamps), 1))
     reels = {layer: Reel(room.each(topics.images[layer])) for layer in _LAYERS if layer in topics.images}
     for stamp, place, quaternion in zip(poses.stamps.tolist(), poses.place, poses.quaternion, strict=True):
         messages = {layer: reel.at(stamp) for layer, reel in reels.items()}
@@ -119,7 +119,7 @@ def _film(evidence: Evidence, room: Room, topics: CameraTopics, camera: Camera, 
         if "depth" not in shown or shown["depth"].shape != (camera.height, camera.width):
             continue
         random = np.random.default_rng(stamp % 2**32)
-        spots = np.column_stack([random.integers(0, camera.width, SAMPLES), random.integers(0, camera.height, SAMPLES)])
+        spots = np.column_stack([random.integers(0, camera.width, count), random.integers(0, camera.height, count)])
         values = {layer: image[spots[:, 1], spots[:, 0]] for layer, image in shown.items() if image.shape[:2] == shown["depth"].shape}
         view = View(stamp, place, Rotation.from_quat(quaternion), spots, directions(camera, spots.astype(np.float64)), values)
         if film.views:

@@ -36,7 +36,7 @@ def depth_and_ids(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         hits = _hits(room, film)
         if hits is None:
             continue
-        stamps = np.repeat([view.stamp_ns for view in film.views], SAMPLES)
+        stamps = np.repeat([view.stamp_ns for view in film.views], len(film.views[0].pixels))
         distance, topics = np.concatenate([view.distance for view in film.views]), film.topics.images
         known, slack = ~np.isnan(distance), _EXACT_M + _EXACT_SHARE * np.where(np.isfinite(distance), distance, 0.0)
         if film.views[0].values["depth"].dtype == np.uint16:
@@ -66,7 +66,7 @@ def _normals(film: Film, hits: Hits, met: NDArray[np.bool_], stamps: NDArray[np.
     normals = np.concatenate([view.values["normals"] for view in film.views]).astype(np.float64)[met]
     length = np.linalg.norm(normals, axis=1)
     yield from share_off("normals", topic, "normals not of unit length", np.abs(length - 1.0) > 1e-3, stamps[met])
-    of_views = hits.normal.reshape(len(film.views), SAMPLES, 3)
+    of_views = hits.normal.reshape(len(film.views), -1, 3)
     turned = np.concatenate([view.turn.inv().apply(faces) for view, faces in zip(film.views, of_views, strict=True)])[met]
     cosine = np.clip((normals * turned).sum(axis=1) / np.maximum(length, 1e-9), -1.0, 1.0)
     away = np.degrees(np.arccos(cosine))
