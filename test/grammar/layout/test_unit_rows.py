@@ -140,7 +140,8 @@ def test_the_shift_of_a_run_is_uniform_along_its_slot():
 def test_a_run_round_a_corner_leaves_no_gap_and_mirrors(turning_m):
     """Two legs and a unit that turns: in every slot each unit touches the next, and the turning one has two walls at its back and right.
 
-    The others are no deeper than it is wide, as those of the second leg would stand before the front of the first leg's last.  A unit that is nearly square is made square, and can be walked past either way; another is not, and the run keeps its direction.
+    The others are no deeper than it is wide, as those of the second leg would stand before the front of the first leg's last.  A unit that
+    is nearly square is made square, and can be walked past either way; another is not, and the run keeps its direction.
     """
     widths = {"small": 0.4, "middle": 0.6, "large": 0.9, "wide": 1.1}
     text = row_text("{}", *widths, "turn")
