@@ -19,8 +19,10 @@ from scene_synth_ros.prove.lens import MODELS, directions, pixels
 Floats = NDArray[np.float64]
 Images = dict[str, NDArray[Any]]
 
-SAMPLES, _LEAST_OF_ALL = 96, 24 * 96
-"""Pixels that are looked at in a frame, and in all frames: more in each where there are few, as noise hides much of what few say."""
+SAMPLES = 96
+"""Pixels that are looked at in a frame, at least."""
+_LEAST_OF_ALL = 24 * SAMPLES
+"""Of all frames: where these are few, more of each are looked at, as noise hides much of what few pixels say."""
 _LAYERS = ("depth", "instance", "semantic", "normals", "flow")
 _SMOOTH, _FLAT, _SAME = 1.1, 1.02, 0.005
 """Greatest depth over the least about a pixel where a point may be missed, and where it may be found; share of depth by which it is."""
