@@ -4,8 +4,9 @@ A kernel that only kernels call needs no machine code of its own: numba links it
 translates the whole there.  Left to itself numba does both at every step of a chain of calls, for all that hangs on the kernel.
 
 A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
-changes: no process can run a stale kernel.  Processes that compile at the same time share the files without locks: numba writes its index
-before the data that it points to, under names that count up and are used again, so what a file holds is told by the file itself.
+changes: no process can run a stale kernel.  Processes that compile at the same time share the files: numba writes its index before the data
+that it points to, under names that count up and are used again, so what a file holds is told by the file itself.  What one of them
+compiles the others wait for (:mod:`kernel_cache.turns`).
 
 What is private to numba and used here stands in ``test/kernel_cache/test_numba_interfaces.py``, which names what a new version has lost.
 """
@@ -17,7 +18,7 @@ import inspect
 import pickle
 import sys
 from collections.abc import Callable
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from kernel_cache.call_types import remember_call_types
 from kernel_cache.processor import compile_for_all
 from kernel_cache.sources import source_stamp
+from kernel_cache.turns import Turns
 
 _SEAL_BYTES = 32
 
@@ -43,6 +45,8 @@ def compiled(function: Callable[..., Any], **settings: Any) -> Any:
         dispatcher._cache = KernelCache(function)
     except RuntimeError:  # numba has found no folder that it can write
         _say_uncached("neither the package's folder nor the user's cache folder can be written")
+    else:
+        dispatcher.compile = dispatcher._cache.ending_turns(dispatcher.compile)
     return dispatcher
 
 
@@ -65,6 +69,30 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         super().__init__(function)
         stamp = source_stamp(inspect.getfile(function))
         self._cache_file = SealedCacheFile(self._cache_path, self._impl.filename_base, stamp)
+        self._turns = Turns.of(self._cache_path)
+
+    def load_overload(self, sig: object, target_context: Any) -> Any:
+        """Return what was compiled of a signature, None if it is this process's turn to compile it."""
+        kept = super().load_overload(sig, target_context)
+        if kept is None:
+            self._turns.take(self._kernel(sig))
+            kept = super().load_overload(sig, target_context)
+        return kept
+
+    def ending_turns(self, compile_overload: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """Return a dispatcher's method that compiles, such that the turn ends that it took, whether or not it compiled."""
+
+        @wraps(compile_overload)
+        def compile_in_turn(sig: Any) -> Any:
+            try:
+                return compile_overload(sig)
+            finally:
+                self._turns.end(self._kernel(sig))
+
+        return compile_in_turn
+
+    def _kernel(self, sig: object) -> str:
+        return f"{self._impl.filename_base} {sig}"
 
     def save_overload(self, sig: object, data: object) -> None:
         """Keep what was compiled; where that cannot be, on a full disk for one, it works all the same in this process."""

@@ -81,7 +81,7 @@ def warm_up(
     config = RenderConfig(
         integrator=integrator, guiding=guiding, final_gathering=final_gathering, samples_per_pixel=1, threads=1, grain=1.0
     )
-    beside = None
+    beside, path = None, (pose, replace(pose, stamp_ns=1))
     if integrator == "cached" and any(layer in PICTURES for layer in layers) and not is_kept(shade_hits):
         beside = subprocess.Popen([sys.executable, "-m", "renderer.warming"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
@@ -89,8 +89,9 @@ def warm_up(
             seen_around(renderer.tree, flat, pose.position_m)
             if beside:
                 renderer.prepare(pose)
+                renderer.render(pose, 0, [layer for layer in layers if layer not in PICTURES], path=path)
                 beside.wait()
-            renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))
+            renderer.render(pose, 0, layers, path=path, exposure=Exposure(0.0, white_of_kelvin(4000.0)))
     finally:
         if beside:
             beside.kill()
