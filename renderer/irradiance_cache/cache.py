@@ -25,10 +25,12 @@ from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import LIGHT, REACH, ROW, TOWARD, VALID, NodeLight, make_node_light, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
-from renderer.path.light_nodes import KnownLight
+from renderer.path.light_nodes import Atlas, KnownLight
 
 _BRIGHT_SAMPLES = 1024
 _MOST_SWEEPS = 100
+_STRAY_RAYS, _STRAY_SAMPLES = 16, 32
+"""How many rays a place that is no node sends, and about how many points on lights it samples."""
 _OPEN_M = np.float32(0.8)
 """How far coarse nodes in the open are taken to be from what surrounds them, at least."""
 _STEPS_SPREAD = np.float32(2.0)
@@ -128,10 +130,6 @@ class IrradianceCache:
         other._scene, other._memory = scene, [make_gather_scratch(scratch) for scratch in scene.scratch]
         return other
 
-    def rays_of(self, count: int) -> Rays:
-        """Return how a place looks around it with so many rays."""
-        return Rays(self._key, even_points(count), np.float32(self.config.spacing_m), MOST_BEHIND)
-
     def fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``is_read`` (n,) that are not known yet; return how many.
 
@@ -148,7 +146,7 @@ class IrradianceCache:
         nodes = np.flatnonzero(near & ~self._filled)
         scene, config, key = self._scene, self.config, self._key
         samples, spacing = even_points(config.sun_samples), np.float32(config.spacing_m)
-        rays = self.rays_of(config.gather_rays)
+        rays = Rays(key, even_points(config.gather_rays), spacing, MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
@@ -161,6 +159,23 @@ class IrradianceCache:
         share_noise(self.atlas, *grids, spacing, todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)
+
+    def light_at(self, places: Atlas, cancelled: Callable[[], bool] | None = None) -> NodeLight:
+        """Return the light at places that are no nodes of the cache, by fewer rays, and not smoothed.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        nodes, light, pattern = np.arange(len(places.face)), make_node_light(len(places.face)), even_points(_STRAY_RAYS)
+        scene, key, rays = self._scene, self._key, Rays(self._key, pattern, np.float32(self.config.spacing_m), MOST_BEHIND)
+
+        def compute(worker: int, piece: tuple[int, int]) -> None:
+            chosen, memory = nodes[slice(*piece)], self._memory[worker]
+            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, pattern, chosen, memory.trace, light)
+            gather_nodes(scene.lit, places, self.source, rays, chosen, memory, light)
+
+        Pieces(len(nodes), LANES).run(scene.workers, compute, cancelled)
+        return light
 
     def known_light(self, cancelled: Callable[[], bool] | None = None) -> KnownLight:
         """Return the light at all fine nodes, for paths, which are computed as far as they are not known.

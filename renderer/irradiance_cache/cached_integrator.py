@@ -12,15 +12,15 @@ from renderer.bsdf.reflectance import WIDE
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
-from renderer.irradiance_cache.edges import make_edge_samples, smooth_edges
+from renderer.irradiance_cache.edges import EdgeSamples, make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamps import build_lamps
-from renderer.irradiance_cache.reconstruction import make_picture, mix_gloss, sum_across
+from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
+from renderer.irradiance_cache.strays import make_strays, places_of
 from renderer.path.ground_truth import Hits, TracedView
 
 _LEAST_SHARE = np.float32(0.02)
-_STRAY_RAYS = 16
 
 
 class CachedIntegrator:
@@ -36,12 +36,12 @@ class CachedIntegrator:
         self._memory = [make_shade_scratch(scratch) for scratch in scene.scratch]
         self._store = store
         self._none = make_edge_samples(0, 0, 0)
-        self._images = make_picture(0, 0), self._none
+        self._images = make_picture(0, 0), self._none, make_strays(0, 0)
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
         self.strays = 0
-        """Pixels of the newest view that no node knows: their light is computed for them alone."""
-        known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, store.rays_of(_STRAY_RAYS))
+        """Places of the newest view that no node knows: light was computed for them alone."""
+        known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
         self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, WIDE)
 
     @property
@@ -60,30 +60,35 @@ class CachedIntegrator:
         lit, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != (height, width):
             samples = make_edge_samples(height, width, len(self._store.atlas.face))
-            self._images = make_picture(height, width), samples
-        picture, samples = self._images
+            self._images = make_picture(height, width), samples, make_strays(*samples.hits.shape[::2])
+        picture, samples, _ = self._images
         shown, smooth = CachedView(lit, self._tables, view, frame_key), np.empty((height, width, 3), np.float32)
         samples.is_read[:] = False
-        for one in memory:
-            one.strays.met[0] = 0
-
-        def shade(worker: int, first: int) -> None:
-            shade_hits(shown, self._none, memory[worker], picture, first, step)
 
         def smooth_rows(worker: int, first: int) -> None:
             smooth_edges(shown, memory[worker], picture, smooth, samples, first, step)
 
-        def shade_samples(worker: int, first: int) -> None:
-            shade_hits(shown, samples, memory[worker], picture._replace(light=smooth), first, step)
-
-        workers.run(shade, range(step), cancelled)
-        self.strays = sum(int(one.strays.met[0]) for one in memory)
+        self.strays = self._shade(shown, self._none, picture, cancelled)
         self._scene.in_rows(sum_across, lit.surfaces, view.hits, picture)
         self._scene.in_rows(mix_gloss, lit.surfaces, view.hits, picture)
         workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
-        workers.run(shade_samples, range(step), cancelled)
+        self.strays += self._shade(shown, samples, picture._replace(light=smooth), cancelled)
         return smooth
+
+    def _shade(self, shown: CachedView, samples: EdgeSamples, picture: Picture, cancelled: Callable[[], bool] | None) -> int:
+        """Shade a picture, or samples of it; return how many strays light was computed for."""
+        workers, step, strays = self._scene.workers, self._scene.workers.count, self._images[2]
+
+        def shade(worker: int, first: int) -> None:
+            shade_hits(shown, samples, strays, self._memory[worker], picture, first, step)
+
+        workers.run(shade, range(step), cancelled)
+        count = int(strays.counts.sum())
+        if count:
+            strays = strays._replace(light=self._store.light_at(places_of(strays), cancelled))
+            workers.run(shade, range(step), cancelled)
+        return count
 
     def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes that a view reads, as far as they are not known; return how many those were."""

@@ -11,8 +11,6 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.irradiance_cache.gathering import CoarseLight
-from renderer.irradiance_cache.hemisphere import Rays
-from renderer.irradiance_cache.strays import Strays, make_strays
 from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
@@ -80,7 +78,7 @@ class Tables(NamedTuple):
 
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
-    rays: how strays look around them.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
+    spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
     """
 
     fine: Atlas
@@ -89,7 +87,7 @@ class Tables(NamedTuple):
     even: NDArray[np.float32]
     around: NDArray[np.float32]
     leaving: NDArray[np.float32]
-    rays: Rays
+    spacing_m: np.float32
     lamps: Lamps
     least_share: np.float32
     roughest: np.float32
@@ -108,7 +106,7 @@ class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
     trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; primary: (PRIMARY, 16), primary hits while their
-    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (7, 48), rays of a tile's edges; strays: those of a packet.
+    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (7, 48), rays of a tile's edges.
     """
 
     trace: Scratch
@@ -116,13 +114,12 @@ class ShadeScratch(NamedTuple):
     primary: NDArray[np.float32]
     gloss: NDArray[np.float32]
     edges: NDArray[np.float32]
-    strays: Strays
 
 
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
     primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
-    return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, aligned_floats(_GLOSS.size), edges, make_strays(trace))
+    return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, aligned_floats(_GLOSS.size), edges)
 
 
 @inlined

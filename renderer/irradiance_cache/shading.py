@@ -4,7 +4,7 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
 
     restore    the recorded hits become surfaces and BSDFs again
     diffuse    what matt lobes send on of the light that the nodes around know                          lane by lane
-    strays     light is computed for hits about which no node knows; these first stages follow for them
+    strays     packets with hits about which no node knows wait until light is computed for these, and begin again
     classify   what mirrors: by the first order of the light around, or by a ray of its own             lane by lane
     lamps      some of the lamps and panes that rough gloss shows, as balls                             lane by lane, then shadow rays
     sun        sampled where the nodes around have any
@@ -37,7 +37,7 @@ from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.reconstruction import Picture
 from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
 from renderer.irradiance_cache.specular import pass_glass
-from renderer.irradiance_cache.strays import NONE, add_stray, light_strays
+from renderer.irradiance_cache.strays import Strays, add_stray, expect_none, has_strays
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits
 from renderer.path.light_nodes import STRIP, Atlas
@@ -71,52 +71,63 @@ def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int,
 
 
 @entry
-def shade_hits(shown: CachedView, samples: EdgeSamples, memory: ShadeScratch, picture: Picture, first: int, step: int) -> None:
-    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs."""
-    view, apart = shown.traced, len(samples.counts) > 0
-    for row in range(first * TILE, view.camera.height, step * TILE):
-        end, stride = (samples.counts[row // TILE], LANES) if apart else (view.camera.width, TILE)
-        for begin in range(0, end, stride):
+def shade_hits(
+    shown: CachedView, samples: EdgeSamples, strays: Strays, memory: ShadeScratch, picture: Picture, first: int, step: int
+) -> None:
+    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs.
+
+    Packets that have ``strays`` are left out until their light is known, then all others are.
+    """
+    view, apart, again = shown.traced, len(samples.counts) > 0, len(strays.light.valid) > 0
+    for row in range(first, len(strays.counts), step):
+        if not again:
+            strays.counts[row] = 0
+        for begin in range(0, samples.counts[row] if apart else LANES * -(-view.camera.width // TILE), LANES):
+            if again and not has_strays(strays, row, begin):
+                continue
+            x, y = begin // TILE, row * TILE
             if apart:
-                load_samples(samples, row // TILE, begin, memory)
+                load_samples(samples, row, begin, memory)
             else:
-                aim_exposed_tile(view.camera, begin, row, CENTRE, memory.trace.rays)
-                restore_hits(view, begin, row, memory.trace.rays)
+                aim_exposed_tile(view.camera, x, y, CENTRE, memory.trace.rays)
+                restore_hits(view, x, y, memory.trace.rays)
                 for k in range(LANES):
-                    memory.pixels[0, k], memory.pixels[1, k] = begin + (k & 3), row + (k >> 2)
-            _shade_packet(shown, apart, memory)
+                    memory.pixels[0, k], memory.pixels[1, k] = x + (k & 3), y + (k >> 2)
+            if not again:
+                expect_none(strays, row, begin)
+            if not _shade_packet(shown, apart, strays, row, begin, memory):
+                continue
             if apart:
-                add_samples(samples, row // TILE, begin, memory.primary, picture.light)
+                add_samples(samples, row, begin, memory.primary, picture.light)
             else:
-                _store(begin, row, memory, picture)
+                _store(x, y, memory, picture)
 
 
 @inlined
-def _shade_packet(shown: CachedView, alone: bool, memory: ShadeScratch) -> None:
-    """Shade 16 hits, which lie in the packet; ``alone``: whether each sends mirrored rays of its own."""
+def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begin: int, memory: ShadeScratch) -> bool:
+    """Shade 16 hits, which lie in the packet; return False if light is to be computed for some first.
+
+    ``alone``: whether each sends mirrored rays of its own; ``row``, ``begin``: the place of the packet's strays.
+    """
     scene, tables, frame_key, lanes = shown.scene, shown.tables, shown.frame_key, memory.trace.lanes
     spread = _ONE / shown.traced.camera.focal_px
     kinds = _build_surfaces(scene, spread, memory.trace)
-    sunny = asking = traced = strays = 0
-    # Those about which no node knows anything are shaded in a second turn, when their light has been computed.
-    for turn in range(2):
-        for k in range(LANES):
-            if turn == 0:
-                _begin_pixel(lanes, memory, k)
-                if lanes[ln.HIT + k] == _ZERO:
-                    continue
-            elif memory.strays.server[k] == NONE:
-                continue
-            incident = read_light(tables, k, memory) if turn == 0 else light_of_stray(memory.strays, k)
-            if not incident.known:
-                strays = add_stray(memory.trace, k, strays, tables.rays.far_m, memory.strays)
-                continue
+    sunny = asking = traced = 0
+    again, met = len(strays.light.valid) > 0, False
+    for k in range(LANES):
+        _begin_pixel(lanes, memory, k)
+        if lanes[ln.HIT + k] == _ZERO:
+            continue
+        stray = again and strays.server[row, begin + k] >= 0
+        incident = light_of_stray(strays, row, begin + k) if stray else read_light(tables, k, memory)
+        if not incident.known:
+            add_stray(memory.trace, k, row, begin, tables.spacing_m, strays)
+            met = True
+        elif not met:
             more = _shade_lane(scene, tables, incident, kinds, alone, k, memory)
             sunny, asking, traced = sunny + more[0], asking + more[1], traced + more[2]
-        if strays == 0:
-            break
-        if turn == 0:
-            light_strays(scene, tables.source, tables.rays, strays, memory.strays)
+    if met:
+        return False
     if asking > 0:
         add_lamps(scene, tables.lamps, choose_lamps(scene.surfaces, tables.lamps, memory), memory)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
@@ -125,6 +136,7 @@ def _shade_packet(shown: CachedView, alone: bool, memory: ShadeScratch) -> None:
         _add_from_behind(scene, tables, frame_key, memory)
     if traced > 0:
         add_gloss(scene, tables, spread, memory)
+    return True
 
 
 @inlined
@@ -162,7 +174,6 @@ def _build_surfaces(scene: LitScene, spread: np.float32, scratch: Scratch) -> in
 def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> None:
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     primary = memory.primary
-    memory.strays.server[k] = NONE
     lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = memory.gloss[rec.LAMPLIGHT + k] = _ZERO
     primary[rec.KIND, k] = primary[rec.ALPHA, k] = _ZERO
     primary[rec.LAMPS, k] = primary[rec.LAMPS + 1, k] = primary[rec.LAMPS + 2, k] = _ZERO

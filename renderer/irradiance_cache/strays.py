@@ -1,6 +1,7 @@
 """Strays: hits about which no node knows anything, as all around lie within objects.
 
-Light is computed for them as for nodes, and as far apart: those of a packet that lie closer together on one part have it in common.
+The packets that have some wait; light is computed for all strays of a view as for nodes, and as far apart, then the packets are shaded.
+Strays of a packet that lie closer together on one part have their light in common.
 """
 
 from __future__ import annotations
@@ -12,74 +13,83 @@ from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
-from renderer.core.ray_packet import LANES, aligned_floats, make_packet
-from renderer.irradiance_cache.gathering import CoarseLight, gather_nodes
-from renderer.irradiance_cache.hemisphere import GatherScratch, Rays, make_gather_scratch
-from renderer.irradiance_cache.node_direct import light_nodes
+from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.nodes import NodeLight, make_node_light
 from renderer.path.light_nodes import Atlas
-from renderer.path.records import LitScene, Scratch
+from renderer.path.records import Scratch
 
 _ZERO = np.float32(0.0)
-_BUDGET = 32
-"""About how many points on lights a stray samples."""
 _SAME_WAY = np.float32(0.9)
 """Least cosine between the normals of strays that have their light in common."""
-NONE = -1
+_NONE = -1
+_AXES = (ln.P_X, ln.P_Y, ln.P_Z, ln.NG_X, ln.NG_Y, ln.NG_Z)
 
 
 class Strays(NamedTuple):
-    """Memory of one thread for the strays of a tile.
+    """The strays of a view, by rows of packets, each with room for all that it may have.
 
-    gather: rays and lanes beside those of the tile; atlas, light: a node for each lane; lanes: (16,) int64, lanes whose light is computed;
-    server: (16,) int64, of each lane the one whose light it takes, NONE for those that are no strays; met: (1,) int64, how many strays
-    there were in all.
+    server: (rows, room) int32, of each hit, in the order of packets, the number in its row of the stray whose light it takes, -1 for those
+    that are none; counts: (rows,) int32; places: (rows, room, 6) float32, metres and normal, world, and part: (rows, room) int32.
+    first: (rows,) int64, where a row's strays begin in ``light``, which is empty while it is not known.
     """
 
-    gather: GatherScratch
-    atlas: Atlas
+    server: NDArray[np.int32]
+    counts: NDArray[np.int32]
+    places: NDArray[np.float32]
+    part: NDArray[np.int32]
+    first: NDArray[np.int64]
     light: NodeLight
-    lanes: NDArray[np.int64]
-    server: NDArray[np.int64]
-    met: NDArray[np.int64]
 
 
-def make_strays(trace: Scratch) -> Strays:
-    """Return that memory beside a thread's own."""
-    apart = trace._replace(rays=make_packet(), lanes=aligned_floats(len(trace.lanes)), sampled=np.zeros(LANES, np.int32))
-    colors, numbers = np.zeros((2, LANES, 3), np.float32), np.zeros(LANES, np.int32)
-    tables = np.zeros((0, 4), np.int32), np.zeros((0, 6), np.float32), numbers[:0], np.zeros((0, 2), np.float32), numbers[:0]
-    shares = np.zeros((LANES, 2), np.float32), np.zeros(LANES, np.float32)
-    atlas = Atlas(*tables, colors[0], colors[1], numbers, *shares)
-    lists = np.zeros((2, LANES), np.int64)
-    return Strays(make_gather_scratch(apart), atlas, make_node_light(LANES), lists[0], lists[1], np.zeros(1, np.int64))
+def make_strays(rows: int, room: int) -> Strays:
+    """Return room for them; memory is taken as it is filled."""
+    server, places, part = np.empty((rows, room), np.int32), np.empty((rows, room, 6), np.float32), np.empty((rows, room), np.int32)
+    return Strays(server, np.zeros(rows, np.int32), places, part, np.zeros(rows, np.int64), make_node_light(0))
+
+
+def places_of(strays: Strays) -> Atlas:
+    """Return the strays of a view as nodes of no surface, and let ``first`` say which are a row's."""
+    places = np.concatenate([row[:count] for row, count in zip(strays.places, strays.counts, strict=True)])
+    strays.first[:] = np.cumsum(strays.counts, dtype=np.int64) - strays.counts
+    numbers, shares = np.zeros(len(places), np.int32), np.zeros((len(places), 2), np.float32)
+    tables = np.zeros((0, 4), np.int32), np.zeros((0, 6), np.float32), numbers[:0], shares[:0], numbers[:0]
+    return Atlas(*tables, places[:, :3].copy(), places[:, 3:].copy(), numbers, shares, shares[:, 0].copy())
 
 
 @inlined
-def add_stray(trace: Scratch, k: int, count: int, apart_m: np.float32, strays: Strays) -> int:
-    """Let lane k be one more stray beside ``count`` whose light is computed, unless one is within ``apart_m``; return how many are then."""
-    lanes, atlas = trace.lanes, strays.atlas
-    strays.met[0] += 1
-    for axis in range(3):
-        atlas.position[k, axis] = lanes[ln.P_X + LANES * axis + k]
-        atlas.normal[k, axis] = lanes[ln.NG_X + LANES * axis + k]
-    for i in range(count):
-        other = strays.lanes[i]
+def has_strays(strays: Strays, row: int, begin: int) -> bool:
+    """Return whether the packet that begins at a place of a row has any."""
+    if strays.counts[row] > 0:
+        for k in range(LANES):
+            if strays.server[row, begin + k] != _NONE:
+                return True
+    return False
+
+
+@inlined
+def expect_none(strays: Strays, row: int, begin: int) -> None:
+    """Begin with a packet."""
+    for k in range(LANES):
+        strays.server[row, begin + k] = _NONE
+
+
+@inlined
+def add_stray(trace: Scratch, k: int, row: int, begin: int, apart_m: np.float32, strays: Strays) -> None:
+    """Let lane k of the packet that begins at a place of a row be a stray, with another's light if one is within ``apart_m``."""
+    lanes, places, count = trace.lanes, strays.places, strays.counts[row]
+    for other in range(k):
+        i = strays.server[row, begin + other]
+        if i == _NONE:
+            continue
         squared = cosine = _ZERO
         for axis in range(3):
-            between = atlas.position[other, axis] - atlas.position[k, axis]
+            between = places[row, i, axis] - lanes[_AXES[axis] + k]
             squared += between * between
-            cosine += atlas.normal[other, axis] * atlas.normal[k, axis]
-        if trace.parts[other] == trace.parts[k] and squared < apart_m * apart_m and cosine > _SAME_WAY:
-            strays.server[k] = other
-            return count
-    strays.lanes[count] = strays.server[k] = k
-    return count + 1
-
-
-@inlined
-def light_strays(scene: LitScene, source: CoarseLight, rays: Rays, count: int, strays: Strays) -> None:
-    """Compute the light of that many strays."""
-    chosen = strays.lanes[:count]
-    light_nodes(scene, strays.atlas, rays.key, _BUDGET, rays.pattern, chosen, strays.gather.trace, strays.light)
-    gather_nodes(scene, strays.atlas, source, rays, chosen, strays.gather, strays.light)
+            cosine += places[row, i, 3 + axis] * lanes[_AXES[3 + axis] + k]
+        if strays.part[row, i] == trace.parts[k] and squared < apart_m * apart_m and cosine > _SAME_WAY:
+            strays.server[row, begin + k] = i
+            return
+    for axis in range(6):
+        places[row, count, axis] = lanes[_AXES[axis] + k]
+    strays.part[row, count], strays.server[row, begin + k] = trace.parts[k], count
+    strays.counts[row] = count + 1

@@ -9,8 +9,9 @@ from model_rooms import furnace, lit_room, views
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core import lanes as ln
 from renderer.core.kernel import from_python
+from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache import strays
-from renderer.irradiance_cache.strays import make_strays
+from renderer.irradiance_cache.strays import make_strays, places_of
 from renderer.path.records import make_scratch
 
 add_stray = from_python(strays.add_stray)
@@ -71,16 +72,17 @@ def test_a_body_turned_inside_out_is_lit_like_any_other():
 )
 def test_strays_close_to_each_other_have_their_light_in_common(apart_m, turn, part, shared):
     trace = make_scratch(0)
-    found, lanes = make_strays(trace), trace.lanes
+    found, lanes = make_strays(2, 48), trace.lanes
+    found.server[:] = -1
     lanes[ln.P_X + 5], lanes[ln.NG_X + 5], lanes[ln.NG_Z + 5] = apart_m, np.sin(turn), np.cos(turn)
     lanes[ln.NG_Z + 2] = 1.0
     trace.parts[2], trace.parts[5] = 3, part
-    count = 0
     for k in (2, 5):
-        count = add_stray(trace, k, count, np.float32(0.03), found)
-    assert found.met[0] == 2
-    assert (count, found.server[[2, 5]].tolist()) == ((1, [2, 2]) if shared else (2, [2, 5]))
-    assert found.lanes[:count].tolist() == [2, 5][:count]
+        add_stray(trace, k, 1, 16, np.float32(0.03), found)
+    assert (found.counts.tolist(), found.server[1, [18, 21]].tolist()) == (([0, 1], [0, 0]) if shared else ([0, 2], [0, 1]))
+    places = places_of(found)
+    np.testing.assert_array_equal(places.position, lanes.reshape(-1, LANES)[ln.P_X // LANES :][:3].T[[2, 5][: len(places.face)]])
+    assert found.first.tolist() == [0, 0]
 
 
 def test_hits_between_nodes_within_something_are_lit_and_counted():
@@ -93,7 +95,7 @@ def test_hits_between_nodes_within_something_are_lit_and_counted():
     view = pose((0.051, 0.05, 0.2), (0.05, 0.05, 0))
     with Renderer(flat, CameraConfig(width=32, height=24, horizontal_fov_rad=0.15), CACHED, 5) as renderer:
         image = renderer.render(view, 0, ("radiance",)).radiance
-        assert renderer.cached().strays == image[..., 0].size
+        assert renderer.cached().strays == image[..., 0].size // 16  # those of a packet lie close together
     assert image.min() > 0.2 * image.max() > 0.0
 
 
