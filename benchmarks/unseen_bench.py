@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,6 +33,7 @@ from benchmarks.sampled_rooms import (
     preset_config,
     sample_room,
 )
+from benchmarks.seeds import add_seed
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import room_types
 from grammar.synthesize import SceneSynthesizer
@@ -195,7 +195,7 @@ def describe(room: Figures) -> str:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.unseen_bench")
-    parser.add_argument("--seed", type=int, help="of the rooms (default: drawn from the clock)")
+    add_seed(parser)
     parser.add_argument("--rooms", type=int, default=2, help="of each type (default: %(default)s)")
     parser.add_argument("--types", nargs="+", choices=room_types(), default=list(room_types()), help="room types (default: all)")
     parser.add_argument("--presets", nargs="+", choices=("realtime", "stream"), default=["stream"], help="(default: stream)")
@@ -206,7 +206,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every room to this file")
     parser.add_argument("--write", action="store_true", help="put the table into docs/cache.md")
     arguments = parser.parse_args()
-    seed = int(time.time()) if arguments.seed is None else arguments.seed
+    seed = arguments.seed
     references, found = References(arguments.references, arguments.samples // 2), []
     width, height = arguments.size
     print(f"seed {seed}", flush=True)

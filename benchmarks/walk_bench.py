@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from benchmarks.sampled_rooms import SLOW, SMALL, References, SampledRoom, camera_of, preset_config, sample_room
+from benchmarks.seeds import add_seed
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import room_types
 from grammar.synthesize import SceneSynthesizer
@@ -306,7 +306,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.walk_bench")
     parser.add_argument("what", choices=("flicker", "perception"))
-    parser.add_argument("--seed", type=int, help="of the rooms (default: drawn from the clock)")
+    add_seed(parser)
     parser.add_argument("--types", nargs="+", choices=room_types(), default=list(ROOM_TYPES), help="room types (default: three)")
     parser.add_argument("--frames", type=int, default=FRAMES, help="of each room (default: %(default)s)")
     parser.add_argument("--references", type=Path, metavar="DIR", help="path-traced pictures are kept here, rendered if missing")
@@ -315,7 +315,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="put the table into docs/cache.md")
     arguments = parser.parse_args()
     references, preset, frames = References(arguments.references, arguments.samples), arguments.preset, arguments.frames
-    seed = int(time.time()) if arguments.seed is None else arguments.seed
+    seed = arguments.seed
     print(f"seed {seed}", flush=True)
     if arguments.what == "flicker":
         rows = measure_flicker(seed, arguments.types, frames, references, preset)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from benchmarks.seeds import add_seed
 from benchmarks.table import DOCS, Row, markdown_table, render_table, write_section
 
 PICTURES_OFF = tuple(f"streams.{layer}:=false" for layer in ("normals", "semantic", "instance"))
@@ -19,7 +19,7 @@ def words_of(judge: str, frames: int) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=f"python -m benchmarks.judges.{judge}")
     parser.add_argument("--rooms", type=int, default=10)
     parser.add_argument("--frames", type=int, default=frames)
-    parser.add_argument("--seed", type=int, default=time.time_ns() % 2**31, help="default: by the clock")
+    add_seed(parser)
     parser.add_argument("-p", action="append", default=[], metavar="NODE.NAME:=VALUE", help="further parameters of the rooms")
     parser.add_argument("--write", action="store_true", help="put the table into the page")
     return parser

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from benchmarks.seeds import add_seed
 from benchmarks.table import Row, at_least, render_table
 from grammar import SceneRequest, room_types
 from grammar.synthesize import CameraTimes, SceneSynthesizer
@@ -31,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--rooms", type=int, default=1)
     parser.add_argument("--types", nargs="*", default=list(room_types()))
-    parser.add_argument("--seed", type=int, default=time.time_ns() // 10**9)
+    add_seed(parser)
     parser.add_argument("--clutter", type=float, default=1.0)
     parser.add_argument("--all", action="store_true")
     given = parser.parse_args(arguments)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from PIL import Image
 from benchmarks.pictures.statistics import FIGURES, figures
 from benchmarks.pictures.views import View, judge_views
 from benchmarks.sampled_rooms import TIMES
+from benchmarks.seeds import add_seed
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import SceneRequest, room_types
 from grammar.synthesize import SceneSynthesizer
@@ -111,7 +111,7 @@ def _measured(arguments: argparse.Namespace, seed: int) -> Iterator[tuple[str, d
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.pictures")
-    parser.add_argument("--seed", type=int, help="of the rooms (default: drawn from the clock)")
+    add_seed(parser)
     parser.add_argument("--rooms", type=int, default=3, help="of each type (default: %(default)s)")
     parser.add_argument("--types", nargs="+", choices=room_types(), default=list(room_types()), help="room types (default: all)")
     add_arguments(parser)
@@ -122,7 +122,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every picture or view to this file")
     parser.add_argument("--write", action="store_true", help="put the table into docs/cameras.md")
     arguments = parser.parse_args()
-    seed = int(time.time()) if arguments.seed is None else arguments.seed
+    seed = arguments.seed
     told: dict[str, Any] = {"seed": seed}
     if arguments.views:
         section, told["views"] = "views", find_views(seed, arguments.views, arguments.types)
