@@ -13,7 +13,7 @@ import time
 from functools import cache
 from pathlib import Path
 
-_LONGEST_S = 120.0
+_LONGEST_S = 300.0
 """After so long the other process is taken for stopped, and its kernel is compiled here as well."""
 _EVERY_S = 0.02
 _BYTES = 1 << 60
