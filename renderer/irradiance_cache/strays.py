@@ -81,5 +81,5 @@ def add_stray(trace: Scratch, k: int, count: int, apart_m: np.float32, strays: S
 def light_strays(scene: LitScene, source: CoarseLight, rays: Rays, count: int, strays: Strays) -> None:
     """Compute the light of that many strays."""
     chosen = strays.lanes[:count]
-    light_nodes(scene, strays.atlas, rays.key, _BUDGET, rays.pattern, chosen, strays.gather.trace, strays.light)
+    light_nodes(scene, strays.atlas, rays.key, _BUDGET, rays.pattern, chosen, strays.light.valid[:0], strays.gather.trace, strays.light)
     gather_nodes(scene, strays.atlas, source, rays, chosen, strays.gather, strays.light)
