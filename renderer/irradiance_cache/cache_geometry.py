@@ -13,13 +13,12 @@ from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import build_atlas, stand_in
-from renderer.irradiance_cache.charts import Charts, find_charts
+from renderer.irradiance_cache.charts import Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import Looks, find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.irradiance_cache.specular import SMOOTH
-from renderer.irradiance_cache.winding import seen_from_behind
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import GRID, Atlas
 from renderer.scene.flat_scene import is_same_geometry
@@ -94,6 +93,8 @@ class CacheGeometry:
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
+        # Fine nodes are only lit.
+        self.fine = self.fine._replace(weight=np.zeros((0, 2), np.float32), area=np.zeros(0, np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
         self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
