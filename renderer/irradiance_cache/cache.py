@@ -82,7 +82,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             nodes, scratch = everything[slice(*piece)], scene.scratch[worker]
-            light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, scratch, light)
+            light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, geometry.sky_share, scratch, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
         by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
@@ -150,7 +150,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, memory.trace, self.light)
+            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, self.light.valid[:0], memory.trace, self.light)
             gather_nodes(scene.lit, self.atlas, self.source, rays, chosen, memory, self.light)
             self._filled[chosen] = True
 
@@ -171,7 +171,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, pattern, chosen, memory.trace, light)
+            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, pattern, chosen, light.valid[:0], memory.trace, light)
             gather_nodes(scene.lit, places, self.source, rays, chosen, memory, light)
 
         Pieces(len(nodes), LANES).run(scene.workers, compute, cancelled)

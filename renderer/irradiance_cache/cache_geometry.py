@@ -13,13 +13,12 @@ from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import build_atlas, stand_in
-from renderer.irradiance_cache.charts import Charts, find_charts
-from renderer.irradiance_cache.hemisphere import BEHIND, UNKNOWN, GatherScratch, Rays
+from renderer.irradiance_cache.charts import Charts, find_charts, seen_from_behind
+from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import Looks, find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.irradiance_cache.specular import SMOOTH
-from renderer.irradiance_cache.winding import seen_from_behind
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import GRID, Atlas
 from renderer.scene.flat_scene import is_same_geometry
@@ -48,6 +47,8 @@ MOST_BEHIND = np.float32(0.25)
 _STEPS = 3
 _PROBES = 64
 _LEAST_WORTH = 0.02
+_LEAST_SKY, _STEPS_OUTDOORS = 0.05, 2
+"""Share of a node's rays that must meet nothing for it to be outside, and how often light is scattered there at least."""
 
 
 class CacheGeometry:
@@ -61,14 +62,15 @@ class CacheGeometry:
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
         coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
-        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, BEHIND or UNKNOWN.
-        sightings: rays that see lights by mirrors, or what is outside.
+        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
+        sightings: rays that see lights by mirrors.
+        sky_share: (n,) float32, of coarse nodes that are seen outside by panes the share of their surroundings that is sky, 0 of others.
         worth: (n,) float32, 0 for coarse nodes that :attr:`known` rules out, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
         other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing
             and something around it is not close by.
         shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
-            area nobody sees, and where rays go on.
+            area nobody sees, where rays go on, and outside.
         looks: what the surfaces of coarse nodes do with light; behind: (n,) int32, the coarse node on the other side of their sheet, -1
             for none.
         complete: whether :meth:`link` has ended.
@@ -91,13 +93,16 @@ class CacheGeometry:
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
+        # Fine nodes are only lit.
+        self.fine = self.fine._replace(weight=np.zeros((0, 2), np.float32), area=np.zeros(0, np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
         self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
         front = np.flatnonzero(self.behind >= 0)
         self.behind[self.behind[front]] = front
         self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
-        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), self.far)
+        outdoors, self.sky_share = np.zeros((count, rays), np.bool_), np.zeros(count, np.float32)
+        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), outdoors, self.far, self.sky_share)
         self._sightings: dict[int, Sightings] = {}
         self._uncut = [(atlas, Pieces(_count_charts(atlas))) for atlas in (self.coarse, self.fine)]
         self._unlinked, self._unresolved = Pieces(count), Pieces(count)
@@ -126,20 +131,24 @@ class CacheGeometry:
 
         self._unlinked.run(workers, compute, cancelled)
         in_sheets = self.looks.passed.any(axis=1)
-        valid = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) & ((self.far > 0.0) | in_sheets)
+        # What sees the sky lies within nothing, whatever of the room's walls it sees from behind.
+        stands_free = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) | (self.sky_share > _LEAST_SKY)
+        valid = stands_free & ((self.far > 0.0) | in_sheets)
         self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
 
         def resolve(worker: int, piece: tuple[int, int]) -> None:
             resolve_links(coarse, self.worth, self._links, memory[worker], *piece)
 
         self._unresolved.run(workers, resolve, cancelled)
+        self.sky_share *= _find_outdoors(self._links)
+        self.links[(self.links == BEHIND) & (self.sky_share > 0.0)[:, None]] = DARK
         self.other = np.zeros(len(valid), np.int32)
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
         # Nodes within things, or in gaps so deep that they see only each other, shine by those that stand in for them; rays that end
         # where there are none tell nothing.
         self.known = valid[self.other]
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
-        shines = valid & (self.far > 0.0) & ~_sends_rays_on(scene, coarse)
+        shines = valid & (self.far > 0.0) & (self.sky_share == 0.0) & ~_sends_rays_on(scene, coarse)
         self.shining_area = np.where(shines, coarse.area, np.float32(0.0))
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
         node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
@@ -156,8 +165,19 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        known = (self.behind, self.far, self.worth, self.other, self.known, self.shining_area)
+        known = (self.behind, self.far, self.worth, self.other, self.known, self.shining_area, self.sky_share)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
+
+
+def _find_outdoors(links: Links) -> NDArray[np.bool_]:
+    """Return which nodes (n,) are seen by panes, or by others that are, and see the sky themselves."""
+    ends, under_sky = links.ends, links.escaped > _LEAST_SKY
+    seen = np.zeros(len(ends), np.bool_)
+    seen[ends[links.outdoors & (ends >= 0)]] = True
+    for _ in range(_STEPS_OUTDOORS):
+        beside = ends[seen & under_sky]
+        seen[beside[beside >= 0]] = True
+    return seen & under_sky
 
 
 def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:

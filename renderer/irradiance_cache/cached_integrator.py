@@ -13,7 +13,7 @@ from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.edges import EdgeSamples, make_edge_samples, smooth_edges
-from renderer.irradiance_cache.lamps import build_lamps
+from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
 from renderer.irradiance_cache.shading import shade_hits, want_nodes

@@ -15,6 +15,7 @@ from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
+    INDOORS,
     UNKNOWN,
     GatherScratch,
     Rays,
@@ -167,7 +168,7 @@ def _light_of_ray(surfaces: Surfaces, source: CoarseLight, k: int, memory: Gathe
     if link >= 0 and not source.known[link]:
         link = UNKNOWN
     far = memory.trace.rays.real[ray.TFAR + k] > bright.near_m
-    if link >= 0 and not (bright.chosen[link] and memory.trace.sampled[k] == 0 and far):
+    if link >= 0 and not (bright.chosen[link] and memory.trace.sampled[k] == INDOORS and far):
         red, green, blue = red + source.luminance[link, 0], green + source.luminance[link, 1], blue + source.luminance[link, 2]
     return red, green, blue, link
 

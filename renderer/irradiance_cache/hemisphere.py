@@ -31,16 +31,19 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _DEEPEST = 8
 _LEAN = np.float32(0.7)
 
-DARK, BEHIND, UNKNOWN = -1, -2, -3
-"""Links of rays that end at no node: at a light, a pane or nothing; at the inside of a closed part; where all nodes lie within things.
+DARK, ESCAPED, BEHIND, UNKNOWN = -1, -2, -3, -4
+"""Links of rays that end at no node: at a light or beyond a pane; at nothing, from where no pane leads out; at the inside of a closed part;
+where all nodes lie within things.
 
 What arrives by the last two is not known, and the other rays of a node stand for them, so that no light is lost.
 """
 
-# A row of sights: how a ray sees a lamp or the sky by way of a mirror, or what is outside.
+INDOORS, MIRRORED, OUTDOORS = range(3)
+"""``Scratch.sampled`` of rays: straight ones, those that have met a mirror, and those that have left by a pane."""
+
+# A row of sights: how a ray sees a lamp or the sky by way of a mirror.
 _SIGHT = Layout()
-PASSED = _SIGHT.field()  # what panes let through of rays that go outside, 0 of others
-AHEAD = _SIGHT.field(3)  # the ray's unit direction; outside, the normal of what it sees
+AHEAD = _SIGHT.field(3)  # the ray's unit direction
 COSINE = _SIGHT.field()  # between the ray and the lamp's normal
 SIGHT = _SIGHT.size
 
@@ -132,24 +135,19 @@ def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> R
 @inlined
 def sighted_light(surfaces: Surfaces, part: int, sights: NDArray[np.float32], i: int) -> Rgb:
     """Return the luminance (r, g, b) that the ray of row ``i`` of ``sights`` (n, SIGHT) sees of a part, cd/m2."""
-    passed, x, y, z = sights[i, PASSED], sights[i, AHEAD], sights[i, AHEAD + 1], sights[i, AHEAD + 2]
-    if passed > _ZERO:
-        row, table = part * st.ROW_SIZE, surfaces.materials
-        r, g, b = outside_light(surfaces.sky, x, y, z)
-        return passed * table[row + st.BASE] * r, passed * table[row + st.BASE + 1] * g, passed * table[row + st.BASE + 2] * b
-    return surface_le(surfaces, part, x, y, z, sights[i, COSINE])
+    return surface_le(surfaces, part, sights[i, AHEAD], sights[i, AHEAD + 1], sights[i, AHEAD + 2], sights[i, COSINE])
 
 
 @inlined
 def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch) -> None:
-    """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK or BEHIND.
+    """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK, ESCAPED or BEHIND.
 
-    ``sighted``: (16,), the part whose light only such rays find, or -1: lamps and the sky by way of a mirror, and what is outside.
+    ``sighted``: (16,), the part whose light only such rays find, or -1: lamps and the sky by way of a mirror.
     """
     scratch, rays = memory.trace, memory.trace.rays
     real, integer, alive = rays.real, rays.integer, rays.alive
     for k in range(LANES):
-        memory.links[k], scratch.sampled[k], memory.sighted[k], memory.sights[k, PASSED] = DARK, 0, -1, _ZERO
+        memory.links[k], scratch.sampled[k], memory.sighted[k] = DARK, INDOORS, -1
     going = LANES
     for depth in range(_DEEPEST):
         if going == 0:
@@ -158,9 +156,11 @@ def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch
         scratch.traced[0] += going
         going = 0
         for k in range(LANES):
-            met = alive[k] != 0 and integer[ray.GEOM_ID + k] != INVALID_ID
+            traced, met = alive[k] != 0, integer[ray.GEOM_ID + k] != INVALID_ID
             alive[k] = 0
-            if met:
+            if traced and not met and scratch.sampled[k] != OUTDOORS:
+                memory.links[k] = ESCAPED
+            elif traced and met:
                 going += _meet(scene, atlas, np.uint32(seed + np.uint32(LANES * depth + k)), k, memory)
     # The packet serves others, whose rays panes stop.
     for k in range(LANES):
@@ -169,11 +169,8 @@ def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch
 
 @inlined
 def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: GatherScratch) -> int:
-    """Send ray k on from what it has hit and return 1, or write where it ends and return 0.
-
-    ``scratch.sampled``: 1 for rays that have met a mirror.
-    """
-    surfaces, mirrored, sights, rays = scene.surfaces, memory.trace.sampled, memory.sights, memory.trace.rays
+    """Send ray k on from what it has hit and return 1, or write where it ends and return 0."""
+    surfaces, ways, rays = scene.surfaces, memory.trace.sampled, memory.trace.rays
     real, table = rays.real, surfaces.materials
     face = rays.integer[ray.PRIM_ID + k]
     part = surfaces.face_part[face]
@@ -181,24 +178,18 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
     nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
     toward = -(dx * nx + dy * ny + dz * nz)
-    # What stands outside: its part, and the normal by which the sky lights it.
-    if sights[k, PASSED] > _ZERO:
-        scale = (_ONE if toward > _ZERO else -_ONE) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-        _sight(part, scale * nx, scale * ny, scale * nz, k, memory)
-        return 0
+    u, front = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24), toward > _ZERO
     # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only.
-    if scene.lights.face_group[face] >= 0 and toward > _ZERO:
+    if scene.lights.face_group[face] >= 0 and front and ways[k] != OUTDOORS:
         cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-        if mirrored[k] != 0:
-            _sight(part, dx, dy, dz, k, memory)
-            sights[k, COSINE] = cosine
+        if ways[k] == MIRRORED:
+            _sight(part, dx, dy, dz, cosine, k, memory)
             return 0
         if table[row + st.PORTAL] > _ZERO:
-            _leave(pane_transmittance(surfaces, part, cosine), k, memory)
-            return 1
+            return _leave(u < pane_transmittance(surfaces, part, cosine), k, memory)
     # Clear glass and mirrors send on the share of the rays that they send on of the light; others see what the front of glass scatters.
-    u, front = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24), toward > _ZERO
-    clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
+    indoors = ways[k] != OUTDOORS
+    clear, mirror = indoors and is_clear(table, row), indoors and is_mirror(table, row) and is_wide(atlas, face)
     if clear and front:
         share = _RED * clear_share(table, row, 0) + _GREEN * clear_share(table, row, 1) + _BLUE * clear_share(table, row, 2)
         if u < share:
@@ -211,7 +202,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
         if u >= (np.sqrt(share) if clear else share):
             return 0
         go_on(rays, k, mirror)
-        mirrored[k] = 1 if mirror else mirrored[k]
+        ways[k] = MIRRORED if mirror else ways[k]
         return 1
     # All else: a node near the hit, which is chosen later.
     if front or has_back(atlas, face):
@@ -223,19 +214,23 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
 
 
 @inlined
-def _sight(part: int, x: np.float32, y: np.float32, z: np.float32, k: int, memory: GatherScratch) -> None:
-    """Let ray k see the light of a part: (x, y, z) is its AHEAD."""
-    memory.sighted[k], memory.sights[k, AHEAD], memory.sights[k, AHEAD + 1], memory.sights[k, AHEAD + 2] = part, x, y, z
+def _sight(part: int, x: np.float32, y: np.float32, z: np.float32, cosine: np.float32, k: int, memory: GatherScratch) -> None:
+    """Let ray k see the light of a part along a unit direction."""
+    sights = memory.sights
+    memory.sighted[k], sights[k, AHEAD], sights[k, AHEAD + 1], sights[k, AHEAD + 2], sights[k, COSINE] = part, x, y, z, cosine
 
 
 @inlined
-def _leave(passed: np.float32, k: int, memory: GatherScratch) -> None:
-    """Send ray k on through a pane to what stands outside; the sky itself is sampled as a light."""
+def _leave(passes: bool, k: int, memory: GatherScratch) -> int:
+    """Send ray k on through a pane to what stands outside, if it passes, and return whether; the sky itself is sampled as a light."""
+    if not passes:
+        return 0
     rays = memory.trace.rays
-    memory.sights[k, PASSED] = passed
+    memory.trace.sampled[k] = OUTDOORS
     rays.real[ray.TNEAR + k], rays.real[ray.TFAR + k] = rays.real[ray.TFAR + k], np.inf
     rays.integer[ray.GEOM_ID + k], rays.integer[ray.MASK + k] = INVALID_ID, PASS_PANES
     rays.alive[k] = -1
+    return 1
 
 
 @inlined

@@ -30,8 +30,7 @@ from renderer.path.emission import surface_le
 from renderer.path.infinite_light import sky_le
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
-from renderer.scene.flat_scene import FlatScene, Sky
-from scene_description.products import matmul, norm
+from renderer.scene.flat_scene import Sky
 
 _ZERO, _QUARTER, _HALF, _ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
@@ -45,43 +44,6 @@ _ABOVE = np.float32(0.1)
 _BENT, _MOST_PARTS = np.float32(8.0), 8
 """Squared parts of a side for each share of the view that something flat fills, in widths of GGX, and the most."""
 _KEY = np.uint32(11)
-
-
-def build_lamps(flat: FlatScene) -> Lamps:
-    """Return a ball for each part that shines and each pane, with its rectangle for what is flat."""
-    corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
-    cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    found = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) | flat.parts.portal)
-    rows, parts = [], []
-    for part in found.tolist():
-        faces = np.flatnonzero(flat.face_part == part)
-        area = np.linalg.norm(cross[faces], axis=1)
-        center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
-        normal = cross[faces].sum(axis=0)
-        level = norm(normal) > 0.5 * area.sum()
-        shown_m2 = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
-        if flat.parts.portal[part]:
-            shown_m2 = norm(normal)
-        normal /= max(norm(normal), 1e-12)
-        axes = _half_axes(corners[faces], area, normal, shown_m2) if level else np.zeros((2, 3))
-        rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level), *axes[0], *axes[1]])
-        parts.append(part)
-    return Lamps(np.array(rows, np.float32).reshape(-1, 14), np.array(parts, np.int32))
-
-
-def _half_axes(
-    corners: NDArray[np.float64], area: NDArray[np.float64], normal: NDArray[np.float64], shown_m2: float
-) -> NDArray[np.float64]:
-    """Return half the sides, (2, 3), metres, of the rectangle that stands for something flat: of its area, along a side of its own."""
-    edges = np.roll(corners[area.argmax()], -1, axis=0) - corners[area.argmax()]
-    # The longest edge of half a rectangle is its diagonal.
-    along = edges[np.argsort(np.linalg.norm(edges, axis=1), kind="stable")[1]]
-    along = along - matmul(along, normal) * normal
-    along /= max(norm(along), 1e-12)
-    axes = np.array([along, np.cross(normal, along)])
-    halves = 0.5 * np.ptp(matmul(corners.reshape(-1, 3), axes.T), axis=0)
-    scaled: NDArray[np.float64] = axes * (halves * np.sqrt(shown_m2 / max(4.0 * halves[0] * halves[1], 1e-12)))[:, None]
-    return scaled
 
 
 @inlined
@@ -141,9 +103,10 @@ def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: 
         offset = _from_hit(balls, i, k, lanes)
         squared = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
         squared = squared if squared > _TINY else _TINY
+        shown = _shown_radius_squared(balls, i, offset, squared)
         alpha, under_alpha = gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
         facet, half = _aim_facets(offset, np.sqrt(squared), k, lanes, gloss)
-        spread = radius * radius / squared
+        spread = shown / squared
         over, under = slopes_in_disc(facet, half, alpha, spread), slopes_in_disc(facet, half, under_alpha, spread)
         gloss[rec.BALL_FACING + k] = _ONE
         _keep_mirrored(over, under, facet, widest, squared > radius * radius, k, lanes, gloss)
@@ -219,6 +182,16 @@ def _lobe_width(k: int, gloss: NDArray[np.float32]) -> np.float32:
 @inlined
 def _from_hit(balls: NDArray[np.float32], i: int, k: int, lanes: NDArray[np.float32]) -> Vector:
     return balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
+
+
+@inlined
+def _shown_radius_squared(balls: NDArray[np.float32], i: int, offset: Vector, squared: np.float32) -> np.float32:
+    """Return the squared radius, m2, of the disc that row i, nothing flat, shows along an offset of that squared length."""
+    x, y, z = offset
+    form = balls[i, 8] * x * x + balls[i, 9] * y * y + balls[i, 10] * z * z
+    form += np.float32(2.0) * (balls[i, 11] * x * y + balls[i, 12] * x * z + balls[i, 13] * y * z)
+    shown: np.float32 = np.sqrt(max(form / squared, _ZERO))
+    return shown
 
 
 @inlined
@@ -379,7 +352,8 @@ def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, mem
     reach = np.float32(0.98)
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
     if balls[i, 7] == _ZERO:
-        reach, side = max((distance - balls[i, 3]) / distance, _HALF), _DISC * balls[i, 3]
+        side = _DISC * np.sqrt(_shown_radius_squared(balls, i, (cx, cy, cz), distance * distance))
+        reach = max((distance - balls[i, 3]) / distance, _HALF)
         toward = cx / distance, cy / distance, cz / distance
         first = _across((lanes[ln.TANGENT_X + k], lanes[ln.TANGENT_Y + k], lanes[ln.TANGENT_Z + k]), toward, side)
         second = _across((lanes[ln.BITANGENT_X + k], lanes[ln.BITANGENT_Y + k], lanes[ln.BITANGENT_Z + k]), toward, side)

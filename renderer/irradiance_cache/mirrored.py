@@ -278,17 +278,16 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
             continue
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
         matt, mirrored = rough_shares(lanes, k)
-        if lanes[ln.OUTSIDE + k] > _ZERO:
-            # What is outside is lit by all of the sky.
+        front, outside = lanes[ln.COS_FRONT + k] > _ZERO, lanes[ln.OUTSIDE + k] > _ZERO
+        lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, front, k, memory)
+        around_r, around_g, around_b, _ = _look_up(tables, tables.around, front, k, memory)
+        if outside and (not found or lit_r + lit_g + lit_b == _ZERO):
+            # What no node outside knows is lit by all of the sky.
             lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+        elif not found:
+            lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
+        if outside or not found:
             around_r, around_g, around_b = lit_r, lit_g, lit_b
-        else:
-            front = lanes[ln.COS_FRONT + k] > _ZERO
-            lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, front, k, memory)
-            around_r, around_g, around_b, _ = _look_up(tables, tables.around, front, k, memory)
-            if not found:
-                lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
-                around_r, around_g, around_b = lit_r, lit_g, lit_b
         r = (le_r + matt[0] * lit_r + mirrored[0] * around_r) * lanes[ln.BETA_R + k]
         g = (le_g + matt[1] * lit_g + mirrored[1] * around_g) * lanes[ln.BETA_G + k]
         b = (le_b + matt[2] * lit_b + mirrored[2] * around_b) * lanes[ln.BETA_B + k]

@@ -12,7 +12,8 @@ from renderer.core.kernel import entry
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
-    DARK,
+    ESCAPED,
+    OUTDOORS,
     SIGHT,
     GatherScratch,
     Rays,
@@ -34,17 +35,19 @@ _SETTLED = 1e-6
 class Links(NamedTuple):
     """Where the s rays of n nodes end.
 
-    ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; far: (n,) float32, the share of rays that end far
-    away.
+    ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; outdoors: (n, s) bool, those that have left by a
+    pane; far, escaped: (n,) float32, the share of rays that end far away, and of those that meet nothing.
     """
 
     ends: NDArray[np.int32]
     at: NDArray[np.float32]
+    outdoors: NDArray[np.bool_]
     far: NDArray[np.float32]
+    escaped: NDArray[np.float32]
 
 
 class Sightings(NamedTuple):
-    """Rays that see lamps by mirrors, or what is outside: (r, 2) int32, node and part, and (r, SIGHT), as ``sights`` of :func:`follow`."""
+    """Rays that see lamps by mirrors: (r, 2) int32, node and part, and (r, SIGHT), as ``sights`` of :func:`follow`."""
 
     node_part: NDArray[np.int32]
     sights: NDArray[np.float32]
@@ -83,6 +86,8 @@ def link_nodes(
                 links.ends[node, begin + k] = memory.links[k]
                 is_far = traced.real[ray.TFAR + k] > rays.far_m and memory.links[k] != BEHIND
                 links.far[node] += (_ONE if is_far else _ZERO) / np.float32(count)
+                links.escaped[node] += (_ONE if memory.links[k] == ESCAPED else _ZERO) / np.float32(count)
+                links.outdoors[node, begin + k] = memory.trace.sampled[k] == OUTDOORS
                 for axis in range(3):
                     links.at[node, axis, begin + k] = memory.at[LANES * axis + k]
                 if memory.sighted[k] >= 0:
@@ -95,7 +100,7 @@ def link_nodes(
 
 @entry
 def see_lights(surfaces: Surfaces, sightings: Sightings, light: NDArray[np.float32]) -> None:
-    """Add to ``light`` (n, 3), luminance by mirrors and from outside, cd/m2, what all rays of each node have sighted."""
+    """Add to ``light`` (n, 3), luminance by mirrors, cd/m2, what all rays of each node have sighted."""
     for i in range(len(sightings.node_part)):
         node, color = sightings.node_part[i, 0], sighted_light(surfaces, sightings.node_part[i, 1], sightings.sights, i)
         for channel in range(3):
@@ -137,7 +142,7 @@ def solve_links(
             free = 0
             for i in range(count):
                 link = links[node, i]
-                free += link >= DARK
+                free += link >= ESCAPED
                 if link >= 0:
                     r += luminance[link, 0] + through[link, 0]
                     g += luminance[link, 1] + through[link, 1]

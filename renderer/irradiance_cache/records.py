@@ -66,7 +66,8 @@ class Lamps(NamedTuple):
     """Lamps and panes as balls and rectangles, by which rough gloss shows them, for kernels.
 
     balls: (n, 14) float32, centre, radius in metres, mean normal, whether it is flat, and if so half the sides (two vectors, metres) of
-    its rectangle; part: (n,) int32.
+    its rectangle, otherwise the form (xx, yy, zz, xy, xz, yz, m4) of directions that is the fourth power of the radius of what it shows
+    there; part: (n,) int32.
     """
 
     balls: NDArray[np.float32]

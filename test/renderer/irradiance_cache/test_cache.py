@@ -75,7 +75,7 @@ def test_another_key_is_other_noise_of_the_same_light():
     flat = furnished_room()
     one, other = filled(flat), filled(flat, key=6)
     assert not np.array_equal(one.rows, other.rows)
-    weight = one.atlas.area * one.light.valid
+    weight = one.light.valid
     assert np.average(other.rows[:, 1], weights=weight) == pytest.approx(np.average(one.rows[:, 1], weights=weight), rel=0.02)
 
 

@@ -1,11 +1,11 @@
-"""Charts of shapes whose flat regions are known."""
+"""Charts of shapes whose flat regions are known; bodies that overlap themselves, whose bowl is seen from behind through the underside."""
 
 import numpy as np
 import pytest
 from box_room import Piece, box, quad, scene
 
 from renderer.geometry.mesh import Mesh
-from renderer.irradiance_cache.charts import CURVED, DEGENERATE, find_charts
+from renderer.irradiance_cache.charts import CURVED, DEGENERATE, find_charts, seen_from_behind
 
 L_SHAPE = Piece(
     np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 3, 0), (0, 3, 0), (0, 1, 0)], float),
@@ -116,3 +116,33 @@ def test_vertices_closer_than_a_tenth_of_a_millimetre_are_one():
 def test_triangles_without_area_are_told():
     line = Piece(np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)], float), np.array([(0, 1, 2), (0, 2, 3)]))
     assert charts_of(line).face_chart.tolist() == [DEGENERATE, 0]
+
+
+def deep_bowl(depth):
+    """A square slab, 1 m high, with a square bowl of 0.6 m in its top: one closed body whose bowl may reach through its underside."""
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
+    rings = [(0.5, 0.0), (0.5, 1.0), (0.3, 1.0), (0.3, 1.0 - depth)]
+    points = np.concatenate([np.column_stack([half * square, np.full(4, z)]) for half, z in rings])
+    faces = [(0, 2, 1), (0, 3, 2), (12, 13, 14), (12, 14, 15)]
+    for ring in range(3):
+        for i in range(4):
+            a, b = 4 * ring + i, 4 * ring + (i + 1) % 4
+            faces += [(a, b, b + 4), (a, b + 4, a + 4)]
+    return Piece(points, np.array(faces))
+
+
+def behind(piece):
+    flat = scene(piece)
+    charts = find_charts(flat.mesh, flat.face_part)
+    assert charts.closed.all()
+    return seen_from_behind(flat.mesh, charts, np.ones(len(charts.closed), np.bool_))
+
+
+def test_nobody_sees_a_plain_body_from_behind():
+    assert not behind(box((0, 0, 0), (1, 2, 3))).any() and not behind(deep_bowl(0.5)).any()
+
+
+def test_the_underside_of_a_bowl_that_reaches_through_it_is_seen_from_behind():
+    found = behind(deep_bowl(1.5))
+    assert found[:2].all(), "the slab's underside, which the bowl's opening shows from above"
+    assert not found[12:].all()

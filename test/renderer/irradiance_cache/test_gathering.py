@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from box_room import box, pose, quad, scene
+from box_room import DARK, box, pierced, pose, quad, scene
 from cached_rooms import COARSE, filled, look_up, nodes_of, solved
 
+from renderer import CameraConfig
 from renderer.irradiance_cache.gathering import BRIGHT_RAYS, choose_bright
 from renderer.path.light_nodes import Atlas
 
@@ -119,3 +120,22 @@ def test_glass_sends_back_the_light_that_does_not_go_through():
     known = look_up(flat, view, cache_spacing_m=0.06).radiance
     traced = look_up(flat, view, integrator="path", samples_per_pixel=512).radiance
     assert known.mean() == pytest.approx(traced.mean(), rel=0.03)
+
+
+def test_what_the_sun_lights_outside_a_window_lights_the_room():
+    """The sun stands above the wall, so that none of it comes in: a white ledge before the window sends it on, and a board above that."""
+    white = {"color": (0.8, 0.8, 0.8), "roughness": 1.0}
+    pieces = (
+        pierced(box((0, 0, 0), (4, 5, 2.6), inside=True, object_id=0, **GREY), (1.2, 0.9), (2.8, 2.1)),
+        quad((1.2, 5, 0.9), (1.6, 0, 0), (0, 0, 1.2), portal=True, transmission=0.9),
+        box((0.8, 5.05, 0.6), (3.2, 6.5, 0.85), **white),
+        quad((0.8, 6.5, 0.85), (0, 0, 1.0), (2.4, 0, 0), **white),
+    )
+    sun = np.array([0, -0.02, 0.9998, 1e-5, *(3 * [1e5 / (2 * np.pi * 1e-5)])], np.float32)
+    flat, view, camera = (
+        scene(*pieces, sky=DARK._replace(sun=sun)),
+        pose((0.5, 0.5, 1.5), (2.5, 4.0, 1.0)),
+        CameraConfig(width=64, height=48),
+    )
+    traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=128, threads=2).radiance.mean()
+    assert look_up(flat, view, camera=camera).radiance.mean() == pytest.approx(traced, rel=0.04)

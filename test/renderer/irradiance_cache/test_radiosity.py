@@ -91,8 +91,7 @@ def test_an_integrating_sphere_spreads_light_evenly(albedo):
     direct = lamp_on_wall(flat, cache.atlas)
     on_wall = flat.face_part[cache.atlas.face] == 0
     np.testing.assert_allclose(cache.light.direct[on_wall, 1], direct, rtol=0.08)
-    weight = cache.atlas.area[on_wall].astype(float)
-    assert np.average(cache.light.direct[on_wall, 1], weights=weight) == pytest.approx(np.average(direct, weights=weight), rel=0.01)
+    assert cache.light.direct[on_wall, 1].mean() == pytest.approx(direct.mean(), rel=0.01)
     on_wall = flat.face_part[cache.coarse.face] == 0
     weight = cache.coarse.area[on_wall].astype(float)
     mean = np.average(lamp_on_wall(flat, cache.coarse), weights=weight)

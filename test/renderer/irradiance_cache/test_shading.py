@@ -7,7 +7,7 @@ from cached_rooms import look_up
 
 from renderer import CameraConfig
 from renderer.core.kernel import from_python
-from renderer.irradiance_cache.lamps import build_lamps
+from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.lobe_shares import slopes_along, slopes_in_disc
 from renderer.irradiance_cache.mirrored import pixel_noise
 from renderer.scene.flat_scene import Sky
@@ -130,6 +130,17 @@ def test_rough_gloss_shows_a_lamp_as_bright_as_the_path_tracer_does(metallic, ro
     lamp = quad((0.15, -1, -0.15), (-0.3, 0, 0), (0, 0, 0.3), emission=(1000,) * 3, color=(0, 0, 0))
     cached, traced = seen(wall, lamp), seen(wall, lamp, integrator="path", samples_per_pixel=256, threads=2)
     assert traced.mean() > 0.1 and cached.mean() == pytest.approx(traced.mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("turn_rad", [0.0, 0.9])
+def test_a_lamp_that_is_flat_or_long_shows_what_of_it_is_seen_from_there(turn_rad):
+    """A plate of light whose edge is turned to the wall: an ellipsoid stands for it, which shows a little less aslant."""
+    wall = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9,) * 3, metallic=1.0, roughness=0.5, ior=1.5)
+    plate = box((-0.08, -0.08, -0.01), (0.08, 0.08, 0.01), emission=(1000,) * 3, color=(0, 0, 0))
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    lamp = plate._replace(vertices=plate.vertices @ np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]) + (0, -1, 0))
+    cached, traced = seen(wall, lamp), seen(wall, lamp, integrator="path", samples_per_pixel=256, threads=2)
+    assert cached.mean() == pytest.approx(traced.mean(), rel=0.15)
 
 
 def sends_ray(where, x, y):
