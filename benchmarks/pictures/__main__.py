@@ -1,7 +1,7 @@
 """Pictures of unseen rooms beside photographs, and what views show.
 
 python -m benchmarks.pictures [--seed N] [--rooms N] [--types TYPE ...] [--size WIDTHxHEIGHT] [--preset NAME] [--overlay NAME]
-    [--pictures DIR] [--of DIR] [--views N] [--json FILE] [--write]
+    [--pictures DIR] [--jpeg QUALITY] [--of DIR] [--views N] [--json FILE] [--write]
 
 The seed is drawn from the clock unless it is given.  Preset and overlays are those of ``scene_synth render``; pictures are what the sensor
 reads (``color_sensed``), the camera at rest.  ``--of`` measures PNG files of a folder instead; ``--views`` judges the views of so
@@ -104,7 +104,7 @@ def _measured(arguments: argparse.Namespace, seed: int) -> Iterator[tuple[str, d
         print(name, flush=True)
         if arguments.pictures:
             arguments.pictures.mkdir(parents=True, exist_ok=True)
-            Image.fromarray(picture).save(arguments.pictures / f"{name}.png")
+            Image.fromarray(picture).save(arguments.pictures / f"{name}{'.jpg' if arguments.jpeg else '.png'}", quality=arguments.jpeg)
         yield name, figures(picture)
 
 
@@ -117,6 +117,7 @@ def main() -> None:
     add_arguments(parser)
     parser.set_defaults(size="512x384")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="write every picture there")
+    parser.add_argument("--jpeg", type=int, default=0, metavar="QUALITY", help="write JPEG files of this quality instead of PNG")
     parser.add_argument("--of", type=Path, metavar="DIR", help="measure the PNG files of a folder instead of rendering")
     parser.add_argument("--views", type=int, metavar="N", help="judge the views of N rooms of each type instead of rendering")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every picture or view to this file")
