@@ -1,11 +1,11 @@
 """Pictures of unseen rooms beside photographs, and what views show.
 
 python -m benchmarks.pictures [--seed N] [--rooms N] [--types TYPE ...] [--size WIDTHxHEIGHT] [--preset NAME] [--overlay NAME]
-    [--pictures DIR] [--of DIR] [--views N] [--json FILE] [--write]
+    [--pictures DIR] [--page] [--of DIR] [--views N] [--json FILE] [--write]
 
 The seed is drawn from the clock unless it is given.  Preset and overlays are those of ``scene_synth render``; pictures are what the sensor
 reads (``color_sensed``), the camera at rest.  ``--of`` measures PNG files of a folder instead; ``--views`` judges the views of so
-many rooms of each type by primary rays, without light.
+many rooms of each type by primary rays, without light.  ``--page`` puts the pictures into docs/pictures and docs/gallery.md.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_synth_ros.cli.parameters.render_settings import Settings, add_arguments, read_settings
 
+PAGE_QUALITY = 80
+"""Of JPEG files for the documentation."""
 PHOTOGRAPHS: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "photographs.json").read_text())
 """Statistics of real frames: means, and the ranges of several sets."""
 
@@ -104,7 +106,7 @@ def _measured(arguments: argparse.Namespace, seed: int) -> Iterator[tuple[str, d
         print(name, flush=True)
         if arguments.pictures:
             arguments.pictures.mkdir(parents=True, exist_ok=True)
-            Image.fromarray(picture).save(arguments.pictures / f"{name}.png")
+            Image.fromarray(picture).save(arguments.pictures / f"{name}.{'jpg' if arguments.page else 'png'}", quality=PAGE_QUALITY)
         yield name, figures(picture)
 
 
@@ -117,11 +119,14 @@ def main() -> None:
     add_arguments(parser)
     parser.set_defaults(size="512x384")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="write every picture there")
+    parser.add_argument("--page", action="store_true", help="put the pictures, as JPEG, into docs/pictures and docs/gallery.md")
     parser.add_argument("--of", type=Path, metavar="DIR", help="measure the PNG files of a folder instead of rendering")
     parser.add_argument("--views", type=int, metavar="N", help="judge the views of N rooms of each type instead of rendering")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every picture or view to this file")
     parser.add_argument("--write", action="store_true", help="put the table into docs/cameras.md")
     arguments = parser.parse_args()
+    if arguments.page:
+        arguments.pictures = DOCS / "pictures"
     seed = arguments.seed
     told: dict[str, Any] = {"seed": seed}
     if arguments.views:
@@ -132,6 +137,9 @@ def main() -> None:
         rows = tabulate(list(told["pictures"].values()))
         title = f"{len(told['pictures'])} pictures beside photographs: means, those of photographs, ranges of their sets; seed {seed}"
     print(render_table(title, rows))
+    if arguments.page:
+        links = "\n".join(f"![{name.replace('_', ' ')}](pictures/{name}.jpg)" for name in told["pictures"])
+        write_section(DOCS / "gallery.md", "photographs", f"Seed {seed}, drawn from the clock:\n\n{links}")
     if arguments.write:
         write_section(DOCS / "cameras.md", section, f"{title}:\n\n{markdown_table(rows)}")
     if arguments.json:

@@ -26,6 +26,8 @@ from scene_description import CameraPose
 from scene_description.poses import look_at
 
 _TRIAL_STATIONS = 8
+_REACH_SHARE = 0.5
+"""Of the free floor's longer side, how far few frames walk: beyond that they would end before a wall."""
 NO_SIGHTS = Sights()
 
 
@@ -79,10 +81,12 @@ def sample_camera_path(
     mount, lens_m = sample_mount(rng, config, space.height_m)
     views = space.views(config, lens_m)
     frames = times.frames
-    step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / times.rate_hz))
-    length_m = step_m * (frames - 1)
     keep_m = (config.body_radius_m, config.clearance_m)
     ground = choose_ground(views.polygon, space.solids, lens_m, config.sway_m, *keep_m, config.resolution_m)
+    span_m = float(np.ptp(ground.cells_m, axis=0).max())
+    reach_m = min(config.path_length_m, _REACH_SHARE * span_m)
+    step_m = min(config.max_step_m, max(reach_m / max(frames - 1, 1), config.speed_m_s / times.rate_hz))
+    length_m = step_m * (frames - 1)
     walk, gaze = best_walk(rng, views, ground, length_m)
     # sample position and direction at each frame
     along_m = step_m * np.arange(frames, dtype=np.float64)

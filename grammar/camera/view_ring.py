@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import kernel_cache.elementary as el
 from grammar.camera.path_config import CameraPathConfig, ViewWeights
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
@@ -27,6 +28,9 @@ _REFUSED = 5.0
 """What a view loses whose median depth is too small."""
 _LEAST_OF_LINE = 0.4
 """Of the longest free line from a point, the median depth that is enough there: tiny rooms have no deeper views."""
+
+_CORNER = 1e-9
+"""Share of an edge's length by which it overlaps its neighbours, so that no ray passes between them."""
 
 
 def column_azimuth_rad() -> Floats:
@@ -87,11 +91,11 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
             distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
 
 
-def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_wide: int, weights: ViewWeights) -> Floats:
+def view_values(ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
-            - near * (share of rays shorter than near + of those that meet boxes)
+            - near * (share of rays whose depth along the optical axis is less than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
             + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
     with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
@@ -100,27 +104,35 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], level_row: int, columns_w
     Args:
         ring: what the rays meet.
         bright: (b,) which boxes are windows or lamps.
-        level_row: row of the rays that are level.
+        elevations_rad: (e,) of the rays, up is positive; those nearest to 0 are the level ones.
         columns_wide: columns that a view spans.
         weights: of the terms.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
-    level = ring.distance_m[:, level_row]
+    level = ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))]
     weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * float(level.max())))
-    _value_views(*ring, bright, columns_wide, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
+    cosines = _axis_cosines(columns_wide, elevations_rad)
+    _value_views(*ring, bright, cosines, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
     return np.asarray(values + weights.line * narrow * level / level.max())
 
 
+def _axis_cosines(columns_wide: int, elevations_rad: Floats) -> Floats:
+    """Return (columns_wide, e) cosines between the rays of a view and its level axis."""
+    azimuths = (np.arange(columns_wide) - columns_wide // 2) * (2.0 * math.pi / RING_COLUMNS)
+    return np.asarray(el.cos(azimuths)[:, None] * el.cos(elevations_rad)[None, :])
+
+
 @entry
-def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
+def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
     """Write the value of each view but for its free line.
 
     ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
     """
-    columns, rows = distance_m.shape
+    columns = len(distance_m)
+    columns_wide, rows = cosines.shape
     for centre in range(columns):
         depth, near, close, shown = 0.0, 0, 0, 0
         box_rays[:] = 0
@@ -130,7 +142,7 @@ def _value_views(distance_m, hit, plane, bright, columns_wide, weights, box_rays
             for row in range(rows):
                 d = distance_m[column, row]
                 depth += min(d, weights.far_m) / weights.far_m
-                near += (2 if hit[column, row] >= 0 else 1) * (d < weights.near_m)
+                near += (2 if hit[column, row] >= 0 else 1) * (d * cosines[offset, row] < weights.near_m)
                 close += d < weights.least_depth_m
                 plane_rays[plane[column, row]] += 1
                 if hit[column, row] >= 0:
@@ -198,7 +210,7 @@ def _nearest_wall(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
         if abs(cross) > 1e-12:
             ax, ay = polygon[i, 0] - x, polygon[i, 1] - y
             t, s = (ax * ey - ay * ex) / cross, (ax * dy - ay * dx) / cross
-            if 0.0 < t < nearest and 0.0 <= s <= 1.0:
+            if 0.0 < t < nearest and -_CORNER <= s <= 1.0 + _CORNER:
                 nearest, edge = t, i
     return nearest, edge
 
@@ -252,8 +264,7 @@ class Views(NamedTuple):
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
-        level_row = int(np.argmin(np.abs(self.config.elevations_rad)))
-        return view_values(ring, self.bright, level_row, self.columns_wide, self.config.view_weights)
+        return view_values(ring, self.bright, np.array(self.config.elevations_rad), self.columns_wide, self.config.view_weights)
 
     def best(self, station_m: Floats) -> float:
         """Return the value of the best view from a point."""

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
 from renderer.export.scene_glb import split_parts
-from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import surface_area
+from renderer.geometry.mesh import Mesh, surface_area
 from renderer.scene.flat_scene import FlatScene, Sky
 from renderer.scene.sky import sky_of
 from scene_description import SceneDescription

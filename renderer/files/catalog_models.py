@@ -14,8 +14,8 @@ from renderer.files.file_parts import MeshFile
 from renderer.files.gltf_materials import FileMaterial
 from renderer.files.image_io import decode_image
 from renderer.files.mesh_files import find_mesh_file, read_mesh_file
-from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import merged, signed_volume, stretched
+from renderer.geometry.mesh import Mesh, signed_volume
+from renderer.geometry.shapes import merged, stretched
 from scene_description import FileImages, Material
 from scene_description.catalog import CatalogEntry, CatalogModel, CatalogSurface
 from scene_description.products import dot

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
-from renderer.geometry.mesh import UNMAPPED, Mesh
+from renderer.geometry.mesh import UNMAPPED, Mesh, doubled_areas, surface_area
 from scene_description.products import dot, matmul
 
 BEVEL_M = 0.003
@@ -44,7 +44,7 @@ def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike, uvs: Ar
     """Return a Mesh with the contract's dtypes, unit normals, and without faces that have no area."""
     points = np.asarray(vertices, np.float64)
     index = np.asarray(faces, np.int64)
-    doubled = _doubled_areas(points, index)
+    doubled = doubled_areas(points, index)
     index = index[dot(doubled, doubled) > 1e-20]
     directions = np.asarray(normals, np.float64)
     length = np.sqrt(dot(directions, directions))[:, None]
@@ -52,13 +52,6 @@ def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike, uvs: Ar
     unit[length[:, 0] <= 1e-12] = (0.0, 0.0, 1.0)
     coordinates = UNMAPPED if uvs is None else np.asarray(uvs, np.float32)
     return Mesh(points.astype(np.float32), unit.astype(np.float32), index.astype(np.uint32), coordinates)
-
-
-def _doubled_areas(points: Array, faces: NDArray[np.integer]) -> Array:
-    """Return the normals (m, 3) of triangles, as long as their doubled area."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (points[faces[:, k]].T for k in range(3))
-    bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-    return np.stack([by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx], axis=1)
 
 
 def flat_quads(corners: ArrayLike, uvs: ArrayLike | None = None) -> Mesh:
@@ -93,6 +86,19 @@ def _uv_rows(mesh: Mesh) -> NDArray[np.float32]:
 def moved(mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Mesh:
     """Return the mesh shifted by (x, y, z)."""
     return mesh._replace(vertices=mesh.vertices + np.array([x, y, z], np.float32))
+
+
+def repeated(mesh: Mesh, places: ArrayLike) -> Mesh:
+    """Return copies of a mesh, shifted to each of the places (n, 3)."""
+    shifts = np.asarray(places, np.float32).reshape(-1, 1, 3)
+    count = len(shifts)
+    offsets = np.arange(count, dtype=np.uint32)[:, None, None] * np.uint32(len(mesh.vertices))
+    return Mesh(
+        (mesh.vertices[None] + shifts).reshape(-1, 3),
+        np.tile(mesh.normals, (count, 1)),
+        (mesh.faces[None] + offsets).reshape(-1, 3),
+        np.tile(mesh.uvs, (count, 1)),
+    )
 
 
 def rotated(mesh: Mesh, axis: str, angle_rad: float, about: Sequence[float] = (0.0, 0.0, 0.0)) -> Mesh:
@@ -131,7 +137,7 @@ def stretched(mesh: Mesh, scale: ArrayLike, shift: ArrayLike) -> Mesh:
 
 def smooth_normals(vertices: Array, faces: NDArray[np.integer]) -> Array:
     """Return area-weighted vertex normals (n, 3) of an indexed mesh."""
-    weighted = _doubled_areas(vertices, faces)
+    weighted = doubled_areas(vertices, faces)
     index = np.asarray(faces).ravel()
     sums = [np.bincount(index, np.repeat(weighted[:, k], 3), len(vertices)) for k in range(3)]
     return np.stack(sums, axis=1)
@@ -391,14 +397,3 @@ def slab(outline: ArrayLike, low_m: float, high_m: float) -> Mesh:
     up = np.broadcast_to((0.0, 0.0, 1.0), cap.shape)
     flat = cap[:, :2] if np.ptp(points[:, 0]) >= np.ptp(points[:, 1]) else cap[:, 1::-1]
     return merged(body, make_mesh(cap, up, fan, flat), make_mesh(floor, -up, fan[:, ::-1], flat))
-
-
-def signed_volume(mesh: Mesh) -> float:
-    """Return the volume enclosed by a closed mesh, m3; positive when its faces look outward."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
-    return float(dot(a, np.cross(b, c)).sum() / 6.0)
-
-
-def surface_area(mesh: Mesh) -> float:
-    """Return the total area of the mesh, m2."""
-    return float(0.5 * np.linalg.norm(_doubled_areas(mesh.vertices.astype(np.float64), mesh.faces), axis=1).sum())

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
+from renderer.geometry.cloth import wrinkles
 from renderer.geometry.lofts import bent, disc, loft, lying, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, rod, rounded_box, sheet
 from renderer.models.cabinets import Front, carcass, fronts, knob
 from renderer.models.model import Model, Pieces, Size, halved
-from renderer.models.soft import wrinkles
 
 
 def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

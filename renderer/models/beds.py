@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 import kernel_cache.elementary as el
+from renderer.geometry.cloth import Drape, cloth, drape, layer, lined
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.geometry.upholstery import cushion, pillow, piping, rounded_loop, tufted
 from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
-from renderer.models.soft import Drape, cloth, cushion, drape, layer, lined, pillow, piping, rounded_loop, tufted
 
 
 def relief_board(

@@ -11,8 +11,8 @@ import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.geometry.upholstery import cushion
 from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
-from renderer.models.soft import cushion
 
 
 def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

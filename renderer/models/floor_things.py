@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 import kernel_cache.elementary as el
+from renderer.geometry.cloth import coat, heap
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
-from renderer.models.soft import coat, heap
 from renderer.models.wall_things import crook
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from renderer.geometry.lofts import Point, bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
+from renderer.geometry.upholstery import cushion
 from renderer.models.lamps import globe
 from renderer.models.model import Model, Parts, Pieces, Size, halved, side_boards
-from renderer.models.soft import cushion
 from renderer.models.vehicles import saddle
 
 

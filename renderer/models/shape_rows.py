@@ -18,11 +18,12 @@ import numpy as np
 import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.core.errors import FlattenError
+from renderer.geometry.cloth import SHOULDERS, coat, garment, heap, wrinkles
 from renderer.geometry.lofts import bent, loft, lying, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rotated, rounded_box, sheet, slab, stretched, sweep
+from renderer.geometry.upholstery import cushion, pillow
 from renderer.models.model import Model, Pieces, Size
-from renderer.models.soft import SHOULDERS, coat, cushion, garment, heap, pillow, wrinkles
 from scene_description.share import config_path
 from scene_description.yaml_text import read_yaml
 

@@ -13,8 +13,8 @@ import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.geometry.upholstery import cushion, pillow, piping, rounded_loop, tufted
 from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
-from renderer.models.soft import cushion, pillow, piping, rounded_loop, tufted
 
 
 def build_armchair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

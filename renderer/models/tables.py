@@ -14,9 +14,9 @@ import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, stretched
+from renderer.geometry.upholstery import cushion
 from renderer.models.cabinets import Front, bar_handle, fronts, pulls, square_legs
 from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved, side_boards
-from renderer.models.soft import cushion
 
 TOP_M = 0.04
 

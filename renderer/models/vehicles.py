@@ -33,6 +33,9 @@ _BONNET_SHARES, _BONNET_WIDE = (0.765, 0.955), 0.8
 """Where the bonnet begins and ends, in shares of the length, and its half width over that of the body."""
 _WIPER_SHARE = 0.755
 
+_LAMP_ACROSS = 0.72
+"""Where lamps begin at the ends of a car, over half its width there."""
+
 _PLATE_M = (0.52, 0.11)
 """Width and height of a number plate of the European Union."""
 
@@ -82,8 +85,8 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell)],
         "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
         "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
-        "headlamps": [_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0)],
-        "tail_lamps": [_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0)],
+        "headlamps": [_lamp(shell, s, (0.99, 0.9), (0.33, 0.41)) for s in (-1.0, 1.0)],
+        "tail_lamps": [_lamp(shell, s, (0.0, 0.07), (0.41, 0.53)) for s in (-1.0, 1.0)],
         "plates": [_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)],
     }
 
@@ -204,15 +207,22 @@ def _handles(shell: _Shell) -> list[Mesh]:
     return handles
 
 
-def _lamp(shell: _Shell, share: float, side: float, level: float, size: tuple[float, float, float]) -> Mesh:
-    """Return a lamp in a corner of the body, a little proud of it."""
-    end = 1.0 if share > 0.5 else -1.0
-    x = shell.x(share) + end * 0.28 * size[0]
-    y = side * (shell.half_width(share) - 0.46 * size[1])
-    z = level * shell.height
-    return rounded_box(
-        (x - 0.5 * size[0], y - 0.5 * size[1], z - 0.5 * size[2]), (x + 0.5 * size[0], y + 0.5 * size[1], z + 0.5 * size[2]), 0.03, 1
-    )
+def _lamp(shell: _Shell, side: float, shares: tuple[float, float], levels: tuple[float, float]) -> Mesh:
+    """Return a lamp that wraps a corner of the body, a little proud of it: across the end and along the side, between two heights.
+
+    ``shares``: of the length, first that at the end; ``levels``: of the height.
+    """
+    end = math.copysign(1.0, shares[0] - shares[1])
+    z, out = shell.height * np.linspace(*levels, 6), 0.014 * np.array([0.7 * end, 0.7 * side, 0.0])
+    rows = []
+    for share in np.linspace(*shares, 9).tolist():
+        ring = shell.section(share, 0.2 * shell.height)
+        outer = ring[side * ring[:, 1] > 0.0]
+        outer = outer[np.argsort(outer[:, 2], kind="stable")]
+        rows.append(points(shell.x(share), np.interp(z, outer[:, 2], outer[:, 1]), z))
+    rows.insert(0, rows[0] * (1.0, _LAMP_ACROSS, 1.0))
+    grid = np.array(rows)[:: int(side * end)]
+    return sheet(grid + out, grid - 2.0 * out)
 
 
 def _plate(x: float, z: float) -> Mesh:

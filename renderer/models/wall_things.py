@@ -19,6 +19,7 @@ from renderer.geometry.shapes import (
     membrane,
     merged,
     moved,
+    repeated,
     rod,
     rotated,
     rounded_box,
@@ -28,7 +29,6 @@ from renderer.geometry.shapes import (
     sweep,
 )
 from renderer.models.model import Model, Pieces, Size, halved
-from renderer.models.soft import repeated
 
 ART_COLORS = 5
 

@@ -19,8 +19,8 @@ from renderer.core.errors import FlattenError, MeshFileError
 from renderer.files.file_textures import file_texture
 from renderer.files.mesh_files import find_mesh_file, load_mesh_file
 from renderer.geometry.coordinates import box_mapped
-from renderer.geometry.mesh import UNMAPPED, Mesh
-from renderer.geometry.shapes import merged, surface_area
+from renderer.geometry.mesh import UNMAPPED, Mesh, surface_area
+from renderer.geometry.shapes import merged
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS

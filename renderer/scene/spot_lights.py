@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import kernel
-from renderer.geometry.mesh import UNMAPPED, Mesh
-from renderer.geometry.shapes import surface_area
+from renderer.geometry.mesh import UNMAPPED, Mesh, surface_area
 from scene_description.products import dot, matmul, norm
 from scene_description.types import Luminaire
 

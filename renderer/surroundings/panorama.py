@@ -215,7 +215,7 @@ def _meet_ball(clumps: NDArray[np.float32], n: int, eye: np.float32, direction: 
     scale = np.float32(16.0) * along
     leaf = hash_unit(np.int32(np.floor(scale * dx)) + 131 * n, np.int32(np.floor(scale * dy)), np.int32(np.floor(scale * dz)))
     inside = left / (radius * radius)
-    return along - np.sqrt(left) if clumps[n, 7] >= _BARK or leaf < np.float32(0.25) + inside else _FAR
+    return along - np.sqrt(left) if clumps[n, 7] >= _BARK or leaf < np.float32(0.2) + np.float32(0.6) * inside else _FAR
 
 
 @inlined

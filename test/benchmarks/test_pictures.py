@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 pytest.importorskip("cv2")
 pytest.importorskip("flip_evaluator")
 
+from benchmarks.pictures import __main__ as command
 from benchmarks.pictures.__main__ import PHOTOGRAPHS, tabulate, view_rows
 from benchmarks.pictures.statistics import FIGURES, figures
 from benchmarks.pictures.views import View, largest_plane
@@ -68,3 +70,14 @@ def test_views_count_by_frame():
     rows = view_rows({"hallway": [[good, bad]], "office": [[good, good]]})
     values = [row.value for row in rows]
     assert values[:5] == [25.0] * 5 and values[5:10] == [0.0] * 5 and values[10:] == [50.0] * 5
+
+
+def test_a_page_shows_the_pictures_with_their_seed(tmp_path, monkeypatch):
+    (tmp_path / "gallery.md").write_text("# Gallery\n<!-- photographs -->\n<!-- end of photographs -->\n")
+    monkeypatch.setattr(command, "DOCS", tmp_path)
+    monkeypatch.setattr(command, "render_pictures", lambda *_: iter([("living_room_0", noisy(20.0))]))
+    monkeypatch.setattr("sys.argv", ["pictures", "--page", "--seed", "17"])
+    command.main()
+    page = (tmp_path / "gallery.md").read_text()
+    assert "Seed 17" in page and "![living room 0](pictures/living_room_0.jpg)" in page
+    assert Image.open(tmp_path / "pictures" / "living_room_0.jpg").size == (128, 96)

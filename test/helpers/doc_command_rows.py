@@ -437,6 +437,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.color_bench --noise 2 --beside before.json": Parsed("takes minutes; its figures: test_color_bench.py"),
     ".venv/bin/python -m benchmarks.pictures --write": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),
     ".venv/bin/python -m benchmarks.pictures --overlay phone": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),
+    ".venv/bin/python -m benchmarks.pictures --rooms 1 --size 1280x720 --overlay phone --page": Parsed(
+        "takes minutes; test/benchmarks/test_pictures.py has its measures"
+    ),
     ".venv/bin/python -m benchmarks.pictures --views 24 --write": Parsed(
         "takes minutes; test/benchmarks/test_pictures.py has its measures"
     ),

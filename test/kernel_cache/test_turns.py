@@ -67,7 +67,8 @@ def test_a_turn_ends_with_a_killed_process(tmp_path):
 
 
 def hold(folder, kernel):
-    code = f"import sys\nfrom kernel_cache.turns import Turns\nTurns.of({str(folder)!r}).take({kernel!r})\nprint('held', flush=True)\nsys.stdin.read()"
+    take = f"from kernel_cache.turns import Turns\nTurns.of({str(folder)!r}).take({kernel!r})"
+    code = f"import sys\n{take}\nprint('held', flush=True)\nsys.stdin.read()"
     process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "held\n"
     return process

@@ -26,6 +26,13 @@ def test_rays_in_an_empty_room_end_at_walls_floor_and_ceiling() -> None:
     np.testing.assert_allclose(distance[::QUARTER, 2], math.sqrt(2.0) * np.array([1.0, 1.0, 1.0, 1.0]))
 
 
+def test_a_ray_into_a_corner_ends_there() -> None:
+    square = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])
+    turn = 2.0 * math.pi * 47 / RING_COLUMNS
+    distance, _, _ = cast_ring(square, 2.5, np.zeros((0, 8)), np.array([-0.01 * math.cos(turn), -0.01 * math.sin(turn), 1.5]), np.zeros(1))
+    assert distance[47, 0] == pytest.approx(0.01)
+
+
 def test_rays_stop_at_the_nearest_box_and_name_it() -> None:
     turned = math.pi / 4
     boxes = np.array([[5.0, 1.0, 0.0, 2.0, 0.5, 0.5, 1.0, 0.0], [4.0, 1.0, 1.0, 2.0, 0.5, 0.5, math.cos(turned), math.sin(turned)]])
@@ -59,6 +66,7 @@ PLAIN = ViewWeights(
     line=0.0,
 )
 DARK = np.zeros(2, np.bool_)
+LEVEL, THREE = np.zeros(1), np.array([-0.2, 0.0, 0.2])
 
 
 def test_value_of_a_view_is_its_formula() -> None:
@@ -66,23 +74,23 @@ def test_value_of_a_view_is_its_formula() -> None:
     hit = np.full((RING_COLUMNS, 1), -1)
     distance[9:12], hit[9], hit[10], hit[11] = 0.5, 0, 1, 0
     ring = ring_of(distance, hit)
-    wall = view_values(ring._replace(hit=np.full_like(hit, -1)), DARK, 0, 3, PLAIN)
+    wall = view_values(ring._replace(hit=np.full_like(hit, -1)), DARK, LEVEL, 3, PLAIN)
     assert wall[10] == pytest.approx(0.125 - 3.0), "a wall is not as much in the way as a thing"
-    values = view_values(ring, DARK, 0, 3, PLAIN)
+    values = view_values(ring, DARK, LEVEL, 3, PLAIN)
     assert values[30] == pytest.approx(0.5)
     assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8) - 2 * 3.0), "two things, both cut by the view's lower edge"
     assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - math.sqrt(0.8)) - 2 * 3.0 / 3)
     # what each of the other terms adds
-    filled = view_values(ring, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values
+    filled = view_values(ring, DARK, LEVEL, 3, PLAIN._replace(filled=1.5)) - values
     assert filled[10] == pytest.approx(-1.5 * (2 / 3 - 0.35)) and filled[30] == 0.0, "two of three rays meet the first box"
     wide = ring._replace(plane=np.zeros_like(hit))
-    assert (view_values(wide, DARK, 0, 3, PLAIN._replace(filled=1.5)) - values)[30] == pytest.approx(-1.5 * 0.65), "a plane"
-    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-0.5, -1.0, -1.5])
-    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(shown=0.6)) - values)[[10, 12, 30]] == pytest.approx([0.6, 0.2, 0.0])
-    assert (view_values(ring, np.array([False, True]), 0, 3, PLAIN._replace(light=0.7)) - values)[[10, 12, 30]] == pytest.approx(
+    assert (view_values(wide, DARK, LEVEL, 3, PLAIN._replace(filled=1.5)) - values)[30] == pytest.approx(-1.5 * 0.65), "a plane"
+    assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-0.5, -1.0, -1.5])
+    assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(shown=0.6)) - values)[[10, 12, 30]] == pytest.approx([0.6, 0.2, 0.0])
+    assert (view_values(ring, np.array([False, True]), LEVEL, 3, PLAIN._replace(light=0.7)) - values)[[10, 12, 30]] == pytest.approx(
         [0.7, 0, 0]
     )
-    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(least_depth_m=1.0)) - values)[[10, 12]] == pytest.approx([-5.0, 0.0]), "refused"
+    assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(least_depth_m=1.0)) - values)[[10, 12]] == pytest.approx([-5, 0]), "refused"
 
 
 def test_what_is_cut_by_sides_or_lower_edge_counts_half() -> None:
@@ -90,16 +98,26 @@ def test_what_is_cut_by_sides_or_lower_edge_counts_half() -> None:
     hit[10, 1] = 0
     ring = ring_of(np.full((RING_COLUMNS, 3), 2.0), hit)
     only = PLAIN._replace(depth=0.0, near=0.0)
-    assert view_values(ring, DARK, 0, 3, only)[[10, 11, 12]] == pytest.approx([0.4, 2.0 * (1 - math.sqrt(0.8)), 0.0])
+    assert view_values(ring, DARK, THREE, 3, only)[[10, 11, 12]] == pytest.approx([0.4, 2.0 * (1 - math.sqrt(0.8)), 0.0])
     hit[10, 0] = 0
-    assert view_values(ring, DARK, 0, 3, only)[10] == pytest.approx(2.0 * (1 - math.sqrt(0.8)))
+    assert view_values(ring, DARK, THREE, 3, only)[10] == pytest.approx(2.0 * (1 - math.sqrt(0.8)))
+
+
+def test_near_is_measured_along_the_optical_axis() -> None:
+    distance = np.full((RING_COLUMNS, 1), 2.0)
+    distance[16] = 0.9
+    ring, only = ring_of(distance, np.full((RING_COLUMNS, 1), -1)), PLAIN._replace(depth=0.0, objects=0.0)
+    values = view_values(ring, DARK, LEVEL, 15, only)
+    assert values[[16, 13]].tolist() == [0.0, 0.0], "0.9 m ahead, and 15 degrees aside, 0.87 m"
+    assert values[[10, 22]] == pytest.approx([-0.2, -0.2]), "30 degrees aside it is 0.78 m deep"
+    assert view_values(ring, DARK, np.array([-0.6]), 15, only)[16] == pytest.approx(-0.2), "below"
 
 
 def test_in_a_tiny_room_less_depth_is_enough() -> None:
     distance = np.full((RING_COLUMNS, 1), 0.9)
     distance[QUARTER], distance[2 * QUARTER] = 2.0, 0.7
     ring, none = ring_of(distance, np.full((RING_COLUMNS, 1), -1)), PLAIN._replace(near=0.0)
-    less = view_values(ring, DARK, 0, 1, none._replace(least_depth_m=1.2)) - view_values(ring, DARK, 0, 1, none)
+    less = view_values(ring, DARK, LEVEL, 1, none._replace(least_depth_m=1.2)) - view_values(ring, DARK, LEVEL, 1, none)
     assert less[[0, 2 * QUARTER]] == pytest.approx([0.0, -5.0]), "0.4 of the longest line is 0.8 m"
 
 
@@ -108,10 +126,10 @@ def test_where_it_is_narrow_the_longest_free_line_counts() -> None:
     distance[QUARTER] = distance[3 * QUARTER] = 0.9
     distance[0] = 6.0
     ring = ring_of(distance, np.full((RING_COLUMNS, 1), -1))
-    more = view_values(ring, DARK, 0, 3, PLAIN._replace(line=0.8)) - view_values(ring, DARK, 0, 3, PLAIN)
+    more = view_values(ring, DARK, LEVEL, 3, PLAIN._replace(line=0.8)) - view_values(ring, DARK, LEVEL, 3, PLAIN)
     assert more[[0, 5]] == pytest.approx([0.8, 0.4]), "1.8 m wide"
     distance[QUARTER] = 2.5
-    assert (view_values(ring, DARK, 0, 3, PLAIN._replace(line=0.8)) == view_values(ring, DARK, 0, 3, PLAIN)).all()
+    assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(line=0.8)) == view_values(ring, DARK, LEVEL, 3, PLAIN)).all()
 
 
 def test_best_turns_agree_with_enumeration() -> None:

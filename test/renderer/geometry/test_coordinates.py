@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from sample_scene import sample_scene
 
+from renderer.geometry.cloth import Drape, cloth, drape
 from renderer.geometry.coordinates import box_mapped
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import (
@@ -24,7 +25,7 @@ from renderer.geometry.shapes import (
     slab,
     stretched,
 )
-from renderer.models.soft import Drape, cloth, cushion, drape, pillow
+from renderer.geometry.upholstery import cushion, pillow
 from renderer.scene.room_shell import build_shell
 
 

@@ -5,7 +5,7 @@ import pytest
 from model_sizes import SIZES, random_cases, sizes_of
 
 from grammar.appearance.appearance_rules import load_appearance
-from renderer.geometry.mesh import Mesh
+from renderer.geometry.mesh import Mesh, signed_volume, surface_area
 from renderer.geometry.shapes import (
     block,
     blocks,
@@ -16,12 +16,10 @@ from renderer.geometry.shapes import (
     rotated,
     rounded_box,
     sheet,
-    signed_volume,
     slab,
-    surface_area,
 )
+from renderer.geometry.upholstery import pillow
 from renderer.models import FAMILIES, MODELS, build_model, shape_rows
-from renderer.models.soft import pillow
 from scene_description.share import config_path
 
 SMALL = set(shape_rows.MODELS) | {

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import signed_volume
+from renderer.geometry.mesh import Mesh, signed_volume
 from renderer.models.shape_rows import build_row, hollowed
 
 PROFILES = {"disc": [[0, 0], [1, 0], [1, 1], [0, 1]]}

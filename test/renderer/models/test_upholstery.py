@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from renderer.geometry.shapes import block, signed_volume
-from renderer.models.soft import Drape, cloth, cushion, drape, layer, lined, piping, repeated, rounded_loop, tufted
+from renderer.geometry.cloth import Drape, cloth, drape, layer, lined
+from renderer.geometry.mesh import signed_volume
+from renderer.geometry.shapes import block, repeated
+from renderer.geometry.upholstery import cushion, piping, rounded_loop, tufted
 
 
 @pytest.mark.parametrize("turn", [1.0, -1.0])

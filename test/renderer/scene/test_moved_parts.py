@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from renderer.geometry.shapes import blocks, signed_volume
+from renderer.geometry.mesh import signed_volume
+from renderer.geometry.shapes import blocks
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts, Size
 from renderer.scene.moved_parts import fronts_of, moved_model

@@ -10,8 +10,7 @@ from sample_scene import sample_scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core.kernel import from_python
-from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import signed_volume, surface_area
+from renderer.geometry.mesh import Mesh, signed_volume, surface_area
 from renderer.path.lights import EMITTER_NORMAL, build_lights
 from renderer.scene import spot_lights
 from renderer.scene.flatten import flatten
