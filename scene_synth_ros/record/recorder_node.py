@@ -30,7 +30,6 @@ from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeState, NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
 
-
 _TICKS_AN_EVENT = 10
 """Events of subscriptions, losses and publishers that do not fit, are waited for after each so many ticks of the timer, until the next."""
 
