@@ -21,7 +21,7 @@ Images = dict[str, NDArray[Any]]
 
 SAMPLES = 96
 """Pixels that are looked at in a frame, at least."""
-_LEAST_OF_ALL = 24 * SAMPLES
+_LEAST_OF_ALL = 100 * SAMPLES
 """Of all frames: where these are few, more of each are looked at, as noise hides much of what few pixels say."""
 _LAYERS = ("depth", "instance", "semantic", "normals", "flow")
 _SMOOTH, _FLAT, _SAME = 1.1, 1.02, 0.005
