@@ -107,6 +107,6 @@ setup(
             "evaluator_node = scene_synth_ros.evaluate.evaluator_node:main",
             "replay_node = scene_synth_ros.replay.replay_node:main",
         ],
-        "pytest11": ["scene_synth = scene_synth_ros.testing.plugin"],
+        "pytest11": ["scene_synth_ros.testing.plugin = scene_synth_ros.testing.plugin"],
     },
 )

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -96,11 +97,15 @@ def driven_way(drive: Drive, spacing_s: float, times_s: ArrayLike) -> tuple[Floa
     return value, rate
 
 
+@lru_cache(maxsize=4)
 def knot_places(drive: Drive) -> Floats:
-    """Return where a base is at the knots of its drive, (segments + 1, 2), world; those of a part of a drive are those of the whole."""
+    """Return where a base is at the knots of its drive, (segments + 1, 2), world; those of a part of a drive are those of the whole.
+
+    They are remembered, as a lidar asks for its way in each sweep, and may not be written.
+    """
     controls, begin, count = _controls(drive), drive.first_knot or 0, len(drive.distances_m) - DEGREE
     ways = _travelled(controls, begin, begin + np.arange(count), np.ones(count))
-    return np.asarray(np.cumsum(np.concatenate([[drive.start_m], ways]), axis=0))
+    return _read_only(np.cumsum(np.concatenate([[drive.start_m], ways]), axis=0))
 
 
 def mounted_kinematics(body: Kinematics, position_m: Sequence[float], quaternion: Sequence[float]) -> Kinematics:
@@ -244,8 +249,14 @@ def _driven(drive: Drive, spacing_s: float, times: Floats) -> Kinematics:
     )
 
 
+@lru_cache(maxsize=4)
 def _controls(drive: Drive) -> Floats:
-    return np.column_stack([drive.distances_m, drive.headings_rad])
+    return _read_only(np.column_stack([drive.distances_m, drive.headings_rad]))
+
+
+def _read_only(values: Floats) -> Floats:
+    values.setflags(write=False)
+    return values
 
 
 def _travelled(controls: Floats, begin: int, segment: NDArray[np.int64], share: Floats) -> Floats:

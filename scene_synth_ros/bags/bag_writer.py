@@ -8,11 +8,11 @@ from __future__ import annotations
 import contextlib
 import os
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple
+from typing import Any
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_file import ACTIVE_SUFFIX, BagFile, FileFormat
@@ -29,13 +29,6 @@ _MAX_KEPT = 100
 
 class BagWriteError(SceneSynthError):
     """A bag that cannot be begun, written or finished; one line: where, why, and what is safe."""
-
-
-class _Latched(NamedTuple):
-    """A message of a latched topic, kept for the files to come."""
-
-    publish_ns: int
-    data: bytes
 
 
 class BagWriter:
@@ -88,7 +81,7 @@ class BagWriter:
         )
         self._topics: dict[str, TopicInfo] = {}
         self._definitions: dict[str, MessageDefinition] = {}
-        self._latched: dict[str, deque[_Latched]] = {}
+        self._latched: dict[str, deque[tuple[int, bytes]]] = {}  # publish times (ns) and messages, for the files to come
         self._records: dict[str, Mapping[str, str]] = {}
         self._attachments: dict[str, bytes] = {}
         self._accepted: Counter[str] = Counter()
@@ -148,19 +141,9 @@ class BagWriter:
         return self._saved_counts() if self._closed else {name: self._accepted[name] for name in self._topics}
 
     @property
-    def size(self) -> int:
-        """Bytes on disk, all files together."""
-        return self._done_size + self._file.size
-
-    @property
     def file_size(self) -> int:
         """Bytes on disk of the file in progress."""
         return self._file.size
-
-    @property
-    def files(self) -> int:
-        """How many files were begun."""
-        return len(self._done) + (0 if self._closed else 1)
 
     def add_topic(
         self,
@@ -216,10 +199,8 @@ class BagWriter:
         self._refuse_closed()
         if kept.get(name) != content:
             kept[name] = content
-            try:
+            with self._or_give_up():
                 add(name, content)
-            except OSError as error:
-                self._give_up(error)
 
     def write(self, topic: str, cdr: bytes | bytearray | memoryview, log_ns: int, publish_ns: int) -> None:
         """Write a serialised message.
@@ -242,15 +223,17 @@ class BagWriter:
         self._refuse_closed()
         self._accepted[topic] += 1
         if topic in self._latched:
-            self._latched[topic].append(_Latched(publish_ns, data))
+            self._latched[topic].append((publish_ns, data))
         try:
             self._file.write(topic, log_ns, publish_ns, data)
         except OSError as error:
             self._give_up(error)
 
-    def _flush_file(self) -> None:
+    @contextlib.contextmanager
+    def _or_give_up(self) -> Iterator[None]:
+        """Finish the bag where the disk refuses what is done meanwhile."""
         try:
-            self._file.flush()
+            yield
         except OSError as error:
             self._give_up(error)
 
@@ -261,7 +244,8 @@ class BagWriter:
             BagWriteError: the disk refused it; the bag is then closed and whole.
         """
         self._refuse_closed()
-        self._flush_file()
+        with self._or_give_up():
+            self._file.flush()
 
     def split(self, log_ns: int, without: Collection[str] = ()) -> None:
         """Finish the file in progress and go on in a new one, which begins with the last messages of the latched topics.
@@ -273,21 +257,18 @@ class BagWriter:
         Raises:
             BagWriteError: the disk refused it; the bag is then closed and whole.
         """
-        self._refuse_closed()
-        self._flush_file()
+        self.flush()
         try:
             self._end_file()
         except OSError as error:
             self._file.drop_last_chunk(error)
             self._give_up(error)
         self._next_file()
-        try:
+        with self._or_give_up():
             for topic, messages in self._latched.items():
-                for message in () if topic in without else messages:
-                    self._file.write(topic, log_ns, message.publish_ns, message.data)
+                for publish_ns, data in () if topic in without else messages:
+                    self._file.write(topic, log_ns, publish_ns, data)
                     self._repeated += 1
-        except OSError as error:
-            self._give_up(error)
 
     def _next_file(self) -> None:
         size = self._file.size
@@ -311,7 +292,7 @@ class BagWriter:
         """
         if self._closed:
             return
-        self._flush_file()
+        self.flush()
         self._closed = True
         self._finish("")
         if self._failure:
@@ -405,7 +386,7 @@ class BagWriter:
 
     def _describe(self, failure: str, ending: str) -> str:
         saved, taken = sum(self._saved_counts().values()), sum(self._accepted.values()) + self._repeated
-        return f"{failure}; {ending} with {saved} of {taken} messages ({self.size / 1e6:.1f} MB)"
+        return f"{failure}; {ending} with {saved} of {taken} messages ({(self._done_size + self._file.size) / 1e6:.1f} MB)"
 
     def _write_metadata_file(self) -> None:
         text = metadata_file(self._metadata()).encode()

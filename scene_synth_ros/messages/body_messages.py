@@ -7,11 +7,12 @@ means that there is no such quantity (sensor_msgs/Imu).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
 from sensor_msgs.msg import Imu, JointState
 
 from renderer.body.config import ImuConfig
@@ -107,10 +108,14 @@ def odometry_transform(message: Odometry) -> TransformStamped:
     return transform
 
 
-def _vector(values: Sequence[float]) -> Vector3:
-    x, y, z = (float(value) for value in values)
+def _vector(values: NDArray[np.float64]) -> Vector3:
+    x, y, z = values.tolist()
     return Vector3(x=x, y=y, z=z)
 
 
-def _diagonal(variance: float) -> list[float]:
-    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
+@lru_cache(maxsize=8)
+def _diagonal(variance: float) -> NDArray[np.float64]:
+    """Return the covariance of three independent numbers; of a list rclpy would look at every number in each message."""
+    covariance = variance * np.eye(3).ravel()
+    covariance.setflags(write=False)
+    return covariance

@@ -21,11 +21,14 @@ Images = dict[str, NDArray[Any]]
 
 SAMPLES = 96
 """Pixels that are looked at in a frame, at least."""
-_LEAST_OF_ALL = 24 * SAMPLES
+_LEAST_OF_ALL = 100 * SAMPLES
 """Of all frames: where these are few, more of each are looked at, as noise hides much of what few pixels say."""
 _LAYERS = ("depth", "instance", "semantic", "normals", "flow")
 _SMOOTH, _FLAT, _SAME = 1.1, 1.02, 0.005
 """Greatest depth over the least about a pixel where a point may be missed, and where it may be found; share of depth by which it is."""
+
+
+_NINE = np.array([(i, j) for j in (-1, 0, 1) for i in (-1, 0, 1)])
 
 
 class View(NamedTuple):
@@ -38,6 +41,7 @@ class View(NamedTuple):
         pixels: (n, 2) int64, column and row.
         rays: (n, 3) unit, in the optical frame.
         values: layer -> (n,) or (n, c), the image at the pixels.
+        relief: (n,) what depth differs by about each pixel (m): so much may stand out between pixels; infinite where some is unknown.
     """
 
     stamp_ns: int
@@ -46,6 +50,7 @@ class View(NamedTuple):
     pixels: NDArray[np.int64]
     rays: Floats
     values: Images
+    relief: Floats
 
     @property
     def distance(self) -> Floats:
@@ -63,9 +68,9 @@ class Pair(NamedTuple):
 
     Attributes:
         stamp_ns: of the next frame.
-        before, lost: (k,) where depth is smooth there: whether a point is in front of what is seen, or neither there nor in front.
+        before, lost: (k,) where depth is smooth there: whether a point is in front of what is seen by more than its relief, or not there.
         old, new: (m, 2) pixels in both frames of the points that are seen again.
-        strange: (m,) whether these are of another object; None where objects were not recorded.
+        strange: (m,) whether nothing about there is of their object; None where objects were not recorded.
         flow: (m,) error of their flow (px); None where that was not recorded.
     """
 
@@ -122,33 +127,51 @@ def _film(evidence: Evidence, room: Room, topics: CameraTopics, camera: Camera, 
             continue
         random = np.random.default_rng(stamp % 2**32)
         spots = np.column_stack([random.integers(0, camera.width, count), random.integers(0, camera.height, count)])
-        values = {layer: image[spots[:, 1], spots[:, 0]] for layer, image in shown.items() if image.shape[:2] == shown["depth"].shape}
-        view = View(stamp, place, Rotation.from_quat(quaternion), spots, directions(camera, spots.astype(np.float64)), values)
+        view = look(camera, stamp, (place, Rotation.from_quat(quaternion)), spots, shown)
         if film.views:
-            film.pairs.append(_pair(camera, film.views[-1], view, shown))
+            film.pairs.append(follow(camera, film.views[-1], view, shown))
         film.views.append(view)
     return film
 
 
-def _pair(camera: Camera, one: View, two: View, shown: Images) -> Pair:
+def look(camera: Camera, stamp_ns: int, pose: tuple[Floats, Rotation], spots: NDArray[np.int64], shown: Images) -> View:
+    """Return what images, ``shown`` by layer, have at some pixels (n, 2); ``pose``: place and turn of the optical frame in the map."""
+    values = {layer: image[spots[:, 1], spots[:, 0]] for layer, image in shown.items() if image.shape[:2] == shown["depth"].shape}
+    low, _, high = _depths_about(shown["depth"], spots)
+    return View(stamp_ns, *pose, spots, directions(camera, spots.astype(np.float64)), values, high - np.where(np.isfinite(low), low, 0.0))
+
+
+def follow(camera: Camera, one: View, two: View, shown: Images) -> Pair:
     """Look for the points of a view in the next, whose whole images are ``shown``."""
     good = np.isfinite(one.distance)
     optical = two.turn.inv().apply(np.where(good[:, None], one.points, 0.0) - two.place)
     with np.errstate(invalid="ignore"):
         spot = pixels(camera, optical)
         inside = good & (optical[:, 2] > 0.05) & (spot > 1.0).all(axis=1) & (spot < (camera.width - 2.0, camera.height - 2.0)).all(axis=1)
-    spot, z = spot[inside], optical[inside, 2]
+    spot, z, relief = spot[inside], optical[inside, 2], one.relief[inside]
     new = np.rint(spot).astype(np.int64)
-    around = np.stack([metres(shown["depth"][new[:, 1] + i, new[:, 0] + j]) for i in (-1, 0, 1) for j in (-1, 0, 1)])
-    around = np.where(np.isnan(around), np.inf, around)
-    low, high = around.min(axis=0), around.max(axis=0)
+    low, there, high = _depths_about(shown["depth"], new)
     with np.errstate(invalid="ignore"):
-        off = np.abs(z - around[4])
-    smooth, same = (high < _SMOOTH * low) & np.isfinite(high), (high < _FLAT * low) & (off < _SAME * z)
+        off = np.abs(z - there)
+        smooth, same = (high < _SMOOTH * low) & np.isfinite(high), (high < _FLAT * low) & (off < _SAME * z)
     old = one.pixels[inside][same]
     strange = flow = None
     if "instance" in one.values and "instance" in shown:
-        strange = shown["instance"][new[same, 1], new[same, 0]] != one.values["instance"][inside][same]
+        strange = (_around(shown["instance"], new[same]) != one.values["instance"][inside][same]).all(axis=0)
     if "flow" in one.values:
         flow = np.linalg.norm(one.values["flow"][inside][same].astype(np.float64) - (spot[same] - old), axis=1)
-    return Pair(two.stamp_ns, (z < 0.99 * low - 0.003)[smooth], (off > 0.02 * z + 0.003)[smooth], old, new[same], strange, flow)
+    before = z < 0.99 * low - 0.003 - relief
+    return Pair(two.stamp_ns, before[smooth], (off > 0.02 * z + 0.003)[smooth], old, new[same], strange, flow)
+
+
+def _depths_about(depth: NDArray[Any], spots: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
+    """Return the least depth about each pixel, the depth there, and the greatest (m); infinite where it is unknown."""
+    around = metres(_around(depth, spots))
+    around[np.isnan(around)] = np.inf
+    return around.min(axis=0), around[len(_NINE) // 2], around.max(axis=0)
+
+
+def _around(image: NDArray[Any], spots: NDArray[np.int64]) -> NDArray[Any]:
+    """Return what an image has at the nine pixels about each of some (n, 2), (9, n), that one fifth; at its edge those that there are."""
+    columns, rows = np.clip(spots[None] + _NINE[:, None], 0, (image.shape[1] - 1, image.shape[0] - 1)).transpose(2, 0, 1)
+    return np.asarray(image[rows, columns])

@@ -60,7 +60,12 @@ class _Group:
     @property
     def complete(self) -> bool:
         """Whether everything that was expected is there, of a group that has a place in the order."""
-        return self.missing is not None and not self.missing and not self.awaited and self.needless is None
+        return self.whole and not self.awaited and self.needless is None
+
+    @property
+    def whole(self) -> bool:
+        """Whether everything that was expected is there."""
+        return self.missing is not None and not self.missing
 
 
 class FrameSorter:
@@ -137,7 +142,7 @@ class FrameSorter:
         self.waiting_bytes += len(data)
         if group.missing is not None and not aside:
             group.missing.discard(self._stand_in(topic))
-        released = list(self._release_complete())
+        released = list(self._release_complete()) if group.whole else []
         most = self._max_stamps * (UNEXPECTED_FACTOR if self._expected is None else 1)
         while (len(self._groups) > most and self._counted() > most) or self.waiting_bytes > self._max_bytes:
             self.forced += 1
@@ -165,10 +170,10 @@ class FrameSorter:
     def reach(self, topic: str, stamp_ns: int) -> list[OrderedMessage]:
         """Take that a topic has come up to a stamp; return what may leave now, in order."""
         self._reached[topic] = max(stamp_ns, self._reached.get(topic, -1))
-        for group in self._groups.values():
-            if group.awaited.get(topic, math.inf) <= stamp_ns:
-                del group.awaited[topic]
-        return list(self._release_complete())
+        arrived = [group for group in self._groups.values() if group.awaited.get(topic, math.inf) <= stamp_ns]
+        for group in arrived:
+            del group.awaited[topic]
+        return list(self._release_complete()) if arrived else []
 
     @property
     def held(self) -> str:

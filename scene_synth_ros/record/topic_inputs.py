@@ -5,6 +5,7 @@ from __future__ import annotations
 import fnmatch
 from collections import Counter
 from collections.abc import Callable, Sequence
+from itertools import chain
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
@@ -17,6 +18,7 @@ from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
 from scene_synth_ros.suite.connections import publishers_of
 from scene_synth_ros.suite.qos import BURST_DEPTH
+from scene_synth_ros.suite.rclpy_internals import waiting
 from scene_synth_ros.suite.status import NodeStatus
 from scene_synth_ros.suite.suite_node import SuiteNode
 
@@ -65,6 +67,8 @@ def is_chosen(topic: str, config: RecorderConfig, namespace: str, is_published: 
 QUEUE_DEPTH = 200
 _LARGE = (streams.IMAGE_TYPE, streams.COMPRESSED_TYPE, streams.CLOUD_TYPE)
 """Types of which no more than ``QUEUE_DEPTH`` messages wait; of others a whole burst may."""
+_TAKEN_TOGETHER = 100
+"""Messages of a topic that are taken before it is another's turn."""
 _LOOKS_A_JUDGEMENT = 10
 """Topics whose publishers are as many as before are judged again at every tenth look."""
 
@@ -129,9 +133,10 @@ class TopicInputs:
         take = self._recording.taker(topic, type_name, self._namespace)
 
         def on_message(data: bytes) -> None:
-            self._received[topic] += 1
-            take(data)
+            for message in chain([data], waiting(subscription, _TAKEN_TOGETHER)):
+                self._received[topic] += 1
+                take(message)
 
-        self._node.create_subscription(message_type, topic, on_message, qos, raw=True, event_callbacks=events)
+        subscription = self._node.create_subscription(message_type, topic, on_message, qos, raw=True, event_callbacks=events)
         self._publishers[topic] = self._node.count_publishers(topic)
         return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from dataclasses import dataclass, fields
@@ -39,17 +40,11 @@ OFF_PATH = 2**62
 """Frames beyond the camera path (on demand, driven by hand) are numbered from here on by their stamps."""
 
 
-def path_indices(scene: SceneDescription) -> dict[int, int]:
-    """Return stamp (ns) -> position in the camera path."""
-    return {pose.stamp_ns: index for index, pose in enumerate(scene.camera_path)}
-
-
 def frame_index(scene: SceneDescription, pose: CameraPose) -> int:
     """Return the index of a frame: its position in the camera path if it is one of its poses, else a number made of its stamp."""
-    index = path_indices(scene).get(pose.stamp_ns)
-    if index is not None and scene.camera_path[index] == pose:
-        return index
-    return OFF_PATH + pose.stamp_ns
+    path = scene.camera_path
+    index = bisect_left(path, pose.stamp_ns, key=lambda known: known.stamp_ns)
+    return index if index < len(path) and path[index] == pose else OFF_PATH + pose.stamp_ns
 
 
 _REST = 2.0

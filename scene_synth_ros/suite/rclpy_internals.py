@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -10,8 +10,9 @@ from rclpy.impl.rcutils_logger import RcutilsLogger as Logger
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 from rclpy.service import Service
+from rclpy.subscription import Subscription
 
-__all__ = ["RCL_ERRORS", "ChangeState", "LateAnswer", "Logger", "overrides_of", "wrap_change_state"]
+__all__ = ["RCL_ERRORS", "ChangeState", "LateAnswer", "Logger", "overrides_of", "waiting", "wrap_change_state"]
 
 RCL_ERRORS: tuple[type[Exception], ...] = (
     rclpy_implementation.RCLError,
@@ -30,6 +31,19 @@ def overrides_of(node: Node) -> dict[str, Any]:
     An empty list of a parameter file has no type in ROS; its value is None here.  (rclpy would raise if it were to declare one by itself.)
     """
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+
+
+def waiting(subscription: Subscription, most: int) -> Iterator[Any]:
+    """Yield messages that wait to be taken, as the subscription's callback gets them, ``most`` of them.
+
+    An executor takes one of each topic, then waits anew for all that a node has, which takes longer than to take a small message.
+    """
+    with subscription.handle:
+        for _ in range(most):
+            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+            if taken is None:
+                return
+            yield taken[0]
 
 
 def wrap_change_state(node: LifecycleNode, wrap: Callable[[ChangeState], ChangeState]) -> None:

@@ -90,7 +90,7 @@ def record(plan: SweepPlan, folder: Path, ids: list[str], tell: Callable[[str], 
 
 def _plan(test: RoomTest, folder: Path, base: Mapping[str, object], factors: Mapping[str, object]) -> SweepPlan:
     run: dict[str, object] = {"frames": test.frames, "parameters": {**PATHS[test.path], **test.parameters}}
-    run |= {"overlays": [test.rig]} if test.rig else {}
+    run |= {"overlays": test.rig.split(",")} if test.rig else {}
     run |= {"rate_hz": test.rate_hz} if test.rate_hz is not None else {}
     data = {"design": "one_at_a_time", "base": {"room_types": [test.room_type], **base}, "run": run, "factors": factors}
     text = json.dumps(data, indent=1)

@@ -31,7 +31,7 @@ class RoomTest:
     Attributes:
         seed, rooms: the rooms are those with the indices 0, 1, ... of a seed.
         room_type: of them all.
-        rig: a shipped overlay by its name, or a parameter file; empty: a camera.
+        rig: shipped overlays by their names, or parameter files, later ones over earlier, with commas between; empty: a camera.
         path: a name of ``PATHS``.
         frames, rate_hz: of a room.
         parameters: further ones, NODE.NAME -> value, or NAME of every renderer.

@@ -170,7 +170,11 @@ def swap_ids(end: str) -> Callable[[Recorded, Random], Recorded]:
 
 
 def late_color(bag: Recorded, random: Random) -> Recorded:
-    by = int(random.choice([-1, 1]))
+    return colors_of_another(bag, int(random.choice([-1, 1])))
+
+
+def colors_of_another(bag: Recorded, by: int) -> Recorded:
+    """The pictures of the frame so many later."""
     topic = bag.topic("color/image_raw")
     data = [STORE.deserialize_cdr(row, bag.types[topic]).data for _, row in bag.rows[topic]]
     return bag.changed("color/image_raw", lambda message, number: setattr(message, "data", data[min(max(number + by, 0), len(data) - 1)]))

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scene_description.kinematics import check_motion, gauss_nodes, kinematics, mounted_kinematics, rotate
+import scene_description.kinematics
+from scene_description.kinematics import check_motion, gauss_nodes, kinematics, knot_places, mounted_kinematics, rotate
 from scene_description.motion import Drive, Harmonic, Motion
 from scene_description.strict import FieldError
 
@@ -85,6 +86,23 @@ def test_a_base_that_turns_as_it_goes_describes_a_circle() -> None:
     np.testing.assert_allclose(found.position_m[:, 1], 1.5 - 0.5 * np.cos(times), atol=1e-13)
     np.testing.assert_allclose(np.linalg.norm(found.acceleration_m_s2, axis=1), 0.5, atol=1e-12)
     np.testing.assert_allclose(found.rate_rad_s, np.tile([0.0, 0.0, 1.0], (301, 1)), atol=1e-12)
+
+
+def test_a_long_drive_is_integrated_once_however_often_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    at = np.arange(3000) * 0.02
+    drive = Drive(start_m=(2.0, 1.0), distances_m=tuple((0.3 * at).tolist()), headings_rad=tuple((0.7 * at).tolist()))
+    motion, integrated, travelled = Motion(kind="base", spacing_s=0.02, drive=drive), [], scene_description.kinematics._travelled
+
+    def counted(controls: np.ndarray, begin: int, segment: np.ndarray, share: np.ndarray) -> np.ndarray:
+        integrated.append(len(segment))
+        return travelled(controls, begin, segment, share)
+
+    monkeypatch.setattr(scene_description.kinematics, "_travelled", counted)
+    places = [kinematics(motion, [k, k + 0.5]).position_m for k in (50.0, 10.0, 50.0)]
+    assert sorted(integrated) == [2, 2, 2, len(at) - 5]
+    np.testing.assert_array_equal(places[0], places[2])
+    with pytest.raises(ValueError, match="read-only"):
+        knot_places(drive)[0] = 0.0
 
 
 def test_equal_control_points_are_rest_and_so_is_what_lies_beyond() -> None:

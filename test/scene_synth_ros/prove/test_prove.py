@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from body_bag import write_bag
-from planted_faults import KINDS, Recorded, named, read
+from planted_faults import KINDS, Recorded, colors_of_another, named, read
 
 from scene_synth_ros.dataset.camera import Camera
 from scene_synth_ros.prove.lens import directions, pixels
-from scene_synth_ros.prove.prove import CHECKS, Proof, by_check, lines_of, proof_to_json, prove_bag
+from scene_synth_ros.prove.prove import CHECKS, Proof, by_check, lines_of, proof_to_json, prove_bag, prove_messages
 from scene_synth_ros.prove.verdict import at_most, share_off
 
 WORDS = (
@@ -46,6 +46,12 @@ def test_a_true_bag_is_proved_by_every_check(bag: Path) -> None:
 def test_a_planted_fault_is_named(recorded: Recorded, kind: str) -> None:
     plant, check = KINDS[kind]
     assert check in named(plant(recorded, np.random.default_rng(3)))
+
+
+@pytest.mark.parametrize("by", [-1, 1])
+def test_colors_of_the_next_frame_or_the_one_before_are_named_with_room_to_spare(recorded: Recorded, by: int) -> None:
+    (found,) = (verdict for verdict in prove_messages(colors_of_another(recorded, by)).verdicts if verdict.check == "color")
+    assert found.worst > 1.2 > found.limit
 
 
 def test_the_command_tells_a_changed_file_and_fails(bag: Path, tmp_path: Path) -> None:

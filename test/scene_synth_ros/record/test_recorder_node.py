@@ -11,18 +11,19 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from scene_synth_ros_suite import claim_domain, dds_context, wait_until
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
 from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.recorder_node import RecorderNode
 from scene_synth_ros.suite.faults import FAULT_STATUS
-from scene_synth_ros.suite.qos import latched_qos, stream_qos
+from scene_synth_ros.suite.qos import BURST_DEPTH, PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -101,6 +102,34 @@ def test_a_pose_that_cannot_be_read_ends_nothing(node: RecorderNode, peer: Peer)
     peer.spin_until(lambda: node.arrivals == 2, "both poses")
     assert node.trigger_deactivate() == SUCCESS
     assert "/synth/camera/pose: a pose cannot be read" in node.last_warning()
+
+
+def test_messages_of_a_topic_that_wait_are_taken_together_in_their_order(node: RecorderNode, peer: Peer, tmp_path: Path) -> None:
+    device = peer.other.create_publisher(Imu, "imu/data", stream_qos(BURST_DEPTH))
+    peer.spin_until(device.get_subscription_count, "the recorder")
+    for number in range(60):
+        device.publish(Imu(header=Header(stamp=Time(nanosec=number * 5_000_000))))
+    assert device.wait_for_all_acked(Duration(seconds=10))
+    turns = 0
+    while node.arrivals < 60 and turns < 30:  # of which timers take some
+        peer.executor.spin_once(timeout_sec=0.05)
+        turns += 1
+    assert node.arrivals == 60
+    assert node.trigger_deactivate() == SUCCESS
+    with BagReader(tmp_path / "bag") as reader:
+        assert [message.log_ns for message in reader.messages() if message.topic == "/synth/imu/data"] == [5_000_000 * n for n in range(60)]
+
+
+def test_a_publisher_that_the_subscription_cannot_hear_is_told(node: RecorderNode, peer: Peer, capfd: pytest.CaptureFixture[str]) -> None:
+    unreliable = peer.other.create_publisher(PoseStamped, "camera/pose", PROFILES["sensor_data"])
+    told: list[str] = []
+
+    def is_told() -> bool:
+        told.append(capfd.readouterr().err)
+        return "offering incompatible QoS" in "".join(told)
+
+    peer.spin_until(is_told, "a line on the publisher")
+    assert unreliable.get_subscription_count() == 0
 
 
 def test_the_compressed_form_of_an_image_is_left_to_viewers_where_the_image_is_recorded(node: RecorderNode, peer: Peer) -> None:

@@ -7,10 +7,12 @@ from typing import Any
 import pytest
 from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from scene_synth_ros_suite import Peer, claim_domain, dds_context
+from scene_synth_ros_suite import Peer, claim_domain, dds_context, wait_until
+from std_msgs.msg import String
 
 from scene_synth_ros.suite import rclpy_internals
 
@@ -51,6 +53,20 @@ def test_the_callback_of_change_state_can_be_wrapped(context: Context) -> None:
     answer = client.call_async(request)
     peer.spin_until(answer.done, 20, "the answer")
     assert seen == [1] and answer.result().success, "the callback of a Service is read when a request comes"
+
+
+def test_what_waits_of_a_topic_is_taken_in_its_order_and_no_more_than_was_asked_for(context: Context) -> None:
+    node = Node("hears", context=context)
+    subscription = node.create_subscription(String, "said", lambda _: None, 10)
+    assert hasattr(subscription.handle, "take_message"), "rclpy.subscription.Subscription.handle.take_message"
+    publisher = node.create_publisher(String, "said", 10)
+    wait_until(publisher.get_subscription_count, 20, "the subscription")
+    for word in ("one", "two", "three"):
+        publisher.publish(String(data=word))
+    assert publisher.wait_for_all_acked(Duration(seconds=10))
+    taken = [[message.data for message in rclpy_internals.waiting(subscription, 2)] for _ in range(3)]
+    assert taken == [["one", "two"], ["three"], []]
+    node.destroy_node()
 
 
 def test_the_errors_of_rcl_have_names() -> None:

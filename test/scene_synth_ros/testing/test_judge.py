@@ -22,7 +22,7 @@ from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 from scene_synth_ros.suite.parameters import annotations_of
 from scene_synth_ros.testing.judge import GateFailure, Judge
-from scene_synth_ros.testing.recordings import Recording, TestError, estimated_trajectory, true_trajectory
+from scene_synth_ros.testing.recordings import Recording, TestError, base_plan, estimated_trajectory, true_trajectory, unchanged
 from scene_synth_ros.testing.room import RoomTest, room
 
 pytestmark = pytest.mark.slow
@@ -63,6 +63,13 @@ def wheel_odometry(recording: Recording) -> Path:
     file = recording.folder / "said.txt"
     file.write_text(trajectory_to_tum(poses))
     return file
+
+
+def test_a_rig_may_have_a_preset_over_it(tmp_path: Path) -> None:
+    test = RoomTest(seed=11, rig="realsense_d435i,realtime", frames=3, ate_m=1.0)
+    (variant,) = unchanged(base_plan(test, tmp_path))
+    renderers = variant.base.settings.renderers
+    assert len(renderers) == 2 and {values["render"].integrator for values in renderers.values()} == {"cached"}
 
 
 def test_what_is_not_good_enough_fails_with_the_factor_that_broke_it(kept: Path) -> None:
