@@ -112,8 +112,8 @@ def correct_truncation(
 ) -> tuple[Grammar, tuple[TruncationRow, ...]]:
     """Return the grammar whose valid rooms have the branch frequencies of ``grammar`` and the category counts ``wanted``.
 
-    The rooms of the first iteration may be as crowded as they come; later ones are no more crowded than all but the fullest twentieth of
-    these.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are
+    Rooms of the first iteration may be as crowded as they come; all but the fullest twentieth of these count, and later ones are no more
+    crowded.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are
     taken, the first ones, which are not corrected, among them.
 
     Args:
@@ -137,21 +137,23 @@ def correct_truncation(
         passed = [room for room in rooms if not room.failed]
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
+        failed = len(rooms) - len(passed)
+        if not iteration:
+            used, wall = np.quantile([(room.used_share, room.wall_share) for room in passed], _NOT_FULLEST, axis=0).clip(_LEAST_SHARE)
+            grammar = replace(grammar, room=replace(grammar.room, used_share_max=float(used), wall_share_max=float(wall)))
+            passed = [room for room in passed if room.used_share <= used and room.wall_share <= wall] or passed
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
         rows.append(
             TruncationRow(
                 iteration=iteration,
                 category_kl=category_kl(frequencies(wanted, wanted), frequencies(seen, wanted)),
                 objects=sum(seen.values()),
-                failed=len(rooms) - len(passed),
+                failed=failed,
                 count_kl=count_kl(wanted, seen, len(passed)),
                 # 2 n times the divergence follows a chi-square distribution where the means agree
                 scatter=math.sqrt(0.5 * max(len(wanted), 1)) / len(passed),
             )
         )
-        if not iteration:
-            limits = np.quantile([(room.used_share, room.wall_share) for room in passed], _NOT_FULLEST, axis=0).clip(_LEAST_SHARE)
-            grammar = replace(grammar, room=replace(grammar.room, used_share_max=float(limits[0]), wall_share_max=float(limits[1])))
         pool.logs.append(logs)
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))

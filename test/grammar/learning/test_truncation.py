@@ -138,10 +138,11 @@ def test_rooms_are_no_more_crowded_than_all_but_the_fullest_of_the_first_round()
     def sampler(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
         limits.append((grammar.room.used_share_max, grammar.room.wall_share_max))
         room = SampledCounts(failed=False, branches=(("sleeping", -1, 0),), categories={"bed": 1}, wall_share=0.3)
-        full = [replace(room, used_share=0.01 * (k + 1) * (stream + 1)) for k in range(101)]
+        full = [replace(room, categories={"bed": 1 + (k > 95)}, used_share=0.01 * (k + 1) * (stream + 1)) for k in range(101)]
         return [*full, replace(room, failed=True, used_share=3.0)]
 
-    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=2, rooms=3), sampler)
+    corrected, rows = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=2, rooms=3), sampler)
+    assert rows[0].objects == 1.0 and rows[1].objects > 1.0  # the fullest of the first round, with two beds, do not count
     assert limits == [(10.0, 10.0), pytest.approx((0.96, 0.3)), pytest.approx((0.96, 0.3))]
     assert (corrected.room.used_share_max, corrected.room.wall_share_max) == pytest.approx((0.96, 0.3))
     kept, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=0), sampler)
