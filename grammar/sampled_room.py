@@ -2,9 +2,10 @@
 
 A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
 the distribution of structures as little as possible.  Valid layouts that a person would find odd are passed over, so many as the budget
-has, while their chain runs on for a few rounds; then the least odd one is taken.  Whether other structures take the place of one whose
-layouts are all odd is the budget's ``gate``: where they do, as in the grammars that come with the program, finished rooms have its
-structures with other probabilities than the grammar says; the parse graph tells those of the grammar.
+has, while their chain runs on for a few rounds; then the least odd one is taken.  Furniture of a drawn size of room that finds no layout
+gets other doors and windows: of some draws those between which it fits best, as layouts that are begun tell.  Whether other structures take
+the place of one whose layouts are all odd is the budget's ``gate``: where they do, as in the grammars that come with the program, finished
+rooms have its structures with other probabilities than the grammar says; the parse graph tells those of the grammar.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from grammar.layout.columns import TRIED, YAW, X, Y, Z
 from grammar.layout.floor_raster import NO_FLOOR, Floor
 from grammar.layout.mcmc import Chain
 from grammar.layout.problem import Problem, State, move_settings
-from grammar.layout.schedule import run_stages, run_together
+from grammar.layout.schedule import fits_best, run_stages, run_together
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
 from grammar.spec.grammar_file import room_needs
@@ -161,13 +162,17 @@ def _tries(
     plan, kept = make_plan(grammar, categories, request), Kept()
     for number in range(grammar.budget.structures):
         try:
-            tree = _structure(plan, categories, kept, rng)
+            trees = kept.reopened(plan, categories, rng) or [_structure(plan, categories, kept, rng)]
         except RequestError as refused:
             if not number:
                 raise
             meter.refused = refused
             return
-        problem, start = assemble(grammar, categories, tree, beta)
+        rooms = [assemble(grammar, categories, tree, beta) for tree in trees]
+        with meter:
+            fitting, proposals = fits_best(rng, rooms, move_settings(grammar.moves), grammar.schedule, beta)
+        meter.proposals += proposals
+        tree, (problem, start) = trees[fitting], rooms[fitting]
         chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
         for layout, energy in _layouts(grammar, chain, start, beta, rng, meter):
             yield tree, problem, layout, energy
@@ -182,7 +187,6 @@ def _structure(plan: Plan, categories: Categories, kept: Kept, rng: np.random.Ge
         names = [item.rule.category for item in tree.items]
         if not always_odd(categories, names, room_needs(plan.grammar.room_type).company) and not oddly_seated(categories, tree.items):
             return tree
-        kept.drop_furniture()
     return derive_from(plan, categories, rng, kept)
 
 

@@ -66,7 +66,7 @@ FAULTS = (
     _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed, or machine"),
     _fault(seats.place_shared, "chairs of one table are too close to each other"),
     _fault(seats.chair_at_corner, "a chair is drawn up to a corner of its table"),
-    _fault(seats.chair_wedged, "what stands behind a chair is nearer than 0.5 m to its table"),
+    _fault(seats.chair_wedged, "what stands behind a chair is nearer than 0.35 m to its table"),
     _fault(seats.filler_at_table, "a plant, bin or lamp stands where people sit at a table"),
     Fault(
         "table_at_sofa", "a table for meals stands at a sofa, an armchair or a low table", each(near(0.15, "lounge", "low_table"), "dining")

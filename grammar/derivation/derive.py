@@ -113,8 +113,8 @@ class Kept:
 
     So a small room stays small where it is the furniture that does not fit, and furniture stays where it is the doors that are in its way.
     One size of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room, of which one counts twice
-    that finds a room but no layout with any of ``_OPENINGS_TRIED`` draws of doors and windows, for which the caller derives again.  An area
-    goes with the first set that finds a room.
+    that finds a room but no layout with any of ``_OPENINGS_TRIED`` draws of doors and windows; the caller asks for all but the first of
+    these.  An area goes with the first set that finds a room.
     """
 
     def __init__(self) -> None:
@@ -137,28 +137,22 @@ class Kept:
         elif furniture is not None:
             self._tried = 0
 
-    def drop_furniture(self) -> None:
-        """Draw other furniture next."""
-        self._furniture = None
-
-    def reopened(self, plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree | None:
-        """Return the furniture in the same room with other doors and windows; None where it was tried often enough, or none fit."""
+    def reopened(self, plan: Plan, categories: Categories, rng: np.random.Generator) -> list[ParseTree]:
+        """Return the furniture in the same room with other doors and windows, all draws of them that are left; empty where none fit."""
+        found: list[ParseTree] = []
         while self._furniture is not None and self._opened < _OPENINGS_TRIED:
             self._opened += 1
             try:
-                return _opened(plan, categories, self._furniture, rng)
+                found.append(_opened(plan, categories, self._furniture, rng))
             except RejectedError:
                 continue
         self._furniture = None
-        return None
+        return found
 
 
 def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator, kept: Kept | None = None) -> ParseTree:
-    """Draw one parse tree of a plan, see :func:`derive`, with the size and the furniture that are kept from one to the next."""
+    """Draw one parse tree of a plan, see :func:`derive`, in the size of room that is kept from one to the next."""
     kept = kept or Kept()
-    tree = kept.reopened(plan, categories, rng)
-    if tree is not None:
-        return tree
     reasons: Counter[str] = Counter()
     below_slopes: Counter[str] = Counter()
     budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)

@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.drafts import Draft
-from grammar.derivation.row_fit import reach_m, unit_rule
+from grammar.derivation.row_fit import least_along_m, reach_m, unit_rule
 from grammar.derivation.slopes import top_m
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW, penetration
-from grammar.geometry.slopes import above_slopes, slope_rows
+from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots
+from grammar.geometry.slopes import above_slopes, low_ceiling, slope_rows
 from grammar.geometry.wall_spans import Span, outlines, spans_of
-from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_front, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import HANGING_LOW_M, SIDE_WINDOW, WINDOW, UnitRowRule
@@ -123,7 +124,7 @@ def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
     return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows, slope_rows(room), line_m)
 
 
-def spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:
+def _spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:
     """Return the stretches of each wall that openings and the unit rows that stand already leave free."""
     spans = []
     for w, row in enumerate(shell.wall):
@@ -196,3 +197,36 @@ class UnitRow(NamedTuple):
     def jut_m(self) -> float:
         """Return the depth of the units that jut out."""
         return max((unit.size_m[0] for unit in self.juts), default=0.0)
+
+    def frames(self, taken: Sequence[Aisle]) -> list[Frame]:
+        """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
+        rule, shell = self.rule, self.shell
+        depth = rule.wall_gap_m + max(map(reach_m, self.units))
+        low_roof = low_ceiling(shell.room, min(unit.size_m[2] for unit in self.units))
+        spans = _spans_beside(shell, np.concatenate([self._openings(), low_roof]), taken, depth)
+        legs, least_m = len(self.turning) + (not self.juts), sum(map(least_along_m, self.units)) - _ROUNDING_M
+        found = [
+            frame
+            for frame in frames(shell.wall, spans, legs, self.corners_m, rule.wall_gap_m)
+            if sum(leg.high - leg.low for leg in frame.legs) >= least_m
+            and (legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
+        ]
+        if not self.juts:
+            return found
+        behind = max(self.jut_m - self.side_m, 0.0) + rule.around_m
+        shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
+        return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
+
+    def _openings(self) -> Boxes:
+        """Return the boxes (n, 8) of doors and windows whose walls the unit row keeps free."""
+        windows = self.shell.views
+        if self.rule.window_gap_m is None:
+            windows = windows[windows[:, Z_LOW] < min(unit.size_m[2] for unit in self.units)]
+        else:
+            windows = windows.copy()
+            windows[:, HALF_WIDTH] += self.rule.window_gap_m
+        return np.concatenate([self.shell.swings, windows])
+
+    def slots(self, frame: Frame, lengths: Sequence[float]) -> list[Slot]:
+        """Return where legs of these lengths may lie in a frame."""
+        return slots(self.shell.wall, frame, lengths, self.rule.end_gap_m, self.rule.flush, self.rule.ends_free)

@@ -18,7 +18,7 @@ from grammar.derivation.drafts import Draft
 from grammar.derivation.free_rows import Standing, free_slots, juts_clear
 from grammar.derivation.hung_rows import hang_rows, hangs_in_row
 from grammar.derivation.parse_tree import RejectedError, UnitRowPlan
-from grammar.derivation.row_fit import across_m, along_m, fit_legs, least_along_m, order_cost, reach_m, unit_rule
+from grammar.derivation.row_fit import across_m, along_m, fit_legs, order_cost, reach_m, unit_rule
 from grammar.derivation.row_walls import (
     ASKEW,
     OFF_WALL,
@@ -30,13 +30,10 @@ from grammar.derivation.row_walls import (
     box_of,
     front_of,
     shell_of,
-    spans_beside,
 )
 from grammar.geometry.arrays import Boxes
-from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_LOW, penetration
-from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
-from grammar.geometry.slopes import low_ceiling
-from grammar.geometry.walls import LENGTH
+from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, penetration
+from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, jutting, unit_poses
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, UnitRowRule
 from scene_description import Room
@@ -55,7 +52,6 @@ _BEFORE_M = 0.4
 """Free floor before the units of a row that goes past the end of another one, between that and a wall."""
 
 _SQUARE_M = 0.005
-_ROUNDING_M = 1e-9
 
 
 class _Candidate(NamedTuple):
@@ -176,44 +172,13 @@ def _at_walls(symbol: str, rule: UnitRowRule, shell: Shell, units: Sequence[Draf
     return UnitRow(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
 
 
-def _frames(unit_row: UnitRow, taken: Sequence[Aisle]) -> list[Frame]:
-    """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
-    rule, shell = unit_row.rule, unit_row.shell
-    depth = rule.wall_gap_m + max(map(reach_m, unit_row.units))
-    low_roof = low_ceiling(shell.room, min(unit.size_m[2] for unit in unit_row.units))
-    spans = spans_beside(shell, np.concatenate([_openings(unit_row), low_roof]), taken, depth)
-    legs, least_m = len(unit_row.turning) + (not unit_row.juts), sum(map(least_along_m, unit_row.units)) - _ROUNDING_M
-    found = [
-        frame
-        for frame in frames(shell.wall, spans, legs, unit_row.corners_m, rule.wall_gap_m)
-        if sum(leg.high - leg.low for leg in frame.legs) >= least_m
-        and (legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
-    ]
-    if not unit_row.juts:
-        return found
-    behind = max(unit_row.jut_m - unit_row.side_m, 0.0) + rule.around_m
-    shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
-    return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
-
-
-def _openings(unit_row: UnitRow) -> Boxes:
-    """Return the boxes (n, 8) of doors and windows whose walls a unit row keeps free."""
-    windows = unit_row.shell.views
-    if unit_row.rule.window_gap_m is None:
-        windows = windows[windows[:, Z_LOW] < min(unit.size_m[2] for unit in unit_row.units)]
-    else:
-        windows = windows.copy()
-        windows[:, HALF_WIDTH] += unit_row.rule.window_gap_m
-    return np.concatenate([unit_row.shell.swings, windows])
-
-
 def _begin(symbol: str, unit_row: UnitRow, rng: np.random.Generator) -> _Candidate:
     """Draw how a unit row at walls begins.
 
     Raises:
         RejectedError: nothing that was tried fits.
     """
-    found = _frames(unit_row, unit_row.taken)
+    found = unit_row.frames(unit_row.taken)
     candidates: list[_Candidate] = []
     enough = min(_ENOUGH, _ENOUGH_A_UNIT * (len(unit_row.units) + 1))
     for tried in range(_TRIES if found else 0):
@@ -248,7 +213,7 @@ def _try(unit_row: UnitRow, frame: Frame, rng: np.random.Generator) -> _Candidat
     fit = fit_legs(unit_row.rule, frame, _ordered(unit_row.units, rng), turning)
     if fit is None:
         return None
-    places = _slots(unit_row, frame, [_length(unit_row.rule, row) for row in fit.widths])
+    places = unit_row.slots(frame, [_length(unit_row.rule, row) for row in fit.widths])
     if not places:
         return None
     slot, walls = places[int(rng.integers(len(places)))], [leg.wall for leg in frame.legs]
@@ -269,12 +234,6 @@ def _try(unit_row: UnitRow, frame: Frame, rng: np.random.Generator) -> _Candidat
         if not _leaves_aisles(unit_row, slot, len(counts) - 1, size, [*(one.ahead for one in unit_row.taken), *own]):
             return None
     return _Candidate(fit.cost + _order_cost(unit_row, units, flat, poses), units, counts, flat, slot, slide, poses)
-
-
-def _slots(unit_row: UnitRow, frame: Frame, lengths: Sequence[float]) -> list[Slot]:
-    """Return where legs of these lengths may lie in a frame."""
-    rule = unit_row.rule
-    return slots(unit_row.shell.wall, frame, lengths, rule.end_gap_m, rule.flush, rule.ends_free)
 
 
 def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> bool:
@@ -393,9 +352,9 @@ def _places(unit_row: UnitRow, chosen: _Candidate) -> list[Slot]:
     at_walls = lengths[:-1] if unit_row.juts else lengths
     found = [
         slot
-        for frame in _frames(unit_row, ())
+        for frame in unit_row.frames(())
         if unit_row.is_square or (chosen.slot.direction > 0.0) == frame.forward
-        for slot in _slots(unit_row, frame, at_walls)
+        for slot in unit_row.slots(frame, at_walls)
     ]
     if unit_row.juts:
         leg, size = len(at_walls) - 1, (unit_row.rule.wall_gap_m + unit_row.jut_m, lengths[-1])

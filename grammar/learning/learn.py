@@ -16,13 +16,14 @@ from grammar.derivation.openings import COUNT
 from grammar.learning.assign import AssignedRoom, assign
 from grammar.learning.beside import with_neighbours
 from grammar.learning.branching import learn_branching
+from grammar.learning.choices import SampledCounts, count_room
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
 from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, is_sound, learn_object
 from grammar.learning.sizes import learn_room
-from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
+from grammar.learning.truncation import RoomSampler, TruncationOptions, TruncationRow, correct_truncation
 from grammar.learning.unit_rows import learn_unit_rows, with_even_heights
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Budget, Grammar, GrammarError

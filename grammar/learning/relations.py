@@ -97,6 +97,7 @@ def learn_object(
             rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(sizes)
     if "relations" in keep:
         return rule, counts
+    rule = straightened(rule, grammar, (*rooms, *others))
     enough = max(shares.least, _LEAST_POSES)
     if rule.wall:
         rule = _learn_wall(rule, grammar.weights, beta, seen, elsewhere, shares.pooled, enough, counts)
@@ -111,7 +112,7 @@ def learn_object(
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
     if rule.centre_height_m is not None:
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
-    return straightened(rule, grammar, (*rooms, *others), counts), counts
+    return rule, counts
 
 
 def is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
@@ -351,8 +352,8 @@ def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: d
     return replace(rule, centre_height_m=bounds, heights=modes)
 
 
-def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoom], counts: Mapping[str, int]) -> ObjectRule:
-    """Return a rule whose places that were not learned are as straight as its category is in the rooms.
+def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoom]) -> ObjectRule:
+    """Return a rule whose places are as straight as its category is in the rooms.
 
     That of one symbol is a habit of all: what stands exactly square to the walls in most rooms does so beside things too.  Places that the
     base leaves loose on purpose stay.
@@ -369,10 +370,9 @@ def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoo
     weights = {"wall": "wall_orientation", "around": "group_orientation", "placements": "support_orientation"}
     changed: dict[str, Any] = {}
     for name, weight in weights.items():
-        if name not in counts:
-            spread = Scale.of(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
-            changed[name] = tuple(
-                replace(mode, orientation_spread=min(mode.orientation_spread, spread)) if mode.orientation_spread <= 1.0 else mode
-                for mode in getattr(rule, name)
-            )
+        spread = Scale.of(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
+        changed[name] = tuple(
+            replace(mode, orientation_spread=min(mode.orientation_spread, spread)) if mode.orientation_spread <= 1.0 else mode
+            for mode in getattr(rule, name)
+        )
     return replace(rule, **changed)

@@ -13,7 +13,6 @@ each category is as frequent as in the data.  The size of the room and the numbe
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
@@ -21,32 +20,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.crowding import used_share, wall_share
-from grammar.derivation.openings import COUNT
-from grammar.derivation.shell import ROOM_SIZE
-from grammar.geometry.arrays import Bools, Floats, Ints
-from grammar.learning.branching import certain_objects
-from grammar.sampled_room import sample_room
-from grammar.spec.categories import Categories
-from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.room_rules import SHAPES
-from grammar.spec.rules import Grammar, Node
-from scene_description import ParseNode
+from grammar.geometry.arrays import Floats, Ints
+from grammar.learning.choices import LEAST, Choices, SampledCounts, branching_of, counted, with_branching
+from grammar.spec.request import RequestError
+from grammar.spec.rules import Grammar
 
-ROOM_SIZES = "room.sizes"
-"""Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
-
-ROOM_SHAPES = "room.shapes"
-"""The same where the choice is a shape of the outline."""
-
-
-RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
+RoomSampler = Callable[[Grammar, int, Sequence[int]], list[SampledCounts]]
 """Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
 
-Branching = dict[tuple[str, int], Floats]
-"""Probabilities of each Or node, (node, -1), and of the multiplicities of each Set branch, (node, branch)."""
-
-_LEAST = 1e-5
 _STEPS = 300
 _CONSTANT_STEPS = 30
 _RATE = 0.3
@@ -64,7 +45,7 @@ _DOUBTED, _MOST_DOUBT = 8.0, 4.0
 Else the numbers of few rooms, which scatter, would be learned."""
 
 _GIVEN_UP, _LEAST_EXPECTED = math.log(20.0), 4.0
-"""Sizes of rooms that never pass where so many were expected are drawn hardly at all."""
+"""Sizes of rooms and numbers of openings that never pass where so many were expected are drawn hardly at all."""
 
 _MOST_MOVED = math.log(3.5)
 """How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
@@ -78,59 +59,11 @@ _NOT_FULLEST = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SampledCounts:
-    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
-
-    ``used_share``, ``wall_share``: of floor and walls that its furniture takes (:mod:`grammar.derivation.crowding`).
-    """
-
-    failed: bool
-    branches: tuple[tuple[str, int, int], ...]
-    categories: Mapping[str, int]
-    used_share: float = 0.0
-    wall_share: float = 0.0
-
-
-def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
-    """Sample a room and count what is in it."""
-    try:
-        room = sample_room(grammar, categories, SceneRequest(room_type=grammar.room_type), rng)
-    except RequestError:
-        return SampledCounts(failed=True, branches=(), categories={})
-    found = Counter(item.category for item in room.objects)
-    rules = {vertex.object: grammar.objects[vertex.symbol] for vertex in room.parse_graph.nodes if vertex.symbol in grammar.objects}
-    things = [(rules[item.id], item.size_m) for item in room.objects]
-    return SampledCounts(
-        failed=False,
-        branches=tuple(_taken(grammar, room.parse_graph.nodes)),
-        categories=dict(found),
-        used_share=used_share(grammar, categories, room.room, things),
-        wall_share=wall_share(categories, room.room, things),
-    )
-
-
-def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: the room's size, numbers of openings, branches of Or nodes, copies of Set branches in order."""
-    place: Counter[int] = Counter()
-    for vertex in nodes:
-        if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
-            yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
-        elif vertex.kind == "attribute" and vertex.symbol == "shape" and (shape := vertex.choice.split(",")[0]) in SHAPES:
-            yield ROOM_SHAPES, -1, SHAPES.index(shape)
-        elif vertex.kind == "attribute" and vertex.symbol.removesuffix(COUNT) in grammar.openings:
-            yield vertex.symbol, -1, int(vertex.choice)
-        elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
-            names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]
-            yield vertex.symbol, -1, names.index(vertex.choice)
-        elif vertex.kind == "set" and vertex.parent is not None and vertex.choice != "":
-            owner = nodes[vertex.parent].symbol
-            yield owner, place[vertex.parent], int(vertex.choice)
-            place[vertex.parent] += 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class TruncationOptions:
-    """``iterations`` of ``rooms`` each; sizes of rooms that seldom pass are drawn at most ``raised`` times as often as they were seen."""
+    """``iterations`` of ``rooms`` each.
+
+    Sizes of rooms and numbers of openings that seldom pass are drawn at most ``raised`` times as often as they were seen.
+    """
 
     iterations: int = 0
     rooms: int = 100
@@ -179,8 +112,8 @@ def correct_truncation(
 ) -> tuple[Grammar, tuple[TruncationRow, ...]]:
     """Return the grammar whose valid rooms have the branch frequencies of ``grammar`` and the category counts ``wanted``.
 
-    The rooms of the first iteration may be as crowded as they come; later ones are no more crowded than all but the fullest twentieth of
-    these.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are
+    Rooms of the first iteration may be as crowded as they come; all but the fullest twentieth of these count, and later ones are no more
+    crowded.  After each of the ``iterations`` its probabilities are judged by rooms sampled with them; :func:`kept_round` says which are
     taken, the first ones, which are not corrected, among them.
 
     Args:
@@ -191,8 +124,8 @@ def correct_truncation(
         options: of the approximation.
         sampler: of rooms.
     """
-    choices = _Choices.of(
-        grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
+    choices = Choices.of(
+        grammar, {key: branching for key, branching in branching_of(grammar).items() if counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
     if options.iterations:
@@ -200,30 +133,32 @@ def correct_truncation(
     tried: list[Floats] = []
     for iteration in range(options.iterations + 1 if options.iterations else 0):
         tried.append(logs)
-        rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
+        rooms = sampler(with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
+        failed = len(rooms) - len(passed)
+        if not iteration:
+            used, wall = np.quantile([(room.used_share, room.wall_share) for room in passed], _NOT_FULLEST, axis=0).clip(_LEAST_SHARE)
+            grammar = replace(grammar, room=replace(grammar.room, used_share_max=float(used), wall_share_max=float(wall)))
+            passed = [room for room in passed if room.used_share <= used and room.wall_share <= wall] or passed
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
         rows.append(
             TruncationRow(
                 iteration=iteration,
                 category_kl=category_kl(frequencies(wanted, wanted), frequencies(seen, wanted)),
                 objects=sum(seen.values()),
-                failed=len(rooms) - len(passed),
+                failed=failed,
                 count_kl=count_kl(wanted, seen, len(passed)),
                 # 2 n times the divergence follows a chi-square distribution where the means agree
                 scatter=math.sqrt(0.5 * max(len(wanted), 1)) / len(passed),
             )
         )
-        if not iteration:
-            limits = np.quantile([(room.used_share, room.wall_share) for room in passed], _NOT_FULLEST, axis=0).clip(_LEAST_SHARE)
-            grammar = replace(grammar, room=replace(grammar.room, used_share_max=float(limits[0]), wall_share_max=float(limits[1])))
         pool.logs.append(logs)
         pool.taken.append(choices.taken(passed))
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
         logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs, options.raised)
-    return _with_branching(grammar, choices.branching(tried[kept_round(rows)] if tried else logs)), tuple(rows)
+    return with_branching(grammar, choices.branching(tried[kept_round(rows)] if tried else logs)), tuple(rows)
 
 
 def kept_round(rows: Sequence[TruncationRow]) -> int:
@@ -243,59 +178,12 @@ class _Pool(NamedTuple):
     counts: list[Floats]
 
 
-class _Choices(NamedTuple):
-    """The choices whose probabilities move, one after the other in one vector: keys, first entry of each, names of the categories.
-
-    ``target``: (c,) log-probabilities by counting; ``pull``: (c, k) share of each category in the objects that a choice leads to in every
-    derivation.
-    """
-
-    keys: tuple[tuple[str, int], ...]
-    first: Ints
-    names: tuple[str, ...]
-    target: Floats
-    pull: Floats
-
-    @classmethod
-    def of(cls, grammar: Grammar, branching: Branching, names: Sequence[str]) -> _Choices:
-        keys = tuple(sorted(branching))
-        first = np.cumsum([0, *(len(branching[key]) for key in keys)])
-        target = np.log(np.maximum(np.concatenate([branching[key] for key in keys]), _LEAST)) if keys else np.zeros(0)
-        pull = np.concatenate([_pull(grammar, key, names) for key in keys]) if keys else np.zeros((0, len(names)))
-        return cls(keys, first, tuple(names), target, pull)
-
-    @property
-    def owner(self) -> Ints:
-        """Index of the key that each entry belongs to, (c,)."""
-        return np.repeat(np.arange(len(self.keys)), np.diff(self.first))
-
-    @property
-    def sized(self) -> Bools:
-        """Which entries are sizes of rooms, (c,)."""
-        return np.repeat([key[0] == ROOM_SIZES for key in self.keys], np.diff(self.first)).astype(bool)
-
-    def taken(self, rooms: Sequence[SampledCounts]) -> Floats:
-        """Return (n, c) how often each room made each choice."""
-        ends = zip(self.keys, self.first, self.first[1:], strict=False)
-        place = {(*key, choice): int(begin) + choice for key, begin, end in ends for choice in range(int(end - begin))}
-        found = np.zeros((len(rooms), len(self.target)))
-        for row, room in zip(found, rooms, strict=True):
-            for branch in room.branches:
-                if branch in place:
-                    row[place[branch]] += 1.0
-        return found
-
-    def branching(self, logs: Floats) -> Branching:
-        """Return a vector of log-probabilities as probabilities by key."""
-        return {key: _normalized(np.exp(logs[begin:end])) for key, begin, end in zip(self.keys, self.first, self.first[1:], strict=False)}
-
-
-def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats, raised: float) -> Floats:
+def _scaled(choices: Choices, pool: _Pool, mean: Floats, start: Floats, raised: float) -> Floats:
     """Return the log-probabilities under which all rooms sampled so far, weighted by importance, have the wanted frequencies."""
     taken, category_counts, owner = np.concatenate(pool.taken), np.concatenate(pool.counts), choices.owner
     mixture = _log_mixture(pool, taken)
-    sized = choices.sized
-    hopeless = sized & (taken.sum(0) == 0.0) & (len(taken) * np.exp(choices.target) > _LEAST_EXPECTED)
+    sized, bounding = choices.sized, choices.bounding
+    hopeless = bounding & (taken.sum(0) == 0.0) & (len(taken) * np.exp(choices.target) > _LEAST_EXPECTED)
     wanted = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, choices.target), owner)
     logs = start = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, start), owner)
     begun = 0.0
@@ -313,12 +201,12 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats, raised:
         # move the probabilities towards the wanted frequencies, but not far from where the rooms were sampled
         counts = weight @ taken * len(taken)
         total = np.bincount(owner, counts)[owner]
-        actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), _LEAST))
+        actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), LEAST))
         pulled = np.where(sized, 0.0, _DOUBTED / (total * np.exp(wanted) + _DOUBTED / _MOST_DOUBT)) * (logs - choices.target)
         moved = logs + _RATE * (total / (total + 20.0) * (wanted - actual) - pulled)
         moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
-        low = np.where(sized, -np.inf, choices.target - _MOST_MOVED)
-        high = choices.target + np.where(sized, math.log(raised), _MOST_MOVED)
+        low = np.where(bounding, -np.inf, choices.target - _MOST_MOVED)
+        high = choices.target + np.where(bounding, math.log(raised), _MOST_MOVED)
         logs = _log_normalized(np.clip(moved, low, high), owner)
     return logs
 
@@ -349,85 +237,3 @@ def truncation_csv(rows: Sequence[TruncationRow]) -> str:
     lines = ["iteration,category_kl,objects,failed,count_kl"]
     lines.extend(f"{row.iteration},{row.category_kl:.6g},{row.objects:.6g},{row.failed},{row.count_kl:.6g}" for row in rows)
     return "\n".join(lines) + "\n"
-
-
-def _branching_of(grammar: Grammar) -> Branching:
-    branching: Branching = {}
-    for name, node in grammar.nodes.items():
-        if node.kind == "or":
-            branching[name, -1] = np.array([branch.probability or 0.0 for branch in node.branches])
-        for i, branch in enumerate(node.branches):
-            if branch.multiplicity is not None:
-                branching[name, i] = np.array(branch.multiplicity)
-    if grammar.room.sizes:
-        branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
-        if all(size.arm_m is None for size in grammar.room.sizes):
-            branching[ROOM_SHAPES, -1] = np.array([getattr(grammar.room.shapes, name) for name in SHAPES])
-    return branching | {(kind + COUNT, -1): np.array(rule.multiplicity) for kind, rule in grammar.openings.items()}
-
-
-def _is_of_shell(key: tuple[str, int]) -> bool:
-    return key[0] in (ROOM_SIZES, ROOM_SHAPES) or key[0].endswith(COUNT)
-
-
-def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
-    """Return whether a choice is of the room's shell or leads, in every derivation, to an object that the data records."""
-    if _is_of_shell(key):
-        return key[0] in (ROOM_SIZES, ROOM_SHAPES) or key[0] in covered
-    branches = grammar.nodes[key[0]].branches
-    chosen = branches if key[1] < 0 else (branches[key[1]],)
-    return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))
-
-
-def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Floats:
-    """Return (choices, names): the share of each category in the objects that a choice leads to in every derivation, times the copies."""
-
-    def of(symbol: str) -> Floats:
-        row = np.zeros(len(names))
-        for certain in certain_objects(grammar, symbol):
-            if (category := grammar.objects[certain].category) in names:
-                row[names.index(category)] += 1.0
-        return np.asarray(row / max(row.sum(), 1.0))
-
-    if _is_of_shell(key):
-        return np.zeros((len(_branching_of(grammar)[key]), len(names)))
-    node: Node = grammar.nodes[key[0]]
-    if key[1] < 0:
-        return np.array([of(branch.symbol) for branch in node.branches])
-    branch = node.branches[key[1]]
-    return np.outer(np.arange(len(branch.multiplicity or ())), of(branch.symbol))
-
-
-def _possible(before: Sequence[float], probabilities: Floats) -> tuple[float, ...]:
-    """Return probabilities with those at 0 that were 0 before."""
-    return tuple(_normalized(np.where(np.array(before) > 0.0, probabilities, 0.0)).tolist())
-
-
-def _normalized(branching: Floats) -> Floats:
-    return np.asarray(branching / branching.sum())
-
-
-def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats]) -> Grammar:
-    nodes = {}
-    for name, node in grammar.nodes.items():
-        branches = []
-        for i, branch in enumerate(node.branches):
-            if (name, -1) in branching:
-                branch = replace(branch, probability=float(branching[name, -1][i]))
-            elif (name, i) in branching:
-                branch = replace(branch, multiplicity=tuple(branching[name, i].tolist()))
-            branches.append(branch)
-        nodes[name] = replace(node, branches=tuple(branches))
-    room = grammar.room
-    if (ROOM_SIZES, -1) in branching:
-        odds = branching[ROOM_SIZES, -1].tolist()
-        room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
-    if (ROOM_SHAPES, -1) in branching:
-        before = [getattr(room.shapes, name) for name in SHAPES]
-        odds = [round(share, 5) for share in _possible(before, branching[ROOM_SHAPES, -1])]
-        room = replace(room, shapes=replace(room.shapes, **dict(zip(SHAPES, (1.0 - sum(odds[1:]), *odds[1:]), strict=True))))
-    openings = {
-        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key])) if (key := (kind + COUNT, -1)) in branching else rule
-        for kind, rule in grammar.openings.items()
-    }
-    return replace(grammar, nodes=nodes, room=room, openings=openings)

@@ -116,7 +116,7 @@ class Weights:
             "max(0, max(off screen, off seat) - 25°)",
             not_learned=_BY_HAND,
         ),
-    ] = 60.0
+    ] = 240.0
     run_order: Annotated[
         Weight, _soft("nat", "what the order of a run's units costs", "Σ cost of wishes not met / β", not_learned=_PROBABILITY)
     ] = 1.0

@@ -390,10 +390,10 @@ def test_chairs_have_places_of_their_own_at_an_edge(chairs: dict[str, tuple[floa
 
 def test_what_stands_behind_a_chair_leaves_room_to_sit_down() -> None:
     things = at_table(a=(2.0, 2.5, NORTH))
-    assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.6, 0.0, (0.6, 0.9, 0.5))}) == {}  # ends 0.55 m from the table
-    assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.8, 0.0, (0.6, 0.9, 0.5))}) == {"chair_wedged": [2]}  # 0.35 m
-    moved = {"table": replace(TABLE, position_m=(2.0, 0.8, 0.0)), "a": thing(2, "dining_chair", 2.0, 0.3, NORTH, CHAIR)}
-    assert faults(moved) == {"chair_wedged": [2]}  # the wall is 0.4 m from the table
+    assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.75, 0.0, (0.6, 0.9, 0.5))}) == {}  # ends 0.4 m from the table
+    assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.9, 0.0, (0.6, 0.9, 0.5))}) == {"chair_wedged": [2]}  # 0.25 m
+    moved = {"table": replace(TABLE, position_m=(2.0, 0.65, 0.0)), "a": thing(2, "dining_chair", 2.0, 0.25, NORTH, CHAIR)}
+    assert faults(moved) == {"chair_wedged": [2]}  # the wall is 0.25 m from the table
 
 
 def test_plants_sofas_and_low_tables_keep_off_the_table() -> None:

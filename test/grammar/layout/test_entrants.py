@@ -12,9 +12,11 @@ from grammar.layout.columns import TRIED
 from grammar.layout.entrants import Stage, best_entrant
 from grammar.layout.mcmc import Chain
 from grammar.layout.problem import move_settings
-from grammar.layout.schedule import run_stages
+from grammar.layout.schedule import fits_best, run_stages
 
-PAIR = closet("bed", "shelf") + item("bed", "bed", (2.0, 1.4, 0.5)) + item("shelf", "bookshelf", (0.3, 0.8, 1.8))
+
+def pair(length_m: float) -> str:
+    return closet("bed", "shelf") + item("bed", "bed", (length_m, 2.8 / length_m, 0.5)) + item("shelf", "bookshelf", (0.3, 0.8, 1.8))
 
 
 def begun(text, **schedule):
@@ -26,7 +28,7 @@ def begun(text, **schedule):
 
 
 def test_rounds_share_their_proposals_and_halve_the_entrants():
-    chain, start, schedule = begun(PAIR, entrants=4, hopeless=1000.0)
+    chain, start, schedule = begun(pair(2.0), entrants=4, hopeless=1000.0)
     objects = np.flatnonzero(~chain.problem.pinned)
     stages = [Stage(objects[:1], objects[:1], 40), Stage(objects[1:], objects, 80)]
     state, counts = best_entrant(np.random.default_rng(1), chain, start, stages, Stage(objects[:0], objects, 20), schedule, 1.0)
@@ -42,3 +44,11 @@ def test_a_structure_that_fits_nowhere_is_given_up_after_the_first_round():
         result = run_stages(np.random.default_rng(2), chain, start, replace(schedule, hopeless=hopeless), 1.0)
         assert result.layout is None
         assert (result.counts[:, TRIED].sum(), len(result.trace.energy)) == (proposals, sweeps)
+
+
+def test_of_several_rooms_the_one_that_furniture_fits_best_is_found():
+    (chain, start, schedule), (cramped, begin, _) = (begun(pair(length_m), hopeless=1000.0) for length_m in (2.0, 5.9))
+    rooms, moves = [(cramped.problem, begin), (chain.problem, start), (cramped.problem, begin)], chain.moves
+    found, proposals = fits_best(np.random.default_rng(3), rooms, moves, schedule, 1.0)
+    assert found == 1 and proposals > 0
+    assert fits_best(np.random.default_rng(3), rooms[1:2], moves, schedule, 1.0) == (0, 0)

@@ -35,3 +35,11 @@ def test_chairs_are_as_deep_under_tables_as_those_seen(rooms: int, gap_m: float)
     assert gaps["front", ("dining_table",)] == pytest.approx(gap_m) and gaps["back", ("dining_table",)] == pytest.approx(gap_m)
     # sides that no chair was seen at
     assert gaps["left", ("dining_table",)] == gaps["right", ("small_table",)] == -0.2
+
+
+def test_chairs_are_as_straight_at_tables_as_those_seen() -> None:
+    seen, elsewhere = ([assign(GRAMMAR, dining(0.4), False) for _ in range(rooms)] for rooms in (3, 0))
+    rule, counts = learn_object(GRAMMAR, CATEGORIES, "dining_chair", seen, elsewhere, LearnShares(2.0, 5.0, 3), frozenset({"sizes"}))
+    assert counts["around"] == 12
+    assert {mode.orientation_spread for mode in GRAMMAR.objects["dining_chair"].around} == {1.0}
+    assert max(mode.orientation_spread for mode in rule.around) < 0.05

@@ -12,10 +12,9 @@ from small_grammar import CATEGORIES, item, small_grammar
 from grammar import Grammar
 from grammar.derivation.openings import COUNT
 from grammar.derivation.structure import draw_structure
+from grammar.learning.choices import ROOM_SIZES, SampledCounts
 from grammar.learning.learn import room_sampler
 from grammar.learning.truncation import (
-    ROOM_SIZES,
-    SampledCounts,
     TruncationOptions,
     TruncationRow,
     correct_truncation,
@@ -105,23 +104,24 @@ def test_sizes_of_rooms_that_seldom_pass_are_raised_and_those_that_never_do_are_
     assert third < 0.05
 
 
-def test_numbers_of_windows_are_corrected_and_impossible_ones_stay_impossible() -> None:
+def half_with_one_window_pass(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+    """Return rooms of a grammar of which half of those with one window pass and none with three."""
+    odds = np.array(grammar.openings["window"].multiplicity) * (1.0, 0.5, 1.0, 0.0)
+    chosen = np.random.default_rng(stream).choice(4, size=len(indices), p=odds / odds.sum())
+    return [SampledCounts(failed=False, branches=((f"window{COUNT}", -1, int(k)),), categories={"bed": 1}) for k in chosen]
+
+
+def test_numbers_of_windows_are_corrected_impossible_ones_stay_impossible_and_those_that_never_pass_are_given_up() -> None:
     grammar = small_grammar(NODES + OBJECTS)
-    window = replace(grammar.openings["window"], multiplicity=(0.5, 0.5, 0.0))
+    window = replace(grammar.openings["window"], multiplicity=(0.45, 0.45, 0.0, 0.1))
     grammar = replace(grammar, openings={**grammar.openings, "window": window})
-
-    def half_pass(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
-        rng = np.random.default_rng(stream)
-        odds = np.array(grammar.openings["window"].multiplicity) * (1.0, 0.5, 1.0)
-        chosen = rng.choice(3, size=len(indices), p=odds / odds.sum())
-        return [SampledCounts(failed=False, branches=((f"window{COUNT}", -1, int(k)),), categories={"bed": 1}) for k in chosen]
-
     options = TruncationOptions(iterations=3, rooms=1500)
-    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED | {f"window{COUNT}"}, options, half_pass)
-    assert correct_truncation(grammar, {"bed": 1.0}, COVERED, options, half_pass)[0].openings == grammar.openings
-    none, one, two = corrected.openings["window"].multiplicity
+    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED | {f"window{COUNT}"}, options, half_with_one_window_pass)
+    assert correct_truncation(grammar, {"bed": 1.0}, COVERED, options, half_with_one_window_pass)[0].openings == grammar.openings
+    none, one, two, three = corrected.openings["window"].multiplicity
     assert one / none == pytest.approx(2.0, rel=0.2)
     assert two == 0.0
+    assert 0.0 < three < 0.02
 
 
 def test_without_iterations_the_grammar_stays() -> None:
@@ -138,10 +138,11 @@ def test_rooms_are_no_more_crowded_than_all_but_the_fullest_of_the_first_round()
     def sampler(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
         limits.append((grammar.room.used_share_max, grammar.room.wall_share_max))
         room = SampledCounts(failed=False, branches=(("sleeping", -1, 0),), categories={"bed": 1}, wall_share=0.3)
-        full = [replace(room, used_share=0.01 * (k + 1) * (stream + 1)) for k in range(101)]
+        full = [replace(room, categories={"bed": 1 + (k > 95)}, used_share=0.01 * (k + 1) * (stream + 1)) for k in range(101)]
         return [*full, replace(room, failed=True, used_share=3.0)]
 
-    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=2, rooms=3), sampler)
+    corrected, rows = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=2, rooms=3), sampler)
+    assert rows[0].objects == 1.0 and rows[1].objects > 1.0  # the fullest of the first round, with two beds, do not count
     assert limits == [(10.0, 10.0), pytest.approx((0.96, 0.3)), pytest.approx((0.96, 0.3))]
     assert (corrected.room.used_share_max, corrected.room.wall_share_max) == pytest.approx((0.96, 0.3))
     kept, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=0), sampler)
