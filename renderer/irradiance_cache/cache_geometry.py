@@ -214,7 +214,7 @@ def _doubtful(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
 
 def _see_own_back(scene: TracedScene, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return for which triangles (f,) one sees the back of their own part's surface, from their middle straight inward."""
-    return _probe_along(scene, faces, np.full(3, 1.0 / 3.0), -1.0) == OWN_BACK
+    return np.asarray(_probe_along(scene, faces, np.full(3, 1.0 / 3.0), -1.0) == OWN_BACK)
 
 
 def _find_outer(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
