@@ -13,10 +13,10 @@ from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import build_atlas, stand_in
-from renderer.irradiance_cache.charts import Charts, find_charts, seen_from_behind
+from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
-from renderer.irradiance_cache.probing import Looks, find_cuts, probe_insides, reflect_nodes
+from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.irradiance_cache.specular import SMOOTH
 from renderer.path import surface_tables as st
@@ -46,6 +46,8 @@ MOST_BEHIND = np.float32(0.25)
 """Share of a node's rays that may see the inside of something before the node counts as one within it."""
 _STEPS = 3
 _PROBES = 64
+_LOOK_OUT = ((1 / 3, 1 / 3, 1 / 3), (0.8, 0.1, 0.1), (0.1, 0.8, 0.1), (0.1, 0.1, 0.8))
+"""Barycentric weights of the points from which one looks out of a triangle."""
 _LEAST_WORTH = 0.02
 _LEAST_SKY, _STEPS_OUTDOORS = 0.05, 2
 """Share of a node's rays that must meet nothing for it to be outside, and how often light is scattered there at least."""
@@ -85,6 +87,7 @@ class CacheGeometry:
         self._flat, self._shines = flat, scene.lights.face_group >= 0
         self._key, self._config = key, config
         charts = find_charts(flat.mesh, flat.face_part)
+        charts.face_chart[_find_outer(scene, charts)] = DEGENERATE
         hidden = charts.closed & ~seen_from_behind(flat.mesh, charts, _doubtful(scene, charts))
         sheets = flat.materials.diffuse_transmission[flat.parts.material] > 0.0
         # Light goes on between the two faces of cloth, too.
@@ -211,15 +214,37 @@ def _doubtful(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
 
 def _see_own_back(scene: TracedScene, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return for which triangles (f,) one sees the back of their own part's surface, from their middle straight inward."""
+    return np.asarray(_probe_along(scene, faces, np.full(3, 1.0 / 3.0), -1.0) == OWN_BACK)
+
+
+def _find_outer(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:
+    """Return which triangles (m,) are the outer side of floor, walls and ceiling, which nobody sees.
+
+    They lie on charts of the shell before which there is nothing, though there is before others of their part.
+    """
+    flat, face_chart = scene.flat, charts.face_chart
+    faces = np.flatnonzero((flat.parts.object_id[flat.face_part] == 0) & (face_chart >= 0))
+    meets = np.zeros(len(faces), np.bool_)
+    for shares in _LOOK_OUT:
+        meets |= _probe_along(scene, faces, np.array(shares), 1.0) != NOTHING
+    by_chart = np.bincount(face_chart[faces], meets, len(charts.normal)) > 0
+    by_part = np.bincount(flat.face_part[faces], meets, len(flat.parts.label)) > 0
+    found = np.zeros(len(face_chart), np.bool_)
+    found[faces] = ~by_chart[face_chart[faces]] & by_part[flat.face_part[faces]]
+    return found
+
+
+def _probe_along(scene: TracedScene, faces: NDArray[np.int64], shares: NDArray[np.float64], side: float) -> NDArray[np.int8]:
+    """Return what rays meet (f,) that begin on triangles (f,), at barycentric ``shares`` (3,), along ``side`` times the normal."""
     flat = scene.flat
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[faces]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    inside, part = np.zeros(len(faces), np.bool_), np.ascontiguousarray(flat.face_part[faces])
-    origin = (corners.mean(axis=1) - 1e-4 * normal).astype(np.float32)
+    normal *= side / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    met, part = np.zeros(len(faces), np.int8), np.ascontiguousarray(flat.face_part[faces])
+    origin = ((corners * shares[:, None]).sum(axis=1) + 1e-4 * normal).astype(np.float32)
     if len(faces):
-        probe_insides(scene.tree, origin, (-normal).astype(np.float32), part, flat.face_part, scene.scratch[0], inside)
-    return inside
+        probe(scene.tree, origin, normal.astype(np.float32), part, flat.face_part, scene.scratch[0], met)
+    return met
 
 
 def _is_hollow(scene: TracedScene, charts: Charts) -> NDArray[np.bool_]:

@@ -186,7 +186,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
             _sight(part, dx, dy, dz, cosine, k, memory)
             return 0
         if table[row + st.PORTAL] > _ZERO:
-            return _leave(u < pane_transmittance(surfaces, part, cosine), k, memory)
+            return _leave(bool(u < pane_transmittance(surfaces, part, cosine)), k, memory)
     # Clear glass and mirrors send on the share of the rays that they send on of the light; others see what the front of glass scatters.
     indoors = ways[k] != OUTDOORS
     clear, mirror = indoors and is_clear(table, row), indoors and is_mirror(table, row) and is_wide(atlas, face)

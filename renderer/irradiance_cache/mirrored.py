@@ -274,7 +274,13 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
         lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
     evaluate_surfaces(scene, True, _INFINITE, scratch)
     for k in range(LANES):
-        if scratch.rays.alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
+        # What leaves by a pane behind a net shows the sky; other rays that leave show nothing.
+        if scratch.rays.alive[k] == 0 or (lanes[ln.HIT + k] == _ZERO and not (through and lanes[ln.OUTSIDE + k] > _ZERO)):
+            continue
+        if lanes[ln.HIT + k] == _ZERO:
+            for channel in range(3):
+                sky = lanes[ln.LE_R + LANES * channel + k] * lanes[ln.BETA_R + LANES * channel + k]
+                primary[rec.LIGHT + channel, k] += (_ONE - primary[rec.SHARE + channel, k]) * primary[rec.BASE + channel, k] * sky
             continue
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
         matt, mirrored = rough_shares(lanes, k)

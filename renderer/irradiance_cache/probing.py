@@ -1,4 +1,4 @@
-"""Rays that ask about nodes once: what stands between two of them, what their surface reflects, and which open parts are solids."""
+"""Rays that ask about nodes once: what stands between two of them, what their surface reflects, what lies before or behind triangles."""
 
 from __future__ import annotations
 
@@ -91,17 +91,21 @@ _SLANTS = 4
 """From how many slopes a node is looked at, evenly by the cosine's square, so that their mean is that of the hemisphere."""
 
 
+NOTHING, OWN_BACK, OTHER = range(3)
+"""What a ray hits first: nothing, the back of its own part's surface, all else."""
+
+
 @entry
-def probe_insides(
+def probe(
     scene: SceneHandle,
     origin: NDArray[np.float32],
     direction: NDArray[np.float32],
     part: NDArray[np.int32],
     face_part: NDArray[np.int32],
     scratch: Scratch,
-    inside: NDArray[np.bool_],
+    met: NDArray[np.int8],
 ) -> None:
-    """Tell for each ray, (r, 3) each, whether the first thing that it hits is the back of its own part's surface."""
+    """Tell for each ray, (r, 3) each, what it hits first: NOTHING, OWN_BACK or OTHER."""
     rays = scratch.rays
     real, integer = rays.real, rays.integer
     for begin in range(0, len(origin), LANES):
@@ -114,11 +118,13 @@ def probe_insides(
             rays.alive[k] = -1
         intersect16(rays.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
         for k in range(min(LANES, len(origin) - begin)):
+            met[begin + k] = NOTHING
             if integer[ray.GEOM_ID + k] != INVALID_ID:
                 along = _ZERO
                 for axis in range(0, 3 * LANES, LANES):
                     along += real[ray.DIR_X + axis + k] * real[ray.NG_X + axis + k]
-                inside[begin + k] = (along > _ZERO) & (face_part[integer[ray.PRIM_ID + k]] == part[begin + k])
+                is_own = face_part[integer[ray.PRIM_ID + k]] == part[begin + k]
+                met[begin + k] = OWN_BACK if (along > _ZERO) & is_own else OTHER
 
 
 @entry

@@ -117,3 +117,15 @@ def test_only_what_is_seen_of_a_block_shines_and_mirrors_do_not():
         geometry = cache.geometry
     area = np.bincount(flat.face_part[geometry.coarse.face], geometry.shining_area, 4)
     assert area[2] == pytest.approx(3.0, rel=0.15) and area[3] == 0.0
+
+
+def test_the_outer_side_of_a_room_s_shell_has_no_nodes():
+    """Nobody looks there; a floor in the open, above which there is nothing, keeps those of both its sides."""
+    outer, inner = box((-0.2, -0.2, -0.2), (4.2, 3.2, 2.7), object_id=0), box((0, 0, 0), (4, 3, 2.5), inside=True, object_id=0)
+    faces = np.concatenate([outer.faces, inner.faces + len(outer.vertices)])
+    shell = outer._replace(vertices=np.concatenate([outer.vertices, inner.vertices]), faces=faces)
+    with solved(scene(shell, box((1, 1, 0), (2, 2, 1)))) as cache:
+        for atlas in (cache.coarse, cache.atlas):
+            assert len(atlas.position) and atlas.position.min() > -0.01 and (atlas.position.max(axis=0) < (4.01, 3.01, 2.51)).all()
+    with solved(scene(box((0, 0, -0.2), (4, 3, 0), object_id=0))) as cache:
+        assert {tuple(normal) for normal in cache.atlas.normal[:, 2:].round().tolist()} == {(-1.0,), (0.0,), (1.0,)}

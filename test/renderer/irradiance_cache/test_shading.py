@@ -132,6 +132,14 @@ def test_rough_gloss_shows_a_lamp_as_bright_as_the_path_tracer_does(metallic, ro
     assert traced.mean() > 0.1 and cached.mean() == pytest.approx(traced.mean(), rel=0.05)
 
 
+def test_the_sky_is_seen_through_a_net_before_a_pane():
+    sky = Sky(*(np.full(3, 1000.0, np.float32) for _ in range(3)))
+    pane = quad((-1, 3, -1), (2, 0, 0), (0, 0, 2), portal=True, transmission=0.9, ior=1.5, roughness=0.0)
+    net = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9,) * 3, transmission=0.5, diffuse_transmission=0.3, ior=1.5, roughness=1.0)
+    cached, traced = seen(net, pane, sky=sky), seen(net, pane, sky=sky, integrator="path", samples_per_pixel=256, threads=2)
+    assert traced.mean() > 300.0 and cached.mean() == pytest.approx(traced.mean(), rel=0.06)
+
+
 @pytest.mark.parametrize("turn_rad", [0.0, 0.9])
 def test_a_lamp_that_is_flat_or_long_shows_what_of_it_is_seen_from_there(turn_rad):
     """A plate of light whose edge is turned to the wall: an ellipsoid stands for it, which shows a little less aslant."""
