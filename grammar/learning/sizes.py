@@ -13,7 +13,7 @@ from shapely import Polygon, box, get_parts
 from grammar.geometry.arrays import Bools, Floats
 from grammar.learning.observed import ObservedRoom, filled_outline, size_log_density, without_steps
 from grammar.spec.object_rules import HeightMode, ObjectRule, SizeMode
-from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes, RoomSize
+from grammar.spec.room_rules import MOST_NOTCHES, SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.values import TruncatedNormal
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
@@ -307,7 +307,8 @@ def _learn_hall_sizes(extents: Floats, areas: Floats, outlines: Sequence[Sequenc
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
     """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does.
 
-    Three notches or more of those with five or six corners are the kernels of the notches of an L, as wide as those of the rooms' sides.
+    Three notches or more of those with five or six corners are the kernels of the notches of an L, as wide as those of the rooms' sides; of
+    many every so many-th is one.
     """
     filled = areas / extents.prod(1) > _WHOLE
     corners = [4 if whole else _corners(outline) for whole, outline in zip(filled, outlines, strict=True)]
@@ -323,11 +324,12 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
     bent = (_notch_shares(outline) for outline, count in zip(outlines, corners, strict=True) if count in _L_CORNERS)
     notches = [shares for shares in bent if max(shares) <= _MOST_NOTCH]  # what takes a whole side is a wall that is not straight
     if len(notches) >= _LEAST_NOTCHES:
+        most = min(len(notches), MOST_NOTCHES)
         spread = _ROOM_WIDTH * 1.06 * float(np.std(notches, axis=0).mean()) * len(notches) ** -0.2
         low, high = np.clip([np.min(notches), np.max(notches)], _LEAST_NOTCH, _MOST_NOTCH).tolist()
         base = replace(
             base,
-            notches=tuple(notches),
+            notches=tuple(notches[k * len(notches) // most] for k in range(most)),
             notch_sd=max(spread, _LEAST_SHARE_SD),
             notch_low=min(base.notch_low, low),
             notch_high=max(base.notch_high, high),

@@ -12,6 +12,8 @@ from scene_description.types import OpeningKind
 OPENINGS: tuple[OpeningKind, ...] = get_args(OpeningKind)
 """Kinds of openings, in the order in which they are drawn; every grammar has doors and windows."""
 
+MOST_NOTCHES = 64
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomShapes:
@@ -32,7 +34,7 @@ class RoomShapes:
     bay: Probability = 0.0
     notch_low: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.25
     notch_high: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.45
-    notches: Annotated[tuple[tuple[Probability, Probability], ...], Limits(max_length=64)] = ()
+    notches: Annotated[tuple[tuple[Probability, Probability], ...], Limits(max_length=MOST_NOTCHES)] = ()
     notch_sd: Annotated[float, Limits(ge=0.001, le=1.0)] = 0.05
     narrowest_m: Annotated[float, Limits(ge=0.3, le=20.0, unit="m")] = 1.6
     breast_width_m: tuple[Extent, Extent] = (1.0, 1.6)

@@ -49,6 +49,9 @@ def test_notches_of_an_l_are_learned_as_shares_of_its_sides() -> None:
     assert (shapes.l_shape, shapes.rectangle) == (0.75, 0.25)
     # Two of them teach no more than how many there are.
     assert learn_room(BASE.room, rooms[:2], [6.0] * 2, 0.0).shapes.notches == ()
+    # A grammar holds 64 at most, of many those of every so many-th room.
+    many = learn_room(BASE.room, [*rooms, *rooms[:1]] * 25, [6.0] * 100, 0.0).shapes.notches
+    assert len(many) == 64 and np.allclose(many, [(0.2, 0.5)] * 64)
 
 
 def test_halls_keep_the_width_of_their_arms_and_stay_bare() -> None:
