@@ -77,6 +77,7 @@ class FrameIntake:
         self._rooms: deque[AnnouncedRoom] = deque(maxlen=ROOMS_KEPT)
         self._newest_ns: int | None = None
         self._begun: dict[str, int] = {}
+        self._whole_from_ns = 0
         self._asked: deque[int] = deque(maxlen=ASKED_KEPT)
         self._told: set[str] = set()
         self.refused = 0
@@ -181,10 +182,12 @@ class FrameIntake:
     def add_stamped(self, topic: str, stamp: int | None, data: bytes, *, aside: bool = False) -> list[OrderedMessage]:
         """Take a message whose stamp (ns) is known; one ``aside`` belongs to no frame, though its topic may."""
         released = self._sorter.add(topic, stamp, data, aside=aside)
-        whole_from_ns = max(self._begun.values(), default=0)
+        before_ns, self._whole_from_ns = self._whole_from_ns, max(self._begun.values(), default=0)
+        if self._whole_from_ns == before_ns and (stamp is None or stamp >= before_ns):
+            return released
         # Latched parts of frames from before the recorder was connected; renderers that share rooms do not come to them in order.
-        if self._sorter.first_ns < whole_from_ns and not self._rooms_are_shared:
-            released += self._sorter.flush(whole_from_ns - 1)
+        if self._sorter.first_ns < self._whole_from_ns and not self._rooms_are_shared:
+            released += self._sorter.flush(self._whole_from_ns - 1)
         return released
 
     def flush(self, room: int | None = None) -> list[OrderedMessage]:

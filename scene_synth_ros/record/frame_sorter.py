@@ -90,6 +90,7 @@ class FrameSorter:
         self._patient: set[str] = set()
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
         self._groups: dict[int, _Group] = {}
+        self._awaiting: set[int] = set()  # stamps of those that await a topic
         self._reached: dict[str, int] = {}
         self._released_ns: int | None = None
         self.late = 0
@@ -144,7 +145,8 @@ class FrameSorter:
             group.missing.discard(self._stand_in(topic))
         released = list(self._release_complete()) if group.whole else []
         most = self._max_stamps * (UNEXPECTED_FACTOR if self._expected is None else 1)
-        while (len(self._groups) > most and self._counted() > most) or self.waiting_bytes > self._max_bytes:
+        counts = aside or topic not in self._patient  # else no stamp counts that did not before
+        while (counts and len(self._groups) > most and self._counted() > most) or self.waiting_bytes > self._max_bytes:
             self.forced += 1
             released += self._release_one()
             released += self._release_complete()
@@ -166,13 +168,17 @@ class FrameSorter:
         """Let what has a stamp, and has not left, wait until :meth:`reach` says that a topic has come up to another stamp."""
         if (self._released_ns is None or stamp_ns > self._released_ns) and self._reached.get(topic, -1) < up_to_ns:
             self._group(stamp_ns).awaited[topic] = up_to_ns
+            self._awaiting.add(stamp_ns)
 
     def reach(self, topic: str, stamp_ns: int) -> list[OrderedMessage]:
         """Take that a topic has come up to a stamp; return what may leave now, in order."""
         self._reached[topic] = max(stamp_ns, self._reached.get(topic, -1))
-        arrived = [group for group in self._groups.values() if group.awaited.get(topic, math.inf) <= stamp_ns]
-        for group in arrived:
-            del group.awaited[topic]
+        arrived = [stamp for stamp in self._awaiting if self._groups[stamp].awaited.get(topic, math.inf) <= stamp_ns]
+        for stamp in arrived:
+            awaited = self._groups[stamp].awaited
+            del awaited[topic]
+            if not awaited:
+                self._awaiting.remove(stamp)
         return list(self._release_complete()) if arrived else []
 
     @property
@@ -221,7 +227,7 @@ class FrameSorter:
         group.size = size
         self._judge(group)
         if not group.messages and not group.aside:
-            del self._groups[stamp_ns]
+            self._pop(stamp_ns)
         return taken
 
     def _judge(self, group: _Group) -> None:
@@ -296,14 +302,18 @@ class FrameSorter:
 
     def _release_following(self, stamp_ns: int) -> list[OrderedMessage]:
         """Let out a group at the time of the bag, as if it had no stamp."""
-        group = self._groups.pop(stamp_ns)
-        self.waiting_bytes -= group.size
+        group = self._pop(stamp_ns)
         ordered = sorted([*group.messages, *group.aside], key=lambda message: topic_rank(message[0]))
         return [OrderedMessage(topic, None, self.clock_ns, data) for topic, data in ordered if topic not in (group.needless or ())]
 
     def _release(self, stamp_ns: int) -> list[OrderedMessage]:
-        group = self._groups.pop(stamp_ns)
-        self.waiting_bytes -= group.size
+        group = self._pop(stamp_ns)
         self._released_ns = stamp_ns
         ordered = sorted([*group.messages, *group.aside], key=lambda message: topic_rank(message[0]))
         return [OrderedMessage(topic, stamp_ns, stamp_ns, data) for topic, data in ordered]
+
+    def _pop(self, stamp_ns: int) -> _Group:
+        group = self._groups.pop(stamp_ns)
+        self._awaiting.discard(stamp_ns)
+        self.waiting_bytes -= group.size
+        return group

@@ -243,3 +243,32 @@ def test_samples_after_the_last_whole_frame_are_logged_at_their_own_stamps() -> 
     assert [(message.topic, message.stamp_ns, message.log_ns) for message in sorter.finish()] == [
         ("/imu", 12, 12), ("/imu", 14, 14), ("/imu", 20, 20), ("/stranger", None, 20),
     ]  # fmt: skip
+
+
+def test_what_comes_between_frames_takes_no_longer_where_frames_are_late():
+    """Of two streams 4,000 messages wait for a frame; none looks at all that wait."""
+    sorter = FrameSorter({"/a", "/b"})
+    looked = 0
+
+    class Groups(dict):
+        def values(self):
+            nonlocal looked
+            looked += len(self)
+            return super().values()
+
+        def items(self):
+            nonlocal looked
+            looked += len(self)
+            return super().items()
+
+    sorter._groups = Groups()
+    for topic in ("/imu", "/odom"):
+        sorter.follow(topic, True, patient=True)
+    sorter.wait_for(10**10, "/imu", 10**10)
+    for stamp in range(5_000_000, 10**10 + 1, 5_000_000):
+        for topic in ("/imu", "/odom"):
+            assert sorter.add(topic, stamp, b"reading") == [] == sorter.reach(topic, stamp)
+    assert sorter.waiting_stamps == 2000 and looked < 5000
+    sorter.add("/a", 10**10, b"")
+    released = sorter.add("/b", 10**10, b"")
+    assert len(released) == 4002 and [message.log_ns for message in released] == sorted(message.log_ns for message in released)
