@@ -135,6 +135,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --record": Named(),
     "scene_synth run --overlay lidar_robot --overlay realtime -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
     " -p renderer_node.realtime:=true --rooms 1 --frames 450 --record BAG": Parsed("test/scene_synth_ros/test_live_body.py"),
+    "scene_synth run --overlay lidar_robot --overlay realtime -p renderer_node.camera.width:=64 -p renderer_node.camera.height:=48"
+    " -p renderer_node.streams.normals:=false -p renderer_node.streams.semantic:=false -p renderer_node.streams.instance:=false"
+    " --rooms 1 --frames 9000 --record ten": Parsed("test/scene_synth_ros/test_live_body.py"),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
     "scene_synth run --record BAG -p renderer_node.streams.semantic_classes:=coco": Parsed(
         "test/scene_synth_ros/bags/test_verify.py"

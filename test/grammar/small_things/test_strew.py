@@ -148,8 +148,9 @@ def test_rules_that_do_not_fit_are_refused_with_the_field(tmp_path) -> None:
 
 
 def office_of_shelves(index: int, most: int) -> SampledRoom:
-    """Return an office on whose walls as many shelves as there is space for, but no more than ``most``, hang as low as tables are."""
-    shelf = replace(rules().small_things.things["wall_shelf"], hangs_m=(0.4, 1.2), most=most)
+    """Return an office on whose walls as many deep shelves as there is space for, but no more than ``most``, hang as low as tables are."""
+    shelf = rules().small_things.things["wall_shelf"]
+    shelf = replace(shelf, size_m=(0.4, *shelf.size_m[1:]), hangs_m=(0.4, 1.2), most=most)
     things, walls = {**rules().small_things.things, "wall_shelf": shelf}, {"office": Stock(count=60.0, things={"wall_shelf": 1.0})}
     crowded = replace(rules(), small_things=replace(rules().small_things, things=things, walls=walls))
     return crowded.layout(SceneRequest(room_type="office"), 5, index)
