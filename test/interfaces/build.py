@@ -226,7 +226,7 @@ def _digest(packages: list[str]) -> str:
         f"{wheel.name} {wheel.version}" for wheel in importlib.metadata.distributions() if wheel.name.startswith(("ros-", "numpy"))
     )
     parts = [sys.version, *wheels, Path(__file__).read_text()]
-    parts += [f"{path}\n{path.read_text()}" for package in packages for path in definitions(package)]
+    parts += [f"{path.name}\n{path.read_text()}" for package in packages for path in definitions(package)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
