@@ -139,7 +139,7 @@ def main() -> None:
     print(render_table(title, rows))
     if arguments.page:
         links = "\n".join(f"![{name.replace('_', ' ')}](pictures/{name}.jpg)" for name in told["pictures"])
-        write_section(DOCS / "gallery.md", "photographs", f"Seed {seed}, drawn from the clock:\n\n{links}")
+        write_section(DOCS / "gallery.md", "photographs", f"Seed {seed}:\n\n{links}")
     if arguments.write:
         write_section(DOCS / "cameras.md", section, f"{title}:\n\n{markdown_table(rows)}")
     if arguments.json:

@@ -146,7 +146,7 @@ class IrradianceCache:
         nodes = np.flatnonzero(near & ~self._filled)
         scene, config, key = self._scene, self.config, self._key
         samples, spacing = even_points(config.sun_samples), np.float32(config.spacing_m)
-        rays = Rays(key, even_points(config.gather_rays), spacing, MOST_BEHIND)
+        rays = self._rays(config.gather_rays)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
@@ -166,16 +166,20 @@ class IrradianceCache:
         Raises:
             RenderCancelled: ``cancelled`` returned True.
         """
-        nodes, light, pattern = np.arange(len(places.face)), make_node_light(len(places.face)), even_points(_STRAY_RAYS)
-        scene, key, rays = self._scene, self._key, Rays(self._key, pattern, np.float32(self.config.spacing_m), MOST_BEHIND)
+        scene, key, rays = self._scene, self._key, self._rays(_STRAY_RAYS)
+        nodes, light = np.arange(len(places.face)), make_node_light(len(places.face))
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, pattern, chosen, light.valid[:0], memory.trace, light)
+            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, light.valid[:0], memory.trace, light)
             gather_nodes(scene.lit, places, self.source, rays, chosen, memory, light)
 
         Pieces(len(nodes), LANES).run(scene.workers, compute, cancelled)
         return light
+
+    def _rays(self, count: int) -> Rays:
+        """Return how a place looks around it with so many rays."""
+        return Rays(self._key, even_points(count), np.float32(self.config.spacing_m), MOST_BEHIND)
 
     def known_light(self, cancelled: Callable[[], bool] | None = None) -> KnownLight:
         """Return the light at all fine nodes, for paths, which are computed as far as they are not known.
