@@ -42,7 +42,7 @@ class CachedIntegrator:
         self.strays = 0
         """Places of the newest view that no node knows: light was computed for them alone."""
         known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
-        self._tables = Tables(*known, build_lamps(scene.flat), _LEAST_SHARE, WIDE)
+        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE)
 
     @property
     def size_bytes(self) -> int:

@@ -6,15 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.irradiance_cache.records import Lamps
-from renderer.scene.flat_scene import FlatScene
+from renderer.scene.flat_scene import FlatScene, Sky
 from scene_description.products import matmul, norm
 
 _AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1))
 """Along these and between two each it is asked what a lamp shows."""
 
 
-def build_lamps(flat: FlatScene) -> Lamps:
-    """Return a ball for each part that shines and each pane, with its rectangle for what is flat, and what else shows in directions."""
+def build_lamps(flat: FlatScene, sky: Sky) -> Lamps:
+    """Return a ball for each part that shines and each pane, with its rectangle for what is flat, and what else shows in directions.
+
+    ``sky``: what panes show.
+    """
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     found = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) | flat.parts.portal)
@@ -32,7 +35,15 @@ def build_lamps(flat: FlatScene) -> Lamps:
         shape = _half_axes(corners[faces], area, normal, shown_m2).ravel() if level else _squared_radii(cross[faces])
         rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level), *shape])
         parts.append(part)
-    return Lamps(np.array(rows, np.float32).reshape(-1, 14), np.array(parts, np.int32))
+    most = np.where(flat.parts.portal[found], _brightest(sky), flat.parts.emission[found].sum(axis=1))
+    return Lamps(np.array(rows, np.float32).reshape(-1, 14), np.array(parts, np.int32), most.astype(np.float32))
+
+
+def _brightest(sky: Sky) -> float:
+    """Return the most luminance of a sky, r + g + b, cd/m2, its sun and the like apart."""
+    if sky.table.size:
+        return float(sky.table.sum(axis=2).max())
+    return float(max(color.sum() for color in (sky.zenith, sky.horizon, sky.ground)))
 
 
 def _shown_m2(cross: NDArray[np.float64], axis: NDArray[np.float64]) -> float:

@@ -13,14 +13,13 @@ from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.lobe_shares import (
+    cosines_along,
+    lobe_frame,
     mirrored_share,
-    mirroring_slopes,
     mirroring_span,
-    on_rim,
-    slopes_along,
     slopes_in_disc,
     to_local,
-    view_direction,
+    to_world,
 )
 from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, Lamps, ShadeScratch
@@ -35,14 +34,12 @@ from renderer.scene.flat_scene import Sky
 _ZERO, _QUARTER, _HALF, _ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
-_LEFT_OUT, _FAINT = np.float32(0.01), np.float32(0.3)
-"""Shares of a pixel's other light from which on lamps in its gloss are worth one shadow ray, and all."""
+_LEAST, _LEFT_OUT, _FAINT = np.float32(0.002), np.float32(0.01), np.float32(0.3)
+"""Shares of a pixel's other light from which on a lamp in its gloss counts, and from which on all are worth one shadow ray, or more."""
 _SPAN = np.float32(5.0)
 """How far to the sides of the mirrored direction points are asked, in widths of GGX."""
 _ABOVE = np.float32(0.1)
 """Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
-_BENT, _MOST_PARTS = np.float32(8.0), 8
-"""Squared parts of a side for each share of the view that something flat fills, in widths of GGX, and the most."""
 _KEY = np.uint32(11)
 
 
@@ -57,20 +54,22 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
     for k in range(LANES):
         gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k] = _lobe(primary, k)
         gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k] = abs(primary[rec.ALPHA, k]), primary[rec.UNDER_ALPHA, k]
+        light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
+        gloss[rec.LEAST + k] = _LEAST * light if gloss[rec.ASKS + k] > _ZERO else _INFINITE
         gloss[rec.LAMPLIGHT + k] = _ZERO
         noise, _ = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
         for j in range(LAMP_RAYS):
             gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
+    _build_frames(lanes, gloss)
     for i in range(len(lamps.balls)):
         row = lamps.part[i] * st.ROW_SIZE
         widest = _ZERO if surfaces.materials[row + st.PORTAL] > _ZERO else _ONE
         if lamps.balls[i, 7] > _ZERO:
-            shows = _mirror_rectangle(lamps.balls, i, widest, lanes, gloss)
+            _mirror_rectangle(lamps.balls, i, widest, lanes, gloss)
         else:
-            shows = _mirror_ball(lamps.balls, i, widest, lanes, gloss)
-        if shows:
+            _mirror_ball(lamps.balls, i, widest, lanes, gloss)
+        if _reflect_ball(lamps.most[i], lanes, gloss):
             _show_ball(surfaces, lamps.part[i], gloss)
-            _reflect_ball(lanes, gloss)
             _pick(np.float32(i), gloss)
     most = _ZERO
     for k in range(LANES):
@@ -93,8 +92,8 @@ def _lobe(primary: NDArray[np.float32], k: int) -> Rgb:
 
 
 @kernel
-def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
-    """Fill BALL_X to BALL_HALF of ball i; return whether any lane mirrors it.
+def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+    """Fill BALL_X to BALL_HALF of ball i.
 
     Lobes narrower than SHARP see lamps and panes by their rays, lobes under a coat of ``widest`` or more as a part of the light around.
     """
@@ -108,45 +107,19 @@ def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: 
         facet, half = _aim_facets(offset, np.sqrt(squared), k, lanes, gloss)
         spread = shown / squared
         over, under = slopes_in_disc(facet, half, alpha, spread), slopes_in_disc(facet, half, under_alpha, spread)
+        cosine, height = _cosine(k, lanes, gloss), lanes[ln.WO_Z + k]
+        over = mirrored_share(over, facet, half, cosine, height, alpha)
+        under = mirrored_share(under, facet, half, cosine, height, under_alpha)
         gloss[rec.BALL_FACING + k] = _ONE
-        _keep_mirrored(over, under, facet, widest, squared > radius * radius, k, lanes, gloss)
-    return _any_mirrors(gloss)
+        _keep_mirrored(over, under, widest, squared > radius * radius, k, lanes, gloss)
 
 
 @kernel
 def _mirror_rectangle(
     balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
-) -> bool:
-    """Do the same for row i, something flat, by its rectangle.
-
-    It is a polygon of slopes; sides are bent there, the more the more of the view they fill, and taken for straight in parts.
-    """
+) -> None:
+    """Do the same for row i, something flat, by its rectangle."""
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
-    widest_share, coated = _ZERO, False
-    for k in range(LANES):
-        if gloss[rec.ASKS + k] > _ZERO:
-            x, y, z = _from_hit(balls, i, k, lanes)
-            filled = balls[i, 3] * balls[i, 3] / max(x * x + y * y + z * z, _TINY)
-            widest_share = max(widest_share, filled / _lobe_width(k, gloss))
-            coated |= gloss[rec.LOBE_UNDER_ALPHA + k] < widest
-    parts = min(int(np.sqrt(_BENT * widest_share)) + 1, _MOST_PARTS)
-    for corner in range(4 * parts + 1):
-        s, t = on_rim(corner, parts)
-        ox, oy, oz = (
-            balls[i, 0] + s * first[0] + t * second[0],
-            balls[i, 1] + s * first[1] + t * second[1],
-            balls[i, 2] + s * first[2] + t * second[2],
-        )
-        for k in range(LANES):
-            offset = to_local((ox - lanes[ln.P_X + k], oy - lanes[ln.P_Y + k], oz - lanes[ln.P_Z + k]), k, lanes)
-            x, y = mirroring_slopes(offset, (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]))
-            last_x, last_y = gloss[rec.SLOPE_X + k], gloss[rec.SLOPE_Y + k]
-            over = slopes_along(last_x, last_y, x, y, gloss[rec.LOBE_ALPHA + k])
-            gloss[rec.BALL_OVER + k] = gloss[rec.BALL_OVER + k] + over if corner > 0 else _ZERO
-            gloss[rec.SLOPE_X + k], gloss[rec.SLOPE_Y + k] = x, y
-            if coated:
-                under = slopes_along(last_x, last_y, x, y, gloss[rec.LOBE_UNDER_ALPHA + k])
-                gloss[rec.BALL_UNDER + k] = gloss[rec.BALL_UNDER + k] + under if corner > 0 else _ZERO
     for k in range(LANES):
         # What else varies is taken where much of the lobe is.
         offset = _from_hit(balls, i, k, lanes)
@@ -164,12 +137,61 @@ def _mirror_rectangle(
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared if squared > _TINY else _TINY)
         facing = -(x * balls[i, 4] + y * balls[i, 5] + z * balls[i, 6]) / distance
-        facet, _ = _aim_facets((x, y, z), distance, k, lanes, gloss)
-        over, under = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k] if coated else _ZERO
-        over, under = over if over > _ZERO else -over, under if under > _ZERO else -under
+        _aim_facets((x, y, z), distance, k, lanes, gloss)
         gloss[rec.BALL_FACING + k] = facing if facing > _ZERO else _ZERO
-        _keep_mirrored(over, under, facet, widest, facing > _ZERO, k, lanes, gloss)
-    return _any_mirrors(gloss)
+    for k in range(LANES):
+        offset = _from_hit(balls, i, k, lanes)
+        over = _energy(k, lanes, gloss) * _share_of_lobe(offset, first, second, rec.OVER_FRAME, k, gloss)
+        _keep_mirrored(over, _ZERO, widest, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
+    if widest > _ZERO:
+        for k in range(LANES):
+            under = lanes[ln.E_WO + k] * _share_of_lobe(_from_hit(balls, i, k, lanes), first, second, rec.UNDER_FRAME, k, gloss)
+            _keep_mirrored(gloss[rec.BALL_OVER + k], under, widest, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
+
+
+@inlined
+def _energy(k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> np.float32:
+    """Return what lane k's lobe would reflect if its microfacets reflected all; that of the coat, if it is apart."""
+    return lanes[ln.E_COAT + k] if gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE else lanes[ln.E_WO + k]
+
+
+@inlined
+def _share_of_lobe(offset: Vector, first: Vector, second: Vector, frame: int, k: int, gloss: NDArray[np.float32]) -> np.float32:
+    """Return the share of a lobe of lane k that a rectangle covers which faces the hit.
+
+    ``offset``: from there to its middle; ``first``, ``second``: half its sides, anticlockwise as seen from its front; ``frame``: OVER_FRAME
+    or UNDER_FRAME.
+    """
+    c, s, t = _in_frame(offset, frame, k, gloss), _in_frame(first, frame, k, gloss), _in_frame(second, frame, k, gloss)
+    low, high = (c[0] - s[0], c[1] - s[1], c[2] - s[2]), (c[0] + s[0], c[1] + s[1], c[2] + s[2])
+    a, b = (low[0] - t[0], low[1] - t[1], low[2] - t[2]), (high[0] - t[0], high[1] - t[1], high[2] - t[2])
+    d, e = (low[0] + t[0], low[1] + t[1], low[2] + t[2]), (high[0] + t[0], high[1] + t[1], high[2] + t[2])
+    clockwise = cosines_along(a, b) + cosines_along(b, e) + cosines_along(e, d) + cosines_along(d, a)
+    return -clockwise if clockwise < _ZERO else _ZERO
+
+
+@inlined
+def _in_frame(v: Vector, frame: int, k: int, gloss: NDArray[np.float32]) -> Vector:
+    """Return a vector of the world where lane k's lobe is a cosine lobe about z."""
+    return (
+        gloss[frame + k] * v[0] + gloss[frame + LANES + k] * v[1] + gloss[frame + 2 * LANES + k] * v[2],
+        gloss[frame + 3 * LANES + k] * v[0] + gloss[frame + 4 * LANES + k] * v[1] + gloss[frame + 5 * LANES + k] * v[2],
+        gloss[frame + 6 * LANES + k] * v[0] + gloss[frame + 7 * LANES + k] * v[1] + gloss[frame + 8 * LANES + k] * v[2],
+    )
+
+
+@kernel
+def _build_frames(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+    """Fill OVER_FRAME and UNDER_FRAME."""
+    for lobe in range(2):
+        width, frame = (rec.LOBE_ALPHA, rec.OVER_FRAME) if lobe == 0 else (rec.LOBE_UNDER_ALPHA, rec.UNDER_FRAME)
+        for k in range(LANES):
+            alpha, wo = gloss[width + k], (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
+            rows = lobe_frame(wo, alpha if alpha > SHARP else SHARP)
+            for row in range(3):
+                x, y, z = to_world(rows[row], k, lanes)
+                at = frame + 3 * row * LANES + k
+                gloss[at], gloss[at + LANES], gloss[at + 2 * LANES] = x, y, z
 
 
 @inlined
@@ -200,7 +222,7 @@ def _aim_facets(
 ) -> tuple[np.float32, np.float32]:
     """Fill BALL_X to BALL_Z and BALL_HALF of lane k; return the cosines of the microfacets that mirror what lies there, and of the view."""
     lx, ly, lz = offset[0] / distance, offset[1] / distance, offset[2] / distance
-    wo_x, wo_y, wo_z = view_direction(k, lanes)
+    wo_x, wo_y, wo_z = to_world((lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]), k, lanes)
     hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
     length = hx * hx + hy * hy + hz * hz
     scale = _ONE / np.sqrt(length if length > _TINY else _TINY)
@@ -212,67 +234,64 @@ def _aim_facets(
 
 
 @inlined
+def _cosine(k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> np.float32:
+    """Return the cosine of the direction to a ball, of lane k."""
+    return (
+        gloss[rec.BALL_X + k] * lanes[ln.NS_X + k] + gloss[rec.BALL_Y + k] * lanes[ln.NS_Y + k] + gloss[rec.BALL_Z + k] * lanes[ln.NS_Z + k]
+    )
+
+
+@inlined
 def _keep_mirrored(
-    over: np.float32,
-    under: np.float32,
-    facet: np.float32,
-    widest: np.float32,
-    shown: bool,
-    k: int,
-    lanes: NDArray[np.float32],
-    gloss: NDArray[np.float32],
+    over: np.float32, under: np.float32, widest: np.float32, shown: bool, k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
 ) -> None:
-    """Fill BALL_OVER and BALL_UNDER of lane k by the shares of slopes of its lobes, if it is ``shown`` what has them."""
-    lx, ly, lz, half = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_HALF + k]
-    cosine = lx * lanes[ln.NS_X + k] + ly * lanes[ln.NS_Y + k] + lz * lanes[ln.NS_Z + k]
-    height, alpha, under_alpha = lanes[ln.WO_Z + k], gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
-    over = mirrored_share(over, facet, half, cosine, height, alpha)
-    under = mirrored_share(under, facet, half, cosine, height, under_alpha)
-    seen = (gloss[rec.ASKS + k] > _ZERO) & (cosine > _ZERO) & shown
-    gloss[rec.BALL_OVER + k] = over if seen & (alpha >= SHARP) else _ZERO
-    gloss[rec.BALL_UNDER + k] = under if seen & (under_alpha < widest) else _ZERO
-
-
-@inlined
-def _any_mirrors(gloss: NDArray[np.float32]) -> bool:
-    most = _ZERO
-    for k in range(LANES):
-        mirrored = gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k]
-        most = mirrored if mirrored > most else most
-    return bool(most > _ZERO)
-
-
-@inlined
-def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
-    """Fill BALL_R to BALL_B with what the lanes see of a ball's part; of panes as if all showed the sky (:func:`_dim_below`)."""
-    row = part * st.ROW_SIZE
-    pane = surfaces.materials[row + st.PORTAL] > _ZERO
-    if pane or surfaces.materials[row + st.PROFILE] > _ZERO:
-        for k in range(LANES):
-            if gloss[rec.BALL_OVER + k] + gloss[rec.BALL_UNDER + k] > _ZERO:
-                x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
-                z = max(z, _ABOVE) if pane else z
-                r, g, b = surface_le(surfaces, part, x, y, z, gloss[rec.BALL_FACING + k])
-                gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k] = r, g, b
-    else:
-        for channel in range(3):
-            for k in range(LANES):
-                gloss[rec.BALL_R + LANES * channel + k] = surfaces.materials[row + st.EMISSION + channel]
+    """Fill BALL_OVER and BALL_UNDER of lane k by what its lobes mirror, if it is ``shown`` what they do."""
+    seen = (gloss[rec.ASKS + k] > _ZERO) & (_cosine(k, lanes, gloss) > _ZERO) & shown
+    gloss[rec.BALL_OVER + k] = over if seen & (gloss[rec.LOBE_ALPHA + k] >= SHARP) else _ZERO
+    gloss[rec.BALL_UNDER + k] = under if seen & (gloss[rec.LOBE_UNDER_ALPHA + k] < widest) else _ZERO
 
 
 @kernel
-def _reflect_ball(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
-    """Turn BALL_R to BALL_B into what the ball adds to the pixels where nothing stands between."""
+def _reflect_ball(most: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
+    """Fill BALL_R to BALL_B with what the lanes reflect of the ball, 0 where it is too little to count; return whether it counts in any.
+
+    ``most``: the most that it shows, r + g + b, cd/m2.
+    """
+    found = _ZERO
     for k in range(LANES):
         over, under, schlick = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k], schlick_weight(gloss[rec.BALL_HALF + k])
         mean = gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k]
         red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE, k, lanes)
         base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
-        r, g, b = gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k]
-        seen = over + under > _ZERO
-        gloss[rec.BALL_R + k] = over * red * r + base_r * (under * r) if seen else _ZERO
-        gloss[rec.BALL_G + k] = over * green * g + base_g * (under * g) if seen else _ZERO
-        gloss[rec.BALL_B + k] = over * blue * b + base_b * (under * b) if seen else _ZERO
+        r, g, b = over * red + under * base_r, over * green + under * base_g, over * blue + under * base_b
+        counts = (r + g + b) * most > gloss[rec.LEAST + k]
+        r, g, b = r if counts else _ZERO, g if counts else _ZERO, b if counts else _ZERO
+        gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k] = r, g, b
+        found = r + g + b if r + g + b > found else found
+    return bool(found > _ZERO)
+
+
+@inlined
+def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
+    """Turn BALL_R to BALL_B into what the ball's part adds to the pixels where nothing stands between.
+
+    Panes show the sky everywhere (:func:`_dim_below`).
+    """
+    row = part * st.ROW_SIZE
+    pane = surfaces.materials[row + st.PORTAL] > _ZERO
+    if pane or surfaces.materials[row + st.PROFILE] > _ZERO:
+        for k in range(LANES):
+            if gloss[rec.BALL_R + k] + gloss[rec.BALL_G + k] + gloss[rec.BALL_B + k] > _ZERO:
+                x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
+                z = max(z, _ABOVE) if pane else z
+                r, g, b = surface_le(surfaces, part, x, y, z, gloss[rec.BALL_FACING + k])
+                gloss[rec.BALL_R + k] *= r
+                gloss[rec.BALL_G + k] *= g
+                gloss[rec.BALL_B + k] *= b
+    else:
+        for channel in range(3):
+            for k in range(LANES):
+                gloss[rec.BALL_R + LANES * channel + k] *= surfaces.materials[row + st.EMISSION + channel]
 
 
 @kernel

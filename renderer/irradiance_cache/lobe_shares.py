@@ -1,8 +1,7 @@
-"""What a lobe of GGX mirrors of a disc or a rectangle, as a share of the slopes of its microfacets.
+"""What a lobe of GGX mirrors of a disc, as a share of the slopes of its microfacets, or of a polygon, as a share of the lobe.
 
 The slopes have the density alpha^2 / (pi (alpha^2 + m^2)^2) (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-2007).  What a lobe mirrors of something even is the share of the slopes that mirror a part of it, which has a closed form for discs and for
-polygons of slopes.
+2007).  What a lobe mirrors of something even is the share of the slopes that mirror a part of it, which has a closed form for discs.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_LEAST_COSINE = np.float32(0.05)
+_LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.8), np.float32(0.3), np.float32(1.65), np.float32(1e-3)
 _TAN_EIGHTH, _PER_TURN = np.float32(np.sqrt(2.0) - 1.0), np.float32(0.5 / np.pi)
 _TURN_8, _TURN_4, _TURN_2 = np.float32(np.pi / 4.0), np.float32(np.pi / 2.0), np.float32(np.pi)
 
@@ -38,20 +37,40 @@ def slopes_in_disc(facet: np.float32, half: np.float32, alpha: np.float32, sprea
 
 
 @inlined
-def slopes_along(x0: np.float32, y0: np.float32, x1: np.float32, y1: np.float32, alpha: np.float32) -> np.float32:
-    """Return the share of GGX's slopes in the triangle of 0 and the edge from one slope to another, negative if it turns clockwise.
+def cosines_along(a: Vector, b: Vector) -> np.float32:
+    """Return what the edge from a to b of a polygon adds to the share of the cosine lobe about z that it covers (Lambert's formula).
 
-    With d the edge's distance from 0, s its places on its line and r^2 = alpha^2 + d^2, the integral of the density is
-    d / r (atan(s1 / r) - atan(s0 / r)) / 2 pi; over all edges of a polygon these add up to its share.
+    It is negative where the edge turns clockwise as seen from 0; a polygon's edges are summed up.
     """
-    x, y = x1 - x0, y1 - y0
-    squared = x * x + y * y
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    squared = x * x + y * y + z * z
     length = np.sqrt(squared if squared > _TINY else _TINY)
-    scale = _ONE / length
-    d, s0, s1 = (x0 * y1 - y0 * x1) * scale, (x0 * x + y0 * y) * scale, (x1 * x + y1 * y) * scale
-    r = np.sqrt(alpha * alpha + d * d)
-    share: np.float32 = d / r * _PER_TURN * _angle(r * length, r * r + s0 * s1)
+    share: np.float32 = z / length * _PER_TURN * _angle(length, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
     return share
+
+
+@inlined
+def lobe_frame(wo: Vector, alpha: np.float32) -> tuple[Vector, Vector, Vector]:
+    """Return the rows of the matrix that makes a cosine lobe about z of what GGX reflects to wo, in the frame of the hit.
+
+    GGX's lobe is a linearly transformed cosine (Heitz, Dupuy, Hill and Neubelt, "Real-Time Polygonal-Light Shading with Linearly
+    Transformed Cosines", 2016).  A slope m turns the mirrored direction by 2 m in the plane of incidence and by 2 m cos theta across it, so
+    where alpha is small the lobe is as wide, about that direction.  Where it is not, the lobe leans to the normal and stays wide at
+    grazing angles: the four numbers are fitted to GGX, alpha up to 0.36.
+    """
+    aside = wo[0] * wo[0] + wo[1] * wo[1]
+    sine = np.sqrt(aside if aside > _TINY else _TINY)
+    ux, uy, cosine = wo[0] / sine, wo[1] / sine, wo[2] if wo[2] > _LEAST_HEIGHT else _LEAST_HEIGHT
+    ux, uy = ux if aside > _TINY else _ONE, uy if aside > _TINY else _ZERO
+    lean = _LEAN * alpha * alpha * sine / cosine
+    lean = lean / (_ONE + lean)
+    scale = _ONE / np.sqrt(_ONE + lean * lean)
+    along = _HALF * scale / (alpha * (_ONE - _NARROWER * alpha))
+    least, square = (_WIDEST * alpha) * (_WIDEST * alpha), cosine * cosine
+    across = _HALF / (alpha * np.sqrt(np.sqrt(square * square + least * least)))
+    first = along * (ux * cosine + lean * wo[0]), along * (uy * cosine + lean * wo[1]), along * (sine - lean * wo[2])
+    axis = scale * (lean * ux * cosine - wo[0]), scale * (lean * uy * cosine - wo[1]), scale * (lean * sine + wo[2])
+    return first, (-across * uy, across * ux, _ZERO), axis
 
 
 @inlined
@@ -83,28 +102,6 @@ def mirrored_share(
     """
     value: np.float32 = _TWO * share * half * cosine / facet
     return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
-
-
-@inlined
-def mirroring_slopes(to: Vector, wo: Vector) -> tuple[np.float32, np.float32]:
-    """Return the slopes of the microfacets that mirror a point; one below the surface is lifted into its plane."""
-    z = to[2] if to[2] > _ZERO else _ZERO
-    squared = to[0] * to[0] + to[1] * to[1] + z * z
-    scale = _ONE / np.sqrt(squared if squared > _TINY else _TINY)
-    up = wo[2] + z * scale
-    steep = _ONE / (up if up > _LEAST_COSINE else _LEAST_COSINE)
-    return (wo[0] + to[0] * scale) * steep, (wo[1] + to[1] * scale) * steep
-
-
-@inlined
-def on_rim(corner: int, parts: int) -> tuple[np.float32, np.float32]:
-    """Return where on the rim of a square, -1 to 1 each way, a corner of it lies whose sides have so many parts."""
-    side, along = (corner // parts) % 4, _TWO * np.float32(corner % parts) / np.float32(parts) - _ONE
-    if side == 0:
-        return along, -_ONE
-    if side == 1:
-        return _ONE, along
-    return (-along, _ONE) if side == 2 else (-_ONE, -along)
 
 
 @inlined
@@ -142,11 +139,10 @@ def mirroring_span(middle: Vector, wo: Vector, axis: Vector, width_m: np.float32
 
 
 @inlined
-def view_direction(k: int, lanes: NDArray[np.float32]) -> Vector:
-    """Return the unit direction from the hit of lane k to the eye, world."""
-    a, b, c = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
+def to_world(v: Vector, k: int, lanes: NDArray[np.float32]) -> Vector:
+    """Return a vector of the frame of lane k's hit in the world."""
     return (
-        a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k],
-        a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k],
-        a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k],
+        v[0] * lanes[ln.TANGENT_X + k] + v[1] * lanes[ln.BITANGENT_X + k] + v[2] * lanes[ln.NS_X + k],
+        v[0] * lanes[ln.TANGENT_Y + k] + v[1] * lanes[ln.BITANGENT_Y + k] + v[2] * lanes[ln.NS_Y + k],
+        v[0] * lanes[ln.TANGENT_Z + k] + v[1] * lanes[ln.BITANGENT_Z + k] + v[2] * lanes[ln.NS_Z + k],
     )

@@ -52,7 +52,8 @@ LOBE_ALPHA, LOBE_UNDER_ALPHA = _GLOSS.field(), _GLOSS.field()  # ALPHA, UNDER_AL
 BALL_X, BALL_Y, BALL_Z = _GLOSS.vector()  # unit direction to a ball
 BALL_FACING = _GLOSS.field()  # cosine between that and what is flat, 1 for others
 BALL_OVER, BALL_UNDER = _GLOSS.field(), _GLOSS.field()  # what the lobe mirrors of it, and the one under a coat, over Fresnel's term
-SLOPE_X, SLOPE_Y = _GLOSS.field(), _GLOSS.field()  # of the microfacets that mirror the last corner of something flat
+OVER_FRAME, UNDER_FRAME = _GLOSS.field(9), _GLOSS.field(9)  # rows of the matrices that make these lobes cosine lobes, world
+LEAST = _GLOSS.field()  # what a lamp is to add to count, r + g + b, cd/m2
 BALL_HALF = _GLOSS.field()  # cosine between view and the microfacets that mirror it
 BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # its luminance, cd/m2; then what it adds to the pixel where nothing stands between
 LAMPLIGHT = _GLOSS.field()  # what all add, r + g + b
@@ -67,11 +68,12 @@ class Lamps(NamedTuple):
 
     balls: (n, 14) float32, centre, radius in metres, mean normal, whether it is flat, and if so half the sides (two vectors, metres) of
     its rectangle, otherwise the form (xx, yy, zz, xy, xz, yz, m4) of directions that is the fourth power of the radius of what it shows
-    there; part: (n,) int32.
+    there; part: (n,) int32; most: (n,) float32, the most that one shows, r + g + b, cd/m2.
     """
 
     balls: NDArray[np.float32]
     part: NDArray[np.int32]
+    most: NDArray[np.float32]
 
 
 class Tables(NamedTuple):

@@ -8,7 +8,6 @@ from cached_rooms import look_up
 from renderer import CameraConfig
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache.lamp_shapes import build_lamps
-from renderer.irradiance_cache.lobe_shares import slopes_along, slopes_in_disc
 from renderer.irradiance_cache.mirrored import pixel_noise
 from renderer.scene.flat_scene import Sky
 
@@ -79,9 +78,9 @@ def test_lamps_are_balls_of_their_size_and_place():
     bulb = hollow_sphere(8, emission=(50, 40, 30), color=(0, 0, 0))
     panel = quad((2, 0, 2), (0, 1, 0), (1, 0, 0), emission=(7, 7, 7), color=(0, 0, 0))
     lamps = build_lamps(
-        scene(box((0, 0, 0), (1, 1, 1)), bulb._replace(vertices=0.5 * bulb.vertices + (0, 0, 3), faces=bulb.faces[:, ::-1]), panel)
+        scene(box((0, 0, 0), (1, 1, 1)), bulb._replace(vertices=0.5 * bulb.vertices + (0, 0, 3), faces=bulb.faces[:, ::-1]), panel), DARK
     )
-    assert lamps.part.tolist() == [1, 2]
+    assert lamps.part.tolist() == [1, 2] and lamps.most.tolist() == [120.0, 21.0]
     np.testing.assert_allclose(lamps.balls[0, :4], [0, 0, 3, 0.5], atol=0.02)
     np.testing.assert_allclose(lamps.balls[1, :8], [2.5, 0.5, 2, np.sqrt(1 / np.pi), 0, 0, -1, 1], atol=1e-5)
     assert lamps.balls[0, 7] == 0.0
@@ -90,38 +89,14 @@ def test_lamps_are_balls_of_their_size_and_place():
 def test_each_pane_is_a_rectangle():
     panes = [quad((x, 2, 1), (1, 0, 0), (0, 0, 1), portal=True, transmission=0.9) for x in (0, 1)]
     tall = quad((4, 0, 1), (0, -1, 0), (0, 0, 2), portal=True, transmission=0.9)
-    lamps = build_lamps(scene(box((0, 0, 0), (1, 1, 1)), *panes, tall))
-    assert lamps.part.tolist() == [1, 2, 3]
+    sky = DARK._replace(zenith=np.array([3.0, 4.0, 5.0], np.float32))
+    lamps = build_lamps(scene(box((0, 0, 0), (1, 1, 1)), *panes, tall), sky)
+    assert lamps.part.tolist() == [1, 2, 3] and lamps.most.tolist() == [12.0] * 3
     np.testing.assert_allclose(lamps.balls[1, :8], [1.5, 2, 1.5, np.sqrt(1 / np.pi), 0, -1, 0, 1], atol=1e-5)
     np.testing.assert_allclose(lamps.balls[2, :4], [4, -0.5, 2, np.sqrt(2 / np.pi)], atol=1e-5)
     sides = lamps.balls[2, 8:14].reshape(2, 3)
     np.testing.assert_allclose(np.sort(np.linalg.norm(sides, axis=1)), [0.5, 1.0], atol=1e-5)
     np.testing.assert_allclose(sides[..., 0], 0.0, atol=1e-6)
-
-
-def slopes_of_ggx(alpha, count=1_000_000):
-    rng = np.random.default_rng(5)
-    slope, turn = alpha * np.sqrt(1 / (1 - rng.random(count)) - 1), rng.random(count) * 2 * np.pi
-    return slope * np.cos(turn), slope * np.sin(turn)
-
-
-def test_the_lobe_of_gloss_that_a_ball_takes_is_that_of_its_slopes():
-    """Asked of a million microfacets: slopes drawn from GGX, and the share of them that mirror the ball."""
-    alpha, spread = 0.1, 0.04
-    radius, (x, y) = np.sqrt(spread) / 2, slopes_of_ggx(alpha)
-    for tilt in (0.0, 0.08, 0.2):
-        inside = (x - tilt) ** 2 + y**2 < (radius**2 * (1 + tilt**2) ** 1.5)
-        facet = 1 / np.sqrt(1 + tilt**2)
-        assert from_python(slopes_in_disc)(*np.array([facet, 1, alpha, spread], np.float32)) == pytest.approx(inside.mean(), rel=0.02)
-
-
-@pytest.mark.parametrize("corner", [(-0.1, -0.2), (0.05, -0.03), (-0.6, 0.1)])
-def test_the_lobe_of_gloss_that_a_rectangle_takes_is_that_of_its_slopes(corner):
-    (left, low), (width, height), (x, y) = corner, (0.3, 0.25), slopes_of_ggx(0.1)
-    inside = (x > left) & (x < left + width) & (y > low) & (y < low + height)
-    corners = np.array([(left, low), (left + width, low), (left + width, low + height), (left, low + height)], np.float32)
-    shares = [from_python(slopes_along)(*a, *b, np.float32(0.1)) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
-    assert sum(shares) == pytest.approx(inside.mean(), rel=0.02)
 
 
 @pytest.mark.parametrize(("metallic", "roughness"), [(1.0, 0.4), (1.0, 0.5), (0.0, 0.35)])
