@@ -14,6 +14,7 @@ from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.lobe_shares import (
     cosines_along,
+    ggx_reflected,
     lobe_frame,
     mirrored_share,
     mirroring_span,
@@ -40,6 +41,10 @@ _SPAN = np.float32(5.0)
 """How far to the sides of the mirrored direction points are asked, in widths of GGX."""
 _ABOVE = np.float32(0.1)
 """Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
+_PER_FLANK, _STEEPEST = np.float32(20.0), np.float32(4.0)
+"""One over the share of a lobe below which a rectangle is on its flank, and the most that this is raised to GGX's density."""
+_NEAR, _ASIDE = np.float32(0.7), np.float32(0.15)
+"""Where what is flat is taken to be bright and reflected: how much by the place nearest to the mirrored ray, and by each end."""
 _KEY = np.uint32(11)
 
 
@@ -128,7 +133,7 @@ def _mirror_rectangle(
         width_m = _SPAN * _lobe_width(k, gloss) * np.sqrt(squared)
         near_s, low_s, high_s = mirroring_span(middle, wo, to_local(first, k, lanes), width_m)
         near_t, low_t, high_t = mirroring_span(middle, wo, to_local(second, k, lanes), width_m)
-        s, t = _HALF * near_s + _QUARTER * (low_s + high_s), _HALF * near_t + _QUARTER * (low_t + high_t)
+        s, t = _NEAR * near_s + _ASIDE * (low_s + high_s), _NEAR * near_t + _ASIDE * (low_t + high_t)
         x, y, z = (
             offset[0] + s * first[0] + t * second[0],
             offset[1] + s * first[1] + t * second[1],
@@ -137,37 +142,51 @@ def _mirror_rectangle(
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared if squared > _TINY else _TINY)
         facing = -(x * balls[i, 4] + y * balls[i, 5] + z * balls[i, 6]) / distance
-        _aim_facets((x, y, z), distance, k, lanes, gloss)
+        gloss[rec.BALL_FACET + k], _ = _aim_facets((x, y, z), distance, k, lanes, gloss)
         gloss[rec.BALL_FACING + k] = facing if facing > _ZERO else _ZERO
     for k in range(LANES):
-        offset = _from_hit(balls, i, k, lanes)
-        over = _energy(k, lanes, gloss) * _share_of_lobe(offset, first, second, rec.OVER_FRAME, k, gloss)
+        alpha, energy = gloss[rec.LOBE_ALPHA + k], lanes[ln.E_COAT + k] if gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE else lanes[ln.E_WO + k]
+        over = _mirrored_part(_from_hit(balls, i, k, lanes), first, second, rec.OVER_FRAME, alpha, energy, k, lanes, gloss)
         _keep_mirrored(over, _ZERO, widest, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
     if widest > _ZERO:
         for k in range(LANES):
-            under = lanes[ln.E_WO + k] * _share_of_lobe(_from_hit(balls, i, k, lanes), first, second, rec.UNDER_FRAME, k, gloss)
+            alpha, energy = gloss[rec.LOBE_UNDER_ALPHA + k], lanes[ln.E_WO + k]
+            under = _mirrored_part(_from_hit(balls, i, k, lanes), first, second, rec.UNDER_FRAME, alpha, energy, k, lanes, gloss)
             _keep_mirrored(gloss[rec.BALL_OVER + k], under, widest, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
 
 
 @inlined
-def _energy(k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> np.float32:
-    """Return what lane k's lobe would reflect if its microfacets reflected all; that of the coat, if it is apart."""
-    return lanes[ln.E_COAT + k] if gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE else lanes[ln.E_WO + k]
+def _mirrored_part(
+    offset: Vector,
+    first: Vector,
+    second: Vector,
+    frame: int,
+    alpha: np.float32,
+    energy: np.float32,
+    k: int,
+    lanes: NDArray[np.float32],
+    gloss: NDArray[np.float32],
+) -> np.float32:
+    """Return what a lobe of lane k mirrors of a rectangle that faces the hit, over its luminance and the Fresnel term.
 
-
-@inlined
-def _share_of_lobe(offset: Vector, first: Vector, second: Vector, frame: int, k: int, gloss: NDArray[np.float32]) -> np.float32:
-    """Return the share of a lobe of lane k that a rectangle covers which faces the hit.
-
-    ``offset``: from there to its middle; ``first``, ``second``: half its sides, anticlockwise as seen from its front; ``frame``: OVER_FRAME
-    or UNDER_FRAME.
+    ``offset``: from the hit to its middle; ``first``, ``second``: half its sides, anticlockwise as seen from its front; ``frame``:
+    OVER_FRAME or UNDER_FRAME; ``energy``: what the lobe would reflect of all light.  The cosine lobe is like GGX's where most of it is;
+    what the rectangle has of its flank alone is scaled to GGX's density in direction BALL_X to BALL_Z.
     """
     c, s, t = _in_frame(offset, frame, k, gloss), _in_frame(first, frame, k, gloss), _in_frame(second, frame, k, gloss)
     low, high = (c[0] - s[0], c[1] - s[1], c[2] - s[2]), (c[0] + s[0], c[1] + s[1], c[2] + s[2])
-    a, b = (low[0] - t[0], low[1] - t[1], low[2] - t[2]), (high[0] - t[0], high[1] - t[1], high[2] - t[2])
-    d, e = (low[0] + t[0], low[1] + t[1], low[2] + t[2]), (high[0] + t[0], high[1] + t[1], high[2] + t[2])
-    clockwise = cosines_along(a, b) + cosines_along(b, e) + cosines_along(e, d) + cosines_along(d, a)
-    return -clockwise if clockwise < _ZERO else _ZERO
+    p, q = (low[0] - t[0], low[1] - t[1], low[2] - t[2]), (high[0] - t[0], high[1] - t[1], high[2] - t[2])
+    u, v = (low[0] + t[0], low[1] + t[1], low[2] + t[2]), (high[0] + t[0], high[1] + t[1], high[2] + t[2])
+    share = -(cosines_along(p, q) + cosines_along(q, v) + cosines_along(v, u) + cosines_along(u, p))
+    share = share if share > _ZERO else _ZERO
+    to = _in_frame((gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]), frame, k, gloss)
+    squared = to[0] * to[0] + to[1] * to[1] + to[2] * to[2]
+    cosines = to[2] * _row_length(frame, k, gloss) * _row_length(frame + 3 * LANES, k, gloss) / (squared * squared)
+    density = ggx_reflected(gloss[rec.BALL_FACET + k], _cosine(k, lanes, gloss), lanes[ln.WO_Z + k], alpha)
+    ratio = density / (cosines if cosines > _TINY else _TINY)
+    core = share * _PER_FLANK if share * _PER_FLANK < _ONE else _ONE
+    part: np.float32 = share * (core * energy + (_ONE - core) * (ratio if ratio < _STEEPEST else _STEEPEST))
+    return part
 
 
 @inlined
@@ -178,6 +197,13 @@ def _in_frame(v: Vector, frame: int, k: int, gloss: NDArray[np.float32]) -> Vect
         gloss[frame + 3 * LANES + k] * v[0] + gloss[frame + 4 * LANES + k] * v[1] + gloss[frame + 5 * LANES + k] * v[2],
         gloss[frame + 6 * LANES + k] * v[0] + gloss[frame + 7 * LANES + k] * v[1] + gloss[frame + 8 * LANES + k] * v[2],
     )
+
+
+@inlined
+def _row_length(row: int, k: int, gloss: NDArray[np.float32]) -> np.float32:
+    x, y, z = gloss[row + k], gloss[row + LANES + k], gloss[row + 2 * LANES + k]
+    length: np.float32 = np.sqrt(x * x + y * y + z * z)
+    return length
 
 
 @kernel
@@ -236,9 +262,9 @@ def _aim_facets(
 @inlined
 def _cosine(k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> np.float32:
     """Return the cosine of the direction to a ball, of lane k."""
-    return (
-        gloss[rec.BALL_X + k] * lanes[ln.NS_X + k] + gloss[rec.BALL_Y + k] * lanes[ln.NS_Y + k] + gloss[rec.BALL_Z + k] * lanes[ln.NS_Z + k]
-    )
+    x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
+    cosine: np.float32 = x * lanes[ln.NS_X + k] + y * lanes[ln.NS_Y + k] + z * lanes[ln.NS_Z + k]
+    return cosine
 
 
 @inlined

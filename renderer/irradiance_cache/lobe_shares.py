@@ -15,7 +15,7 @@ from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.8), np.float32(0.3), np.float32(1.65), np.float32(1e-3)
+_LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.4), np.float32(0.38), np.float32(1.33), np.float32(1e-3)
 _TAN_EIGHTH, _PER_TURN = np.float32(np.sqrt(2.0) - 1.0), np.float32(0.5 / np.pi)
 _TURN_8, _TURN_4, _TURN_2 = np.float32(np.pi / 4.0), np.float32(np.pi / 2.0), np.float32(np.pi)
 
@@ -56,13 +56,14 @@ def lobe_frame(wo: Vector, alpha: np.float32) -> tuple[Vector, Vector, Vector]:
     GGX's lobe is a linearly transformed cosine (Heitz, Dupuy, Hill and Neubelt, "Real-Time Polygonal-Light Shading with Linearly
     Transformed Cosines", 2016).  A slope m turns the mirrored direction by 2 m in the plane of incidence and by 2 m cos theta across it, so
     where alpha is small the lobe is as wide, about that direction.  Where it is not, the lobe leans to the normal and stays wide at
-    grazing angles: the four numbers are fitted to GGX, alpha up to 0.36.
+    grazing angles: the numbers are fitted to what GGX mirrors of windows, alpha up to
+    0.36.
     """
     aside = wo[0] * wo[0] + wo[1] * wo[1]
     sine = np.sqrt(aside if aside > _TINY else _TINY)
     ux, uy, cosine = wo[0] / sine, wo[1] / sine, wo[2] if wo[2] > _LEAST_HEIGHT else _LEAST_HEIGHT
     ux, uy = ux if aside > _TINY else _ONE, uy if aside > _TINY else _ZERO
-    lean = _LEAN * alpha * alpha * sine / cosine
+    lean = _LEAN * alpha * np.sqrt(alpha) * sine / cosine
     lean = lean / (_ONE + lean)
     scale = _ONE / np.sqrt(_ONE + lean * lean)
     along = _HALF * scale / (alpha * (_ONE - _NARROWER * alpha))
@@ -102,6 +103,19 @@ def mirrored_share(
     """
     value: np.float32 = _TWO * share * half * cosine / facet
     return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
+
+
+@inlined
+def ggx_reflected(facet: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32) -> np.float32:
+    """Return pi times what GGX reflects into a direction, times its cosine, a steradian, over the Fresnel term.
+
+    ``facet``: cosine of the microfacets that mirror it; ``cosine``, ``height``: of the direction and of the view.
+    """
+    square = alpha * alpha
+    wide = _ONE + (square - _ONE) * facet * facet
+    masked = cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha)
+    value: np.float32 = _HALF * square * cosine / (wide * wide * masked)
+    return value if cosine > _ZERO else _ZERO
 
 
 @inlined
