@@ -24,7 +24,7 @@ _DEEPEST = 8
 @inlined
 def is_clear(materials: NDArray[np.float32], row: int) -> bool:
     """Return whether the part whose material begins at ``row`` is glass, panes apart."""
-    clear: bool = (materials[row + st.TRANSMISSION] > _HALF) & (materials[row + st.PORTAL] == _ZERO)
+    clear: bool = (materials[row + st.TRANSMISSION] > st.CLEAR) & (materials[row + st.PORTAL] == _ZERO)
     return clear
 
 
@@ -77,6 +77,23 @@ def go_on(packet: Packet, k: int, mirror: bool) -> None:
 
 
 @inlined
+def _meets_box(boxes: NDArray[np.float32], packet: Packet, k: int) -> bool:
+    """Return whether the line of ray k meets one of some boxes (n, 6)."""
+    real = packet.real
+    for i in range(len(boxes)):
+        near, far = _ZERO, np.float32(np.inf)
+        for axis in range(3):
+            per = _ONE / real[ray.DIR_X + LANES * axis + k]
+            origin = real[ray.ORG_X + LANES * axis + k]
+            a, b = (boxes[i, axis] - origin) * per, (boxes[i, 3 + axis] - origin) * per
+            first, last = (a, b) if a < b else (b, a)
+            near, far = first if first > near else near, last if last < far else far
+        if near <= far:
+            return True
+    return False
+
+
+@inlined
 def pass_glass(scene: LitScene, scratch: Scratch) -> None:
     """Trace shadow rays from P along TO_LIGHT; where something other than clear glass stands between, LIGHT_PDF becomes 0.
 
@@ -96,11 +113,14 @@ def pass_glass(scene: LitScene, scratch: Scratch) -> None:
     waiting = 0
     for k in range(LANES):
         blocked = (alive[k] != 0) & (real[ray.TFAR + k] < _ZERO)
-        alive[k] = -1 if blocked else 0
-        waiting += blocked
+        glazed = blocked and _meets_box(surfaces.glass_boxes, packet, k)
+        if blocked and not glazed:
+            lanes[ln.LIGHT_PDF + k] = _ZERO
+        alive[k] = -1 if glazed else 0
+        waiting += glazed
         real[ray.TFAR + k], integer[ray.GEOM_ID + k] = lanes[ln.LIGHT_END + k], INVALID_ID
-    # What is blocked may be so by clear glass: it is traced on from face to face, where there is any glass at all.
-    for _ in range(_DEEPEST if len(surfaces.albedos.glass) > 0 else 0):
+    # What is blocked may be so by clear glass where there is any: it is traced on from face to face.
+    for _ in range(_DEEPEST):
         if waiting == 0:
             break
         intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)

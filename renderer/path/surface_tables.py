@@ -36,17 +36,24 @@ SPECIAL = _ROW.field()  # 1 where more than this row must be looked up, texture 
 ROW_SIZE = _ROW.size
 
 
+CLEAR = np.float32(0.5)
+"""Transmission beyond which glass is clear."""
+_MARGIN_M = 1e-3
+
+
 class Surfaces(NamedTuple):
     """Triangles and parts of a scene, for kernels.
 
     normals: (m * 9,) float32, of the corners of each triangle; face_part: (m,) int32; materials: (p * ROW_SIZE,) float32, one row per part
-    (flat, because LLVM turns look-ups at constant offsets into vector code); profiles: as in ``FlatScene``.
+    (flat, because LLVM turns look-ups at constant offsets into vector code); glass_boxes: (g, 6) float32, least and greatest corner of each
+    part of clear glass, with a margin, metres; profiles: as in ``FlatScene``.
     """
 
     normals: NDArray[np.float32]
     face_part: NDArray[np.int32]
     materials: NDArray[np.float32]
     albedos: Albedos
+    glass_boxes: NDArray[np.float32]
     textures: Textures
     sky: Sky
     profiles: NDArray[np.float32]
@@ -103,8 +110,16 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
             reflected_table(),
             np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         ),
+        _boxes(flat, np.flatnonzero(clear & (table[:, TRANSMISSION] > CLEAR))),
         build_textures(textured, flat.textures, flat.mesh.vertices, flat.mesh.uvs, flat.mesh.faces),
         Sky(*(np.ascontiguousarray(item, np.float32) for item in sky_of(flat))),
         np.ascontiguousarray(flat.profiles, np.float32),
         flat.wear,
     )
+
+
+def _boxes(flat: FlatScene, parts: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Return the corners of boxes about parts, (n, 6) float32, metres."""
+    corners = [flat.mesh.vertices[flat.mesh.faces[flat.face_part == part]].reshape(-1, 3) for part in parts]
+    boxes = [np.concatenate([points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M]) for points in corners if len(points)]
+    return np.array(boxes, np.float32).reshape(-1, 6)
