@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.color import Rgb
 from renderer.core.kernel import entry, inlined
 from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP
 from renderer.path.ground_truth import Hits
@@ -87,23 +86,34 @@ def _tent(reach: int, away: int) -> np.float32:
 
 @inlined
 def _sum_line(
-    surfaces: Surfaces, hits: Hits, values: NDArray[np.float32], x: int, y: int, along_row: bool, reach: tuple[int, int]
-) -> tuple[Rgb, np.float32, Rgb, np.float32]:
-    """Return the sums of ``values`` (height, width, 8) over the part of a row or column about (x, y) that sees the same, by weight."""
+    surfaces: Surfaces,
+    hits: Hits,
+    values: NDArray[np.float32],
+    x: int,
+    y: int,
+    along_row: bool,
+    reach: tuple[int, int],
+    sums: NDArray[np.float32],
+) -> None:
+    """Fill ``sums`` (8,) with those of ``values`` (height, width, 8) over the part of a row or column about (x, y) that sees the same.
+
+    By weight: the first four as far as mirrored light is mixed, the others as lamps are.
+    """
     (near, far), (height, width, _), face = reach, values.shape, hits.face[y, x]
     place, end, farthest = x if along_row else y, width if along_row else height, max(near, far)
     last, alike = face, True
-    r = g = b = rays = lamps_r = lamps_g = lamps_b = whole = _ZERO
+    for field in range(8):
+        sums[field] = _ZERO
     for other in range(max(place - farthest, 0), min(place + farthest + 1, end)):
         v, u = y if along_row else other, other if along_row else x
         if hits.face[v, u] != last:
             last, alike = hits.face[v, u], _is_alike(surfaces, face, hits.face[v, u])
         if alike:
-            mirrored, lamps, value = _tent(near, abs(other - place)), _tent(far, abs(other - place)), values[v, u]
-            r, g, b, rays = r + mirrored * value[0], g + mirrored * value[1], b + mirrored * value[2], rays + mirrored * value[3]
-            lamps_r, lamps_g, lamps_b = lamps_r + lamps * value[4], lamps_g + lamps * value[5], lamps_b + lamps * value[6]
-            whole += lamps * value[7]
-    return (r, g, b), rays, (lamps_r, lamps_g, lamps_b), whole
+            mirrored, lamps = _tent(near, abs(other - place)), _tent(far, abs(other - place))
+            for field in range(4):
+                sums[field] += mirrored * values[v, u, field]
+            for field in range(4, 8):
+                sums[field] += lamps * values[v, u, field]
 
 
 @entry
@@ -113,32 +123,27 @@ def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, ste
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
-            reach = _reach(picture.alpha[y, x], gloss[y, x, 7])
-            if max(reach[0], reach[1]) == 0:
-                for field in range(8):
-                    sums[y, x, field] = _ZERO
-                continue
-            mirrored, rays, lamps, whole = _sum_line(surfaces, hits, gloss, x, y, True, reach)
-            sums[y, x, 0], sums[y, x, 1], sums[y, x, 2], sums[y, x, 3] = mirrored[0], mirrored[1], mirrored[2], rays
-            sums[y, x, 4], sums[y, x, 5], sums[y, x, 6], sums[y, x, 7] = lamps[0], lamps[1], lamps[2], whole
+            _sum_line(surfaces, hits, gloss, x, y, True, _reach(picture.alpha[y, x], gloss[y, x, 7]), sums[y, x])
 
 
 @entry
 def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
-    """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows."""
-    light, share, gloss = picture.light, picture.share, picture.gloss
+    """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows.
+
+    ``gloss`` is used up.
+    """
+    light, share = picture.light, picture.share
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
             if picture.alpha[y, x] == _ZERO:
                 continue
-            reach = _reach(picture.alpha[y, x], gloss[y, x, 7])
-            (r, g, b), rays, lamps, whole = _sum_line(surfaces, hits, picture.sums, x, y, False, reach)
-            if reach[0] > 0 and rays > _ZERO:
-                r, g, b = r / rays, g / rays, b / rays
-            else:
-                r, g, b = picture.guess[y, x, 0], picture.guess[y, x, 1], picture.guess[y, x, 2]
-            seen = gloss[y, x, 7] / whole if whole > _ZERO else _ZERO
-            light[y, x, 0] += share[y, x, 0] * r + seen * lamps[0]
-            light[y, x, 1] += share[y, x, 1] * g + seen * lamps[1]
-            light[y, x, 2] += share[y, x, 2] * b + seen * lamps[2]
+            mixed = picture.gloss[y, x]
+            shown = mixed[7]
+            reach = _reach(picture.alpha[y, x], shown)
+            _sum_line(surfaces, hits, picture.sums, x, y, False, reach, mixed)
+            rays, whole = mixed[3], mixed[7]
+            seen = shown / whole if whole > _ZERO else _ZERO
+            for channel in range(3):
+                found = mixed[channel] / rays if reach[0] > 0 and rays > _ZERO else picture.guess[y, x, channel]
+                light[y, x, channel] += share[y, x, channel] * found + seen * mixed[4 + channel]
