@@ -62,6 +62,18 @@ def test_clear_glass_shows_what_stands_behind_it():
     np.testing.assert_allclose(seen(plate, lamp).mean(axis=(0, 1)), 100 * np.array([0.81, 0.49, 0.25]) * 0.96**2, rtol=0.02)
 
 
+@pytest.mark.parametrize(("plate_y", "share"), [(1.0, 0.96**2), (3.0, 1.0), (None, 1.0)])
+def test_a_wall_is_lit_through_clear_glass_wherever_it_stands(plate_y, share):
+    """Shadow rays through glass go on; a board hides all of a second lamp, whether or not there is glass elsewhere."""
+    wall = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.8, 0.4, 0.2), roughness=1.0)
+    lamp, hidden = (quad((x - 0.1, 0, 0.5), (0.2, 0, 0), (0, 0, 0.2), emission=(100,) * 3, color=(0, 0, 0)) for x in (0.0, 6.0))
+    lamp, hidden = (piece._replace(faces=piece.faces[:, ::-1]) for piece in (lamp, hidden))
+    board = quad((3, -1, -2), (0, 3, 0), (0, 0, 4), color=(0, 0, 0), roughness=1.0)
+    glass = [box((-2, plate_y, -2), (2, plate_y + 0.01, 2), color=(1, 1, 1), transmission=1.0, ior=1.5, roughness=0.0)] if plate_y else []
+    bare, lit = (seen(wall, lamp, board, *more, view=pose((0, 1.5, 0), (0, 2, 0))) for more in ((), (hidden, *glass)))
+    assert bare.mean() > 0.1 and lit.mean() == pytest.approx(share * bare.mean(), rel=0.03)
+
+
 def test_a_floor_in_the_sun_is_lit_by_lambert():
     way, lux, versine = np.array([0.0, 0.6, 0.8]), np.array([90e3, 80e3, 60e3]), 1.0 - np.cos(np.radians(0.533 / 2))
     sky = DARK._replace(sun=np.array([*way, versine, *(lux / (2 * np.pi * versine))], np.float32))
