@@ -262,5 +262,7 @@ def add_samples(samples: EdgeSamples, row: int, begin: int, primary: NDArray[np.
     for k in range(min(LANES, samples.counts[row] - begin)):
         x, y = samples.numbers[row, 1, begin + k], samples.numbers[row, 2, begin + k]
         for channel in range(3):
-            seen = primary[rec.SHARE + channel, k] * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
+            # One ray stands for the coat and what lies under it.
+            share = primary[rec.SHARE + channel, k] + (primary[rec.UNDER + channel, k] if primary[rec.UNDER_ALPHA, k] < _ONE else _ZERO)
+            seen = share * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
             image[y, x, channel] += _QUARTER * (primary[rec.LIGHT + channel, k] + primary[rec.LAMPS + channel, k] + seen)

@@ -62,13 +62,8 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
         for j in range(LAMP_RAYS):
             gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
     for i in range(len(lamps.balls)):
-        row = lamps.part[i] * st.ROW_SIZE
-        widest = _ZERO if surfaces.materials[row + st.PORTAL] > _ZERO else _ONE
-        if lamps.balls[i, 7] > _ZERO:
-            shows = _mirror_rectangle(lamps.balls, i, widest, lanes, gloss)
-        else:
-            shows = _mirror_ball(lamps.balls, i, widest, lanes, gloss)
-        if shows:
+        flat = lamps.balls[i, 7] > _ZERO
+        if _mirror_rectangle(lamps.balls, i, lanes, gloss) if flat else _mirror_ball(lamps.balls, i, lanes, gloss):
             _show_ball(surfaces, lamps.part[i], gloss)
             _reflect_ball(lanes, gloss)
             _pick(np.float32(i), gloss)
@@ -93,10 +88,10 @@ def _lobe(primary: NDArray[np.float32], k: int) -> Rgb:
 
 
 @kernel
-def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
+def _mirror_ball(balls: NDArray[np.float32], i: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
     """Fill BALL_X to BALL_HALF of ball i; return whether any lane mirrors it.
 
-    Lobes narrower than SHARP see lamps and panes by their rays, lobes under a coat of ``widest`` or more as a part of the light around.
+    Lobes narrower than SHARP see lamps and panes by their rays.
     """
     radius = balls[i, 3]
     for k in range(LANES):
@@ -109,14 +104,12 @@ def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: 
         spread = shown / squared
         over, under = slopes_in_disc(facet, half, alpha, spread), slopes_in_disc(facet, half, under_alpha, spread)
         gloss[rec.BALL_FACING + k] = _ONE
-        _keep_mirrored(over, under, facet, widest, squared > radius * radius, k, lanes, gloss)
+        _keep_mirrored(over, under, facet, squared > radius * radius, k, lanes, gloss)
     return _any_mirrors(gloss)
 
 
 @kernel
-def _mirror_rectangle(
-    balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
-) -> bool:
+def _mirror_rectangle(balls: NDArray[np.float32], i: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
     """Do the same for row i, something flat, by its rectangle.
 
     It is a polygon of slopes; sides are bent there, the more the more of the view they fill, and taken for straight in parts.
@@ -128,7 +121,7 @@ def _mirror_rectangle(
             x, y, z = _from_hit(balls, i, k, lanes)
             filled = balls[i, 3] * balls[i, 3] / max(x * x + y * y + z * z, _TINY)
             widest_share = max(widest_share, filled / _lobe_width(k, gloss))
-            coated |= gloss[rec.LOBE_UNDER_ALPHA + k] < widest
+            coated |= gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE
     parts = min(int(np.sqrt(_BENT * widest_share)) + 1, _MOST_PARTS)
     for corner in range(4 * parts + 1):
         s, t = on_rim(corner, parts)
@@ -168,7 +161,7 @@ def _mirror_rectangle(
         over, under = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k] if coated else _ZERO
         over, under = over if over > _ZERO else -over, under if under > _ZERO else -under
         gloss[rec.BALL_FACING + k] = facing if facing > _ZERO else _ZERO
-        _keep_mirrored(over, under, facet, widest, facing > _ZERO, k, lanes, gloss)
+        _keep_mirrored(over, under, facet, facing > _ZERO, k, lanes, gloss)
     return _any_mirrors(gloss)
 
 
@@ -216,7 +209,6 @@ def _keep_mirrored(
     over: np.float32,
     under: np.float32,
     facet: np.float32,
-    widest: np.float32,
     shown: bool,
     k: int,
     lanes: NDArray[np.float32],
@@ -230,7 +222,7 @@ def _keep_mirrored(
     under = mirrored_share(under, facet, half, cosine, height, under_alpha)
     seen = (gloss[rec.ASKS + k] > _ZERO) & (cosine > _ZERO) & shown
     gloss[rec.BALL_OVER + k] = over if seen & (alpha >= SHARP) else _ZERO
-    gloss[rec.BALL_UNDER + k] = under if seen & (under_alpha < widest) else _ZERO
+    gloss[rec.BALL_UNDER + k] = under if seen & (under_alpha < _ONE) else _ZERO
 
 
 @inlined
@@ -266,7 +258,7 @@ def _reflect_ball(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> Non
     for k in range(LANES):
         over, under, schlick = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k], schlick_weight(gloss[rec.BALL_HALF + k])
         mean = gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k]
-        red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE, k, lanes)
+        red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] != _ONE, k, lanes)
         base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
         r, g, b = gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k]
         seen = over + under > _ZERO

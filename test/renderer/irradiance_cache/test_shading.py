@@ -285,7 +285,9 @@ def test_what_lies_under_a_smooth_coat_mirrors_what_is_before_it_and_not_the_lig
 @pytest.mark.parametrize("light", ["lamp", "pane"])
 def test_a_light_shows_in_a_coat_and_under_it(light):
     sky = Sky(*(np.full(3, 500, np.float32) for _ in range(3)))
-    wall = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.02, 0.02, 0.02), roughness=0.35, ior=1.5, clearcoat=0.9, clearcoat_roughness=0.08)
+    wall = quad(
+        (-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.02, 0.02, 0.02), roughness=0.35, ior=1.5, clearcoat=0.9, clearcoat_roughness=0.08
+    )
     what = {"portal": True, "transmission": 0.9} if light == "pane" else {"emission": (500,) * 3, "color": (0, 0, 0)}
     square = quad((0.35, -1, -0.15), (-0.3, 0, 0), (0, 0, 0.3), **what)
     cached, traced = seen(wall, square, sky=sky), seen(wall, square, sky=sky, integrator="path", samples_per_pixel=512, threads=2)
