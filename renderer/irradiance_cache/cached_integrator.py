@@ -69,8 +69,8 @@ class CachedIntegrator:
             smooth_edges(shown, memory[worker], picture, smooth, samples, first, step)
 
         self.strays = self._shade(shown, self._none, picture, cancelled)
-        self._scene.in_rows(sum_across, lit.surfaces, view.hits, picture)
-        self._scene.in_rows(mix_gloss, lit.surfaces, view.hits, picture)
+        for mix in (sum_across, mix_gloss):
+            self._scene.in_rows(mix, lit.surfaces, view.hits, picture, view.camera.focal_px)
         workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
         self.strays += self._shade(shown, samples, picture._replace(light=smooth), cancelled)

@@ -21,8 +21,8 @@ from renderer.path.surface_tables import Surfaces
 
 _ZERO = np.float32(0.0)
 _SAME_WAY = np.float32(0.9)
-_NEAR, _FAR = 3, 7
-"""How many pixels away the farthest are that are mixed."""
+_LEAST, _NEAR, _FAR = 2, 3, 7
+"""How many pixels away the farthest are that are mixed: by the narrowest lobes, of lamps in narrow ones, by wide lobes."""
 _MIXED = 12
 
 
@@ -72,13 +72,14 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
 
 
 @inlined
-def _reach(picture: Picture, x: int, y: int) -> tuple[int, int, int]:
+def _reach(picture: Picture, focal_px: np.float32, x: int, y: int) -> tuple[int, int, int]:
     """Return how far mirrored light, lamps and what is under a coat are mixed, pixels; 0 for none.
 
-    Under a coat that is smooth lamps show in a rough lobe.
+    A lobe of GGX spreads what lies as far behind a surface as the eye is before it over about its width times the focal length.  Under a
+    coat that is smooth lamps show in a rough lobe.
     """
     width, under = abs(picture.alpha[y, x]), picture.under[y, x]
-    mirrored = _FAR if width > ROUGH else _NEAR if width > MIRROR else 0
+    mirrored = min(max(int(width * focal_px), _LEAST), _FAR) if width > MIRROR else 0
     lamps = 0 if picture.gloss[y, x, 7] == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
     return mirrored, lamps, _FAR if max(under[0], under[1], under[2]) > _ZERO else 0
 
@@ -140,13 +141,13 @@ def _keep(sums: NDArray[np.float32], first: int, total: _Sum) -> None:
 
 
 @entry
-def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
+def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.float32, first: int, step: int) -> None:
     """Fill ``sums`` of rows ``first``, ``first + step``, ... of a picture."""
     sums = picture.sums
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
-            reach = _reach(picture, x, y)
+            reach = _reach(picture, focal_px, x, y)
             if max(reach[0], reach[1], reach[2]) == 0:
                 for field in range(_MIXED):
                     sums[y, x, field] = _ZERO
@@ -158,7 +159,7 @@ def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, ste
 
 
 @entry
-def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
+def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.float32, first: int, step: int) -> None:
     """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows."""
     gloss = picture.gloss
     height, width = picture.alpha.shape
@@ -166,7 +167,7 @@ def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step
         for x in range(width):
             if picture.alpha[y, x] == _ZERO:
                 continue
-            reach = _reach(picture, x, y)
+            reach = _reach(picture, focal_px, x, y)
             mirrored, lamps, under = _sum_line(surfaces, hits, picture.sums, x, y, False, reach)
             seen = gloss[y, x, 7] / lamps.over if lamps.over > _ZERO else _ZERO
             _add_mean(picture.light[y, x], picture.share[y, x], mirrored, reach[0] > 0, picture.guess[y, x])

@@ -82,7 +82,8 @@ class Tables(NamedTuple):
 
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
-    spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
+    spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
+    reflect half as much as is scattered.
     """
 
     fine: Atlas

@@ -234,16 +234,19 @@ def _classify(
     r, g, b, roughness, glass = _boundary(lanes, kinds, k)
     around = _around_share(incident, along, memory.trace.rays, lanes, k)
     coat = coat_albedo(lanes, kinds, k)
+    matt_r, matt_g, matt_b = diffuse_albedo(lanes, kinds, k)
+    # What mirrors much beside what it scatters has a ray however rough it is.
+    roughest = _INFINITE if max(r, g, b) > _HALF * max(matt_r, matt_g, matt_b) else tables.roughest
     primary[rec.UNDER, k] = primary[rec.UNDER + 1, k] = primary[rec.UNDER + 2, k] = _ZERO
     coat_roughness = lanes[ln.COAT_ROUGHNESS + k]
-    if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < tables.roughest:
+    if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < roughest:
         # Coat and what lies under it are about as rough: one ray for both.
         under = (r + g + b) * np.float32(1.0 / 3.0)
         roughness = (coat * coat_roughness + under * roughness) / (coat + under)
         r, g, b = r + coat, g + coat, b + coat
     elif coat > _ZERO:
         # The coat and the rougher lobe under it share the rays of neighbours, half of them each.
-        if (coat > tables.least_share) & (roughness < tables.roughest):
+        if (coat > tables.least_share) & (roughness < roughest):
             primary[rec.UNDER, k], primary[rec.UNDER + 1, k], primary[rec.UNDER + 2, k] = r, g, b
             primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
             coat_roughness = max(coat_roughness, _LEAST_COAT)
@@ -253,7 +256,7 @@ def _classify(
         r = g = b = coat
         roughness = coat_roughness
     most = max(r, g, b)
-    if not ((most > tables.least_share) & (roughness < tables.roughest) or glass):
+    if not ((most > tables.least_share) & (roughness < roughest) or glass):
         _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
         return False, glass, around
     primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k] = r, g, b

@@ -292,3 +292,14 @@ def test_a_light_shows_in_a_coat_and_under_it(light):
     square = quad((0.35, -1, -0.15), (-0.3, 0, 0), (0, 0, 0.3), **what)
     cached, traced = seen(wall, square, sky=sky), seen(wall, square, sky=sky, integrator="path", samples_per_pixel=512, threads=2)
     assert traced.mean() > 0.1 and cached.mean() == pytest.approx(traced.mean(), rel=0.08)
+
+
+@pytest.mark.parametrize("roughness", [0.59, 0.61])
+def test_dark_leather_mirrors_alike_on_both_sides_of_the_roughness_that_counts_as_matt(roughness):
+    """A textured roughness may cross it from pixel to pixel; what is seen of it must not."""
+    floor = quad((-3, 0, 0), (6, 0, 0), (0, 6, 0), color=(0.02, 0.02, 0.02), roughness=roughness, ior=1.5)
+    ahead = quad((-6, 6, 0), (12, 0, 0), (0, 0, 4), glow_cd_m2=2.0, color=(1, 1, 1))
+    behind = quad((6, -1, 0), (-12, 0, 0), (0, 0, 4), glow_cd_m2=100.0, color=(1, 1, 1))
+    view = pose((0, 0, 1.2), (0, 2.4, 0))
+    traced = seen(floor, ahead, behind, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 0.1 and seen(floor, ahead, behind, view=view).mean() == pytest.approx(traced, rel=0.12)
