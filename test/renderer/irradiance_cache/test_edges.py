@@ -30,8 +30,17 @@ def test_a_bar_that_no_middle_of_a_pixel_sees_shines_by_a_quarter():
 @pytest.mark.parametrize("turn", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
 def test_points_of_a_pixel_lie_about_its_middle(turn):
     """An edge that moves across the pixels shines in the mean as much as it covers, whichever way it runs."""
-    points = np.concatenate([np.zeros((1, 2)), OFFSETS[:, [0, LANES]]])
-    assert np.abs(points.astype(float) @ turn).sum() > 0.5 and abs((points.astype(float) @ turn).mean()) < 1e-6
+    for of_a_turn in OFFSETS:
+        points = np.concatenate([np.zeros((1, 2)), of_a_turn[:, [0, LANES]]]).astype(float)
+        assert np.abs(points @ turn).sum() > 0.5 and abs((points @ turn).mean()) < 1e-6
+
+
+def test_what_covers_the_middle_of_a_pixel_and_little_else_leaves_no_dark_pixel():
+    """A black plate of 0.45 x 0.9 pixels, before three of the first four points and one of the next three."""
+    low, size = (0.2 * PIXEL_M, 1.99, 0.05 * PIXEL_M), (0.45 * PIXEL_M, 0.9 * PIXEL_M)
+    plate = quad(low, (size[0], 0, 0), (0, 0, size[1]), color=(0, 0, 0), roughness=1.0)
+    image = look_up(scene(wall(-60, 60, 10), plate), AHEAD, camera=CAMERA).radiance[..., 1]
+    assert image.min() == pytest.approx(10 * (0.25 * 0.25 + 0.5), rel=0.02) and np.median(image) == pytest.approx(10.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(("dark", "found"), [(1, True), (2, True), (3, False)])
