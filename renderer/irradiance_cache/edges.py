@@ -1,6 +1,6 @@
 """Edges: pixels there see three more points; neighbours that see the same surface light these, else they are shaded themselves.
 
-Pixels that are still much darker than all around them then see three others, which are all shaded themselves.
+Pixels that are still much darker than all around them then see three others, which are all shaded themselves; then they are lifted.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import ray_packet as ray
+from renderer.core.color import LUMINANCE
 from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
@@ -35,6 +36,7 @@ _LONE = np.float32(0.6)
 """Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
 _METAL = np.float32(0.25)
 """What has to be mirrored for a pixel not to lend its light: polished metal shows other things beside its middle."""
+_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _PER_PIXEL = 3
 OFFSETS = np.zeros((2, _PER_PIXEL, 2 * LANES), np.float32)
 """Where pixels are sampled beside their centre in each turn, as offsets of tiles' rays, in pixels: an even triangle, turned, about the
@@ -113,6 +115,45 @@ def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
             others += image[y, x, 1] >= _LONE * image[v, u, 1]
     # It is no darker than itself.
     return others <= 2
+
+
+@entry
+def lift_lone(image: NDArray[np.float32], first: int, step: int) -> None:
+    """Lift pixels of rows ``first``, ``first + step``, ... that are still much darker than each of their neighbours; none of the rim.
+
+    What is so small hides little of a pixel: its few points have missed what is around.  It takes a share of the darkest neighbour's light,
+    as filters by rank do.  Of two pixels beside each other one at most is lifted, so the order in
+    which that is done changes nothing.
+    """
+    height, width, _ = image.shape
+    for y in range(first, height, step):
+        for x in range(1, width - 1 if 0 < y < height - 1 else 1):
+            u, v = _darkest_beside(image, x, y)
+            if u >= 0:
+                for channel in range(3):
+                    image[y, x, channel] = _LONE * image[v, u, channel]
+
+
+@inlined
+def _darkest_beside(image: NDArray[np.float32], x: int, y: int) -> tuple[int, int]:
+    """Return the darkest of the eight pixels around one (column, row); (-1, -1) if one of them is not much lighter than it."""
+    here, least, column, row = _luminance(image, x, y), np.float32(np.inf), -1, -1
+    for v in range(y - 1, y + 2):
+        for u in range(x - 1, x + 2):
+            if u == x and v == y:
+                continue
+            there = _luminance(image, u, v)
+            if here >= _LONE * there:
+                return -1, -1
+            if there < least:
+                least, column, row = there, u, v
+    return column, row
+
+
+@inlined
+def _luminance(image: NDArray[np.float32], x: int, y: int) -> np.float32:
+    luminance: np.float32 = _RED * image[y, x, 0] + _GREEN * image[y, x, 1] + _BLUE * image[y, x, 2]
+    return luminance
 
 
 @entry

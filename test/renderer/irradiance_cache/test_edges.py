@@ -8,7 +8,7 @@ from cached_rooms import look_up
 from renderer import CameraConfig
 from renderer.core.kernel import from_python
 from renderer.core.ray_packet import LANES
-from renderer.irradiance_cache.edges import OFFSETS, _is_lone
+from renderer.irradiance_cache.edges import OFFSETS, _is_lone, lift_lone
 
 CAMERA = CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)
 AHEAD = pose((0, 0, 0), (0, 1, 0))
@@ -48,3 +48,13 @@ def test_dark_pixels_are_lone_with_one_other_beside_them(dark, found):
     image = np.full((3, 6, 3), 10, np.float32)
     image[1, 1 : 1 + dark] = 3
     assert bool(from_python(_is_lone)(image, 1 if dark < 3 else 2, 1)) == found
+
+
+def test_a_dark_pixel_among_lighter_ones_is_lifted_and_a_dark_line_is_not():
+    image = np.full((8, 9, 3), (12, 10, 8), np.float32)
+    image[2, 3], image[2, 2], image[5:7, 6] = 0, (5, 4, 3), 0
+    expected = image.copy()
+    expected[2, 3] = 0.6 * image[2, 2]
+    for first in (1, 0):
+        lift_lone(image, first, 2)
+    np.testing.assert_allclose(image, expected, rtol=1e-6)
