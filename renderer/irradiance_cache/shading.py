@@ -63,6 +63,8 @@ _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _FIRST_ORDER = np.float32(1.0)
 _SUN_RAYS = 4
+_WHOLE = np.float32(np.sqrt(2.0))
+"""Width of a pixel's cone by which textures are averaged over all of the pixel: paths, which are many, see them twice as sharply."""
 _LEAST_ALPHA = np.float32(1e-4)
 _LEAST_COAT = np.float32(0.033)
 """Roughness of coats, at least, whose rays neighbours share."""
@@ -122,7 +124,7 @@ def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begi
     ``alone``: whether each sends mirrored rays of its own; ``row``, ``begin``: the place of the packet's strays.
     """
     scene, tables, frame_key, lanes = shown.scene, shown.tables, shown.frame_key, memory.trace.lanes
-    spread = _ONE / shown.traced.camera.focal_px
+    spread = _WHOLE / shown.traced.camera.focal_px
     kinds = _build_surfaces(scene, spread, memory.trace)
     sunny = asking = traced = 0
     again, met = len(strays.light.valid) > 0, False
