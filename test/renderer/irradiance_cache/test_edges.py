@@ -36,11 +36,11 @@ def test_points_of_a_pixel_lie_about_its_middle(turn):
 
 
 def test_what_covers_the_middle_of_a_pixel_and_little_else_leaves_no_dark_pixel():
-    """A black plate of 0.45 x 0.9 pixels, before three of the first four points and one of the next three."""
-    low, size = (0.2 * PIXEL_M, 1.99, 0.05 * PIXEL_M), (0.45 * PIXEL_M, 0.9 * PIXEL_M)
+    """A black plate of 0.2 x 0.9 pixels, before two of the first four points and none of the next three."""
+    low, size = (0.35 * PIXEL_M, 1.99, 0.05 * PIXEL_M), (0.2 * PIXEL_M, 0.9 * PIXEL_M)
     plate = quad(low, (size[0], 0, 0), (0, 0, size[1]), color=(0, 0, 0), roughness=1.0)
     image = look_up(scene(wall(-60, 60, 10), plate), AHEAD, camera=CAMERA).radiance[..., 1]
-    assert image.min() == pytest.approx(10 * (0.25 * 0.25 + 0.5), rel=0.02) and np.median(image) == pytest.approx(10.0, rel=1e-3)
+    assert image.min() == pytest.approx(10 * (0.25 * 0.5 + 0.75), rel=0.02) and np.median(image) == pytest.approx(10.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(("dark", "found"), [(1, True), (2, True), (3, False)])
