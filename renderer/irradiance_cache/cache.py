@@ -20,8 +20,8 @@ from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
 from renderer.irradiance_cache.close_nodes import share_noise
-from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
-from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
+from renderer.irradiance_cache.gathering import Bright, CoarseLight, choose_bright, gather_nodes, light_from_bright, links_to_bright
+from renderer.irradiance_cache.hemisphere import DARK, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import LIGHT, ROW, TOWARD, VALID, NodeLight, make_node_light, mixing_reach, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
@@ -93,12 +93,25 @@ class IrradianceCache:
         looks = geometry.looks
         sheets = Sheets(geometry.behind, looks.passed, np.zeros_like(luminance))
         solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+        bright = self._choose_bright((luminance + sheets.light)[geometry.other])
+        if len(bright.point):
+            # A few rays meet what is small and bright by chance: it is sampled instead.
+            def add_bright(worker: int, piece: tuple[int, int]) -> None:
+                light_from_bright(scene.lit, self.coarse, bright, self._key, chosen[slice(*piece)], scene.scratch[worker], given)
+
+            Pieces(len(chosen)).run(scene.workers, add_bright, cancelled)
+            links = np.where(links_to_bright(self.coarse, bright, geometry.links), np.int32(DARK), geometry.links)
+            solve_links(links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
         self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
         self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + sheets.light[geometry.other]
         self.luminance = (luminance + sheets.light)[geometry.other]
-        bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
+        bright = self._choose_bright(self.luminance)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
         self._coarse_light = None
+
+    def _choose_bright(self, luminance: NDArray[np.float32]) -> Bright:
+        """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light."""
+        return choose_bright(luminance, self.coarse._replace(area=self.geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
 
     def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored, and that by other surfaces alone.

@@ -128,6 +128,28 @@ def gather_nodes(
         _complete_direction(light, node, x, y, z)
 
 
+@entry
+def light_from_bright(
+    scene: LitScene, atlas: Atlas, bright: Bright, key: np.uint32, nodes: NDArray[np.int64], scratch: Scratch, lux: NDArray[np.float32]
+) -> None:
+    """Add to ``lux`` (n, 3) of some nodes what falls on them from bright ones, sampled as lights are."""
+    for i in range(len(nodes)):
+        node = nodes[i]
+        stand_on(atlas, node, scratch)
+        for begin in range(0, BRIGHT_RAYS, LANES):
+            r, g, b, _, _, _ = _light_of_bright(scene, bright, node_seed(node, key), begin, scratch)
+            lux[node, 0], lux[node, 1], lux[node, 2] = lux[node, 0] + r, lux[node, 1] + g, lux[node, 2] + b
+
+
+def links_to_bright(atlas: Atlas, bright: Bright, links: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return which links (n, s) end at bright nodes whose light :func:`light_from_bright` finds."""
+    found = (links >= 0) & bright.chosen[links]
+    node, i = np.nonzero(found)
+    between = atlas.position[links[node, i]] - atlas.position[node]
+    found[node, i] = (between * between).sum(axis=1) > bright.near_m * bright.near_m
+    return found
+
+
 @inlined
 def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays, node: int, memory: GatherScratch) -> Gathered:
     """Send the rays of a node's hemisphere and sum what they see."""
