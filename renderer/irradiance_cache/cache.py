@@ -20,7 +20,15 @@ from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
 from renderer.irradiance_cache.close_nodes import share_noise
-from renderer.irradiance_cache.gathering import Bright, CoarseLight, choose_bright, gather_nodes, light_from_bright, links_to_bright
+from renderer.irradiance_cache.gathering import (
+    Bright,
+    CoarseLight,
+    choose_bright,
+    gather_nodes,
+    held_flux,
+    light_from_bright,
+    links_to_bright,
+)
 from renderer.irradiance_cache.hemisphere import DARK, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import LIGHT, ROW, TOWARD, VALID, NodeLight, make_node_light, mixing_reach, smooth_nodes, widen
@@ -95,13 +103,19 @@ class IrradianceCache:
         solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
         bright = self._choose_bright((luminance + sheets.light)[geometry.other])
         if len(bright.point):
-            # A few rays meet what is small and bright by chance: it is sampled instead.
-            def add_bright(worker: int, piece: tuple[int, int]) -> None:
+            # A few rays meet what is small and bright by chance: it is sampled instead, and as bright in all as the rays have found it.
+            found = luminance - looks.glow
+
+            def sample_bright(worker: int, piece: tuple[int, int]) -> None:
                 light_from_bright(scene.lit, self.coarse, bright, self._key, chosen[slice(*piece)], scene.scratch[worker], given)
 
-            Pieces(len(chosen)).run(scene.workers, add_bright, cancelled)
-            links = np.where(links_to_bright(self.coarse, bright, geometry.links), np.int32(DARK), geometry.links)
+            Pieces(len(chosen)).run(scene.workers, sample_bright, cancelled)
+            to_bright = links_to_bright(self.coarse, bright, geometry.links)
+            links = np.where(to_bright, np.int32(DARK), geometry.links)
             solve_links(links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+            share = held_flux(found, luminance - looks.glow, geometry.shining_area, int(to_bright.sum()))
+            luminance = looks.glow + share * (luminance - looks.glow)
+            sheets.light[:] *= share
         self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
         self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + sheets.light[geometry.other]
         self.luminance = (luminance + sheets.light)[geometry.other]
