@@ -20,10 +20,18 @@ from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
 from renderer.irradiance_cache.close_nodes import share_noise
-from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
-from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
+from renderer.irradiance_cache.gathering import (
+    Bright,
+    CoarseLight,
+    choose_bright,
+    gather_nodes,
+    held_flux,
+    light_from_bright,
+    links_to_bright,
+)
+from renderer.irradiance_cache.hemisphere import DARK, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
-from renderer.irradiance_cache.nodes import LIGHT, REACH, ROW, TOWARD, VALID, NodeLight, make_node_light, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import LIGHT, ROW, TOWARD, VALID, NodeLight, make_node_light, mixing_reach, smooth_nodes, widen
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
 from renderer.path.light_nodes import Atlas, KnownLight
 
@@ -62,7 +70,7 @@ class IrradianceCache:
         self.geometry = geometry if geometry is not None and fits else CacheGeometry(scene, self._key, config)
         self.coarse, self.atlas = self.geometry.coarse, self.geometry.fine
         self._coarse_light: NodeLight | None = make_node_light(len(self.coarse.face))
-        self._unlit = Pieces(len(self.coarse.face))
+        self._unlit: Pieces | None = None
         self.light = make_node_light(len(self.atlas.face))
         self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
         self._smooth_done = np.zeros(len(self.atlas.face), np.bool_)
@@ -78,25 +86,46 @@ class IrradianceCache:
             return
         scene, config, geometry, light = self._scene, self.config, self.geometry, self._coarse_light
         geometry.link(scene, self._memory, cancelled)
-        everything, samples = np.arange(len(self.coarse.face)), even_points(LANES)
+        chosen, samples = geometry.lit, even_points(LANES)
+        if self._unlit is None:
+            self._unlit = Pieces(len(chosen))
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            nodes, scratch = everything[slice(*piece)], scene.scratch[worker]
+            nodes, scratch = chosen[slice(*piece)], scene.scratch[worker]
             light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, geometry.sky_share, scratch, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
-        by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
+        by_mirrors, luminance = np.zeros((2, len(self.coarse.face), 3), np.float32)
         see_lights(scene.surfaces, geometry.sightings, by_mirrors)
         given = light.direct + light.indirect + light.sun[:, :3]
         looks = geometry.looks
         sheets = Sheets(geometry.behind, looks.passed, np.zeros_like(luminance))
         solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+        bright = self._choose_bright((luminance + sheets.light)[geometry.other])
+        if len(bright.point):
+            # A few rays meet what is small and bright by chance: it is sampled instead, and as bright in all as the rays have found it.
+            found = luminance - looks.glow
+
+            def sample_bright(worker: int, piece: tuple[int, int]) -> None:
+                light_from_bright(scene.lit, self.coarse, bright, self._key, chosen[slice(*piece)], scene.scratch[worker], given)
+
+            Pieces(len(chosen)).run(scene.workers, sample_bright, cancelled)
+            to_bright = links_to_bright(self.coarse, bright, geometry.links)
+            links = np.where(to_bright, np.int32(DARK), geometry.links)
+            solve_links(links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+            share = held_flux(found, luminance - looks.glow, geometry.shining_area, int(to_bright.sum()))
+            luminance = looks.glow + share * (luminance - looks.glow)
+            sheets.light[:] *= share
         self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
         self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + sheets.light[geometry.other]
         self.luminance = (luminance + sheets.light)[geometry.other]
-        bright = choose_bright(self.luminance, self.coarse._replace(area=geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
+        bright = self._choose_bright(self.luminance)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
         self._coarse_light = None
+
+    def _choose_bright(self, luminance: NDArray[np.float32]) -> Bright:
+        """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light."""
+        return choose_bright(luminance, self.coarse._replace(area=self.geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
 
     def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored, and that by other surfaces alone.
@@ -139,14 +168,23 @@ class IrradianceCache:
         todo = np.flatnonzero(is_read & ~self._smooth_done)
         if not len(todo):
             return 0
-        near = np.zeros(len(is_read), np.bool_)
+        grids, spacing, light = self.geometry.fine_grids, np.float32(self.config.spacing_m), self.light
+        before, near = int(self._filled.sum()), np.zeros(len(is_read), np.bool_)
         near[todo] = True
-        grids = self.geometry.fine_grids
-        widen(self.atlas.grid, *grids, REACH, todo, near)
-        nodes = np.flatnonzero(near & ~self._filled)
+        self._light(near, cancelled)
+        # How far around them light is mixed is known now.
+        widen(self.atlas.grid, *grids, mixing_reach(light, todo, spacing), todo, near)
+        self._light(near, cancelled)
+        smooth_nodes(self.atlas.grid, *grids, spacing, todo, light, self.rows)
+        share_noise(self.atlas, *grids, spacing, todo, light, self.rows)
+        self._smooth_done[todo] = True
+        return int(self._filled.sum()) - before
+
+    def _light(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None) -> None:
+        """Compute what falls on fine nodes (n,) where it is not known."""
+        nodes = np.flatnonzero(wanted & ~self._filled)
         scene, config, key = self._scene, self.config, self._key
-        samples, spacing = even_points(config.sun_samples), np.float32(config.spacing_m)
-        rays = self._rays(config.gather_rays)
+        samples, rays = even_points(config.sun_samples), self._rays(config.gather_rays)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
@@ -155,10 +193,6 @@ class IrradianceCache:
             self._filled[chosen] = True
 
         Pieces(len(nodes)).run(scene.workers, compute, cancelled)
-        smooth_nodes(self.atlas.grid, *grids, spacing, todo, self.light, self.rows)
-        share_noise(self.atlas, *grids, spacing, todo, self.light, self.rows)
-        self._smooth_done[todo] = True
-        return len(nodes)
 
     def light_at(self, places: Atlas, cancelled: Callable[[], bool] | None = None) -> NodeLight:
         """Return the light at places that are no nodes of the cache, by fewer rays, and not smoothed.

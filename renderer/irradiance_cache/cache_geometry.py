@@ -71,6 +71,7 @@ class CacheGeometry:
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
         other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing
             and something around it is not close by.
+        lit: coarse nodes that lamps and the sun are sampled at; what falls on others, within things, is of no use to any.
         shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
             area nobody sees, where rays go on, and outside.
         looks: what the surfaces of coarse nodes do with light; behind: (n,) int32, the coarse node on the other side of their sheet, -1
@@ -151,6 +152,8 @@ class CacheGeometry:
         # where there are none tell nothing.
         self.known = valid[self.other]
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
+        through = (self.behind >= 0) & self.looks.passed[self.behind].any(axis=1)
+        self.lit = np.flatnonzero(valid | through)
         shines = valid & (self.far > 0.0) & (self.sky_share == 0.0) & ~_sends_rays_on(scene, coarse)
         self.shining_area = np.where(shines, coarse.area, np.float32(0.0))
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
@@ -168,7 +171,7 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
-        known = (self.behind, self.far, self.worth, self.other, self.known, self.shining_area, self.sky_share)
+        known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, self.sky_share)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
 
 

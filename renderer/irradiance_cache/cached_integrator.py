@@ -12,7 +12,7 @@ from renderer.bsdf.reflectance import WIDE
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
-from renderer.irradiance_cache.edges import EdgeSamples, make_edge_samples, smooth_edges
+from renderer.irradiance_cache.edges import OFFSETS, EdgeSamples, lift_lone, make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
@@ -56,25 +56,33 @@ class CachedIntegrator:
             RenderCancelled: ``cancelled`` returned True.
         """
         self.prepare(view.hits, cancelled)
-        workers, memory, step = self._scene.workers, self._memory, self._scene.workers.count
         lit, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != (height, width):
             samples = make_edge_samples(height, width, len(self._store.atlas.face))
             self._images = make_picture(height, width), samples, make_strays(*samples.hits.shape[::2])
         picture, samples, _ = self._images
-        shown, smooth = CachedView(lit, self._tables, view, frame_key), np.empty((height, width, 3), np.float32)
-        samples.is_read[:] = False
+        shown = CachedView(lit, self._tables, view, frame_key)
+        self.strays = self._shade(shown, self._none, picture, cancelled)
+        for mix in (sum_across, mix_gloss):
+            self._scene.in_rows(mix, lit.surfaces, view.hits, picture, view.camera.focal_px)
+        for turn in range(len(OFFSETS)):
+            picture = self._smooth(shown, samples._replace(turn=turn), picture, cancelled)
+        self._scene.in_rows(lift_lone, picture.light)
+        return picture.light
+
+    def _smooth(self, shown: CachedView, samples: EdgeSamples, picture: Picture, cancelled: Callable[[], bool] | None) -> Picture:
+        """Return a picture with more points in some of its pixels."""
+        step, smooth = self._scene.workers.count, np.empty_like(picture.light)
 
         def smooth_rows(worker: int, first: int) -> None:
-            smooth_edges(shown, memory[worker], picture, smooth, samples, first, step)
+            smooth_edges(shown, self._memory[worker], picture, smooth, samples, first, step)
 
-        self.strays = self._shade(shown, self._none, picture, cancelled)
-        self._scene.in_rows(sum_across, lit.surfaces, view.hits, picture)
-        self._scene.in_rows(mix_gloss, lit.surfaces, view.hits, picture)
-        workers.run(smooth_rows, range(step))
+        samples.is_read[:] = False
+        self._scene.workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
-        self.strays += self._shade(shown, samples, picture._replace(light=smooth), cancelled)
-        return smooth
+        smoothed = picture._replace(light=smooth)
+        self.strays += self._shade(shown, samples, smoothed, cancelled)
+        return smoothed
 
     def _shade(self, shown: CachedView, samples: EdgeSamples, picture: Picture, cancelled: Callable[[], bool] | None) -> int:
         """Shade a picture, or samples of it; return how many strays light was computed for."""

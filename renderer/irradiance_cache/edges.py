@@ -1,4 +1,7 @@
-"""Edges: pixels there see three more points; neighbours that see the same surface light these, else they are shaded themselves."""
+"""Edges: pixels there see three more points; neighbours that see the same surface light these, else they are shaded themselves.
+
+Pixels that are still much darker than all around them then see three others, which are all shaded themselves; then they are lifted.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import ray_packet as ray
+from renderer.core.color import LUMINANCE
 from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
@@ -32,31 +36,36 @@ _LONE = np.float32(0.6)
 """Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
 _METAL = np.float32(0.25)
 """What has to be mirrored for a pixel not to lend its light: polished metal shows other things beside its middle."""
+_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _PER_PIXEL = 3
-OFFSETS = np.zeros((_PER_PIXEL, 2 * LANES), np.float32)
-"""Where edge pixels are sampled beside their centre, as offsets of tiles' rays, in pixels: an even triangle, turned, about the centre."""
-OFFSETS[:, :LANES] = np.array([-0.26, -0.1, 0.36])[:, None]
-OFFSETS[:, LANES:] = np.array([0.26, -0.36, 0.1])[:, None]
+OFFSETS = np.zeros((2, _PER_PIXEL, 2 * LANES), np.float32)
+"""Where pixels are sampled beside their centre in each turn, as offsets of tiles' rays, in pixels: an even triangle, turned, about the
+centre, then the one opposite."""
+OFFSETS[0, :, :LANES] = np.array([-0.26, -0.1, 0.36])[:, None]
+OFFSETS[0, :, LANES:] = np.array([0.26, -0.36, 0.1])[:, None]
+OFFSETS[1] = -OFFSETS[0]
 
 
 class EdgeSamples(NamedTuple):
     """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
 
     counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 3, room) int32,
-    the triangle, -1 for none, and column and row of the pixel; is_read: (n,), nodes of the cache that they read.
+    the triangle, -1 for none, and column and row of the pixel; is_read: (n,), nodes of the cache that they read.  turn: 0 for those of
+    edges, from 1 on of pixels that are still much darker than all around.
     """
 
     counts: NDArray[np.int32]
     hits: NDArray[np.float32]
     numbers: NDArray[np.int32]
     is_read: NDArray[np.bool_]
+    turn: int
 
 
 def make_edge_samples(height: int, width: int, nodes: int) -> EdgeSamples:
     """Return room for those of a picture with a cache of so many nodes; memory is taken as it is filled."""
     rows, room = -(-height // TILE), _PER_PIXEL * LANES * -(-width // TILE)
     numbers = np.empty((rows, 3, room), np.int32)
-    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), numbers, np.zeros(nodes, np.bool_))
+    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), numbers, np.zeros(nodes, np.bool_), 0)
 
 
 @inlined
@@ -109,6 +118,45 @@ def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
 
 
 @entry
+def lift_lone(image: NDArray[np.float32], first: int, step: int) -> None:
+    """Lift pixels of rows ``first``, ``first + step``, ... that are still much darker than each of their neighbours; none of the rim.
+
+    What is so small hides little of a pixel: its few points have missed what is around.  It takes a share of the darkest neighbour's light,
+    as filters by rank do.  Of two pixels beside each other one at most is lifted, so the order in
+    which that is done changes nothing.
+    """
+    height, width, _ = image.shape
+    for y in range(first, height, step):
+        for x in range(1, width - 1 if 0 < y < height - 1 else 1):
+            u, v = _darkest_beside(image, x, y)
+            if u >= 0:
+                for channel in range(3):
+                    image[y, x, channel] = _LONE * image[v, u, channel]
+
+
+@inlined
+def _darkest_beside(image: NDArray[np.float32], x: int, y: int) -> tuple[int, int]:
+    """Return the darkest of the eight pixels around one (column, row); (-1, -1) if one of them is not much lighter than it."""
+    here, least, column, row = _luminance(image, x, y), np.float32(np.inf), -1, -1
+    for v in range(y - 1, y + 2):
+        for u in range(x - 1, x + 2):
+            if u == x and v == y:
+                continue
+            there = _luminance(image, u, v)
+            if here >= _LONE * there:
+                return -1, -1
+            if there < least:
+                least, column, row = there, u, v
+    return column, row
+
+
+@inlined
+def _luminance(image: NDArray[np.float32], x: int, y: int) -> np.float32:
+    luminance: np.float32 = _RED * image[y, x, 0] + _GREEN * image[y, x, 1] + _BLUE * image[y, x, 2]
+    return luminance
+
+
+@entry
 def smooth_edges(
     shown: CachedView,
     memory: ShadeScratch,
@@ -123,16 +171,16 @@ def smooth_edges(
     Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on polished metal, and in
     pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
-    scene, view, image = shown.scene, shown.traced, picture.light
+    scene, view, image, turn = shown.scene, shown.traced, picture.light, samples.turn
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):
         samples.counts[row // TILE] = 0
         for column in range(0, width, TILE):
-            edges = _copy_tile(scene.surfaces, view, column, row, image, smooth)
+            edges = _copy_tile(scene.surfaces, view, turn, column, row, image, smooth)
             if edges == 0:
                 continue
-            queued = _aim_edges(view.camera, column, row, edges, packet, queue)
+            queued = _aim_edges(view.camera, turn, column, row, edges, packet, queue)
             for begin in range(0, queued, LANES):
                 count = min(LANES, queued - begin)
                 _trace_edges(scene.tree, begin, count, packet, queue)
@@ -140,7 +188,7 @@ def smooth_edges(
                     pixel = int(queue[6, begin + k])
                     y, x = row + pixel // TILE, column + pixel % TILE
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
-                    if found and not _is_metal(picture, u, v) and not _is_lone(image, x, y):
+                    if turn == 0 and found and not _is_metal(picture, u, v) and not _is_lone(image, x, y):
                         for channel in range(3):
                             smooth[y, x, channel] += _QUARTER * image[v, u, channel]
                     else:
@@ -155,14 +203,16 @@ def _is_metal(picture: Picture, x: int, y: int) -> bool:
 
 
 @inlined
-def _copy_tile(surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]) -> int:
+def _copy_tile(
+    surfaces: Surfaces, view: TracedView, turn: int, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]
+) -> int:
     """Copy a tile's pixels, a quarter of those that are to see more points; return which are, a bit each."""
     height, width, _ = image.shape
     edges = 0
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
             share = _ONE
-            if _is_edge(surfaces, view.hits, view.distance, image, x, y) or _is_lone(image, x, y):
+            if (turn == 0 and _is_edge(surfaces, view.hits, view.distance, image, x, y)) or _is_lone(image, x, y):
                 edges |= 1 << ((y - row) * TILE + x - column)
                 share = _QUARTER
             for channel in range(3):
@@ -185,11 +235,11 @@ def _trace_edges(tree: SceneHandle, begin: int, count: int, packet: Packet, queu
 
 
 @inlined
-def _aim_edges(camera: PosedCamera, column: int, row: int, edges: int, packet: Packet, queue: NDArray[np.float32]) -> int:
+def _aim_edges(camera: PosedCamera, turn: int, column: int, row: int, edges: int, packet: Packet, queue: NDArray[np.float32]) -> int:
     """Fill ``queue`` (7, 48) with origin and direction of the rays of a tile's edge pixels, and the pixel; return how many there are."""
     queued = 0
-    for sample in range(len(OFFSETS)):
-        aim_exposed_tile(camera, column, row, OFFSETS[sample], packet)
+    for sample in range(_PER_PIXEL):
+        aim_exposed_tile(camera, column, row, OFFSETS[turn & 1, sample], packet)
         for k in range(LANES):
             if edges >> k & 1 and packet.alive[k] != 0:
                 for field in range(6):
@@ -262,5 +312,7 @@ def add_samples(samples: EdgeSamples, row: int, begin: int, primary: NDArray[np.
     for k in range(min(LANES, samples.counts[row] - begin)):
         x, y = samples.numbers[row, 1, begin + k], samples.numbers[row, 2, begin + k]
         for channel in range(3):
-            seen = primary[rec.SHARE + channel, k] * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
+            # One ray stands for the coat and what lies under it.
+            share = primary[rec.SHARE + channel, k] + (primary[rec.UNDER + channel, k] if primary[rec.UNDER_ALPHA, k] < _ONE else _ZERO)
+            seen = share * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
             image[y, x, channel] += _QUARTER * (primary[rec.LIGHT + channel, k] + primary[rec.LAMPS + channel, k] + seen)

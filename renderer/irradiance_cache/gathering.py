@@ -38,6 +38,8 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CLEAR_M = np.float32(1e-3)
 _OPEN, _LEAST_WORTH = np.float32(0.3), np.float32(0.02)
 _LEAST_COSINE = np.float32(0.05)
+_MANY_RAYS = 1000
+"""So many rays to bright nodes tell of their flux about as much as what is known of it before."""
 BRIGHT_RAYS = 2 * LANES
 """By how many points of bright nodes a node is lit, each of another run of all samples: all nodes by the same would be wrong alike."""
 
@@ -126,6 +128,38 @@ def gather_nodes(
         open_share = max(min(sums.far / (_OPEN * count), _ONE), _LEAST_WORTH)
         light.valid[node] = open_share if sums.behind <= rays.most_behind * count else _ZERO
         _complete_direction(light, node, x, y, z)
+
+
+@entry
+def light_from_bright(
+    scene: LitScene, atlas: Atlas, bright: Bright, key: np.uint32, nodes: NDArray[np.int64], scratch: Scratch, lux: NDArray[np.float32]
+) -> None:
+    """Add to ``lux`` (n, 3) of some nodes what falls on them from bright ones, sampled as lights are."""
+    for i in range(len(nodes)):
+        node = nodes[i]
+        stand_on(atlas, node, scratch)
+        for begin in range(0, BRIGHT_RAYS, LANES):
+            r, g, b, _, _, _ = _light_of_bright(scene, bright, node_seed(node, key), begin, scratch)
+            lux[node, 0], lux[node, 1], lux[node, 2] = lux[node, 0] + r, lux[node, 1] + g, lux[node, 2] + b
+
+
+def links_to_bright(atlas: Atlas, bright: Bright, links: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return which links (n, s) end at bright nodes whose light :func:`light_from_bright` finds."""
+    found = (links >= 0) & bright.chosen[links]
+    node, i = np.nonzero(found)
+    between = atlas.position[links[node, i]] - atlas.position[node]
+    found[node, i] = (between * between).sum(axis=1) > bright.near_m * bright.near_m
+    return found
+
+
+def held_flux(found: NDArray[np.float32], sampled: NDArray[np.float32], area: NDArray[np.float32], rays: int) -> np.float32:
+    """Return by what luminance (n, 3) that was ``sampled`` is multiplied to be in all, over an ``area`` (n,), what rays have ``found``.
+
+    Samples stand for the area of nodes, rays see the means of those around: where these are unlike, the two are not quite the same.  The
+    fewer the ``rays`` that have found what is sampled, the less they tell, and the nearer to 1 the answer is.
+    """
+    first, second = (float((area.astype(np.float64) * matmul(light.astype(np.float64), LUMINANCE)).sum()) for light in (found, sampled))
+    return np.float32(1.0 + (first / second - 1.0) * rays / (rays + _MANY_RAYS) if second > 0.0 else 1.0)
 
 
 @inlined

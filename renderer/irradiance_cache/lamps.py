@@ -65,14 +65,12 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
         noise, _ = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
         for j in range(LAMP_RAYS):
             gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
-    _build_frames(lanes, gloss)
+    coated = _build_frames(lanes, gloss)
     for i in range(len(lamps.balls)):
-        row = lamps.part[i] * st.ROW_SIZE
-        widest = _ZERO if surfaces.materials[row + st.PORTAL] > _ZERO else _ONE
         if lamps.balls[i, 7] > _ZERO:
-            _mirror_rectangle(lamps.balls, i, widest, lanes, gloss)
+            _mirror_rectangle(lamps.balls, i, coated, lanes, gloss)
         else:
-            _mirror_ball(lamps.balls, i, widest, lanes, gloss)
+            _mirror_ball(lamps.balls, i, lanes, gloss)
         if _reflect_ball(lamps.most[i], lanes, gloss):
             _show_ball(surfaces, lamps.part[i], gloss)
             _pick(np.float32(i), gloss)
@@ -97,10 +95,10 @@ def _lobe(primary: NDArray[np.float32], k: int) -> Rgb:
 
 
 @kernel
-def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+def _mirror_ball(balls: NDArray[np.float32], i: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
     """Fill BALL_X to BALL_HALF of ball i.
 
-    Lobes narrower than SHARP see lamps and panes by their rays, lobes under a coat of ``widest`` or more as a part of the light around.
+    Lobes narrower than SHARP see lamps and panes by their rays.
     """
     radius = balls[i, 3]
     for k in range(LANES):
@@ -116,14 +114,12 @@ def _mirror_ball(balls: NDArray[np.float32], i: int, widest: np.float32, lanes: 
         over = mirrored_share(over, facet, half, cosine, height, alpha)
         under = mirrored_share(under, facet, half, cosine, height, under_alpha)
         gloss[rec.BALL_FACING + k] = _ONE
-        _keep_mirrored(over, under, widest, squared > radius * radius, k, lanes, gloss)
+        _keep_mirrored(over, under, squared > radius * radius, k, lanes, gloss)
 
 
 @kernel
-def _mirror_rectangle(
-    balls: NDArray[np.float32], i: int, widest: np.float32, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
-) -> None:
-    """Do the same for row i, something flat, by its rectangle."""
+def _mirror_rectangle(balls: NDArray[np.float32], i: int, coated: bool, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+    """Do the same for row i, something flat, by its rectangle; ``coated``: whether any lane has a lobe under a coat."""
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
     for k in range(LANES):
         # What else varies is taken where much of the lobe is.
@@ -145,14 +141,14 @@ def _mirror_rectangle(
         gloss[rec.BALL_FACET + k], _ = _aim_facets((x, y, z), distance, k, lanes, gloss)
         gloss[rec.BALL_FACING + k] = facing if facing > _ZERO else _ZERO
     for k in range(LANES):
-        alpha, energy = gloss[rec.LOBE_ALPHA + k], lanes[ln.E_COAT + k] if gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE else lanes[ln.E_WO + k]
+        alpha, energy = gloss[rec.LOBE_ALPHA + k], lanes[ln.E_WO + k] if gloss[rec.LOBE_UNDER_ALPHA + k] == _ONE else lanes[ln.E_COAT + k]
         over = _mirrored_part(_from_hit(balls, i, k, lanes), first, second, rec.OVER_FRAME, alpha, energy, k, lanes, gloss)
-        _keep_mirrored(over, _ZERO, widest, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
-    if widest > _ZERO:
+        _keep_mirrored(over, _ZERO, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
+    if coated:
         for k in range(LANES):
             alpha, energy = gloss[rec.LOBE_UNDER_ALPHA + k], lanes[ln.E_WO + k]
             under = _mirrored_part(_from_hit(balls, i, k, lanes), first, second, rec.UNDER_FRAME, alpha, energy, k, lanes, gloss)
-            _keep_mirrored(gloss[rec.BALL_OVER + k], under, widest, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
+            _keep_mirrored(gloss[rec.BALL_OVER + k], under, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
 
 
 @inlined
@@ -206,18 +202,28 @@ def _row_length(row: int, k: int, gloss: NDArray[np.float32]) -> np.float32:
     return length
 
 
-@kernel
-def _build_frames(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
-    """Fill OVER_FRAME and UNDER_FRAME."""
-    for lobe in range(2):
-        width, frame = (rec.LOBE_ALPHA, rec.OVER_FRAME) if lobe == 0 else (rec.LOBE_UNDER_ALPHA, rec.UNDER_FRAME)
-        for k in range(LANES):
-            alpha, wo = gloss[width + k], (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
-            rows = lobe_frame(wo, alpha if alpha > SHARP else SHARP)
-            for row in range(3):
-                x, y, z = to_world(rows[row], k, lanes)
-                at = frame + 3 * row * LANES + k
-                gloss[at], gloss[at + LANES], gloss[at + 2 * LANES] = x, y, z
+@inlined
+def _build_frames(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
+    """Fill OVER_FRAME, and UNDER_FRAME if a lane that asks has a lobe under its coat; return whether any has."""
+    coated = False
+    for k in range(LANES):
+        coated |= (gloss[rec.ASKS + k] > _ZERO) & (gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE)
+    _build_frame(rec.LOBE_ALPHA, rec.OVER_FRAME, lanes, gloss)
+    if coated:
+        _build_frame(rec.LOBE_UNDER_ALPHA, rec.UNDER_FRAME, lanes, gloss)
+    return coated
+
+
+@inlined
+def _build_frame(width: int, frame: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+    """Fill a frame for lobes whose widths are in field ``width``."""
+    for k in range(LANES):
+        alpha, wo = gloss[width + k], (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
+        rows = lobe_frame(wo, alpha if alpha > SHARP else SHARP)
+        for row in range(3):
+            x, y, z = to_world(rows[row], k, lanes)
+            at = frame + 3 * row * LANES + k
+            gloss[at], gloss[at + LANES], gloss[at + 2 * LANES] = x, y, z
 
 
 @inlined
@@ -269,12 +275,12 @@ def _cosine(k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> n
 
 @inlined
 def _keep_mirrored(
-    over: np.float32, under: np.float32, widest: np.float32, shown: bool, k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
+    over: np.float32, under: np.float32, shown: bool, k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]
 ) -> None:
     """Fill BALL_OVER and BALL_UNDER of lane k by what its lobes mirror, if it is ``shown`` what they do."""
     seen = (gloss[rec.ASKS + k] > _ZERO) & (_cosine(k, lanes, gloss) > _ZERO) & shown
     gloss[rec.BALL_OVER + k] = over if seen & (gloss[rec.LOBE_ALPHA + k] >= SHARP) else _ZERO
-    gloss[rec.BALL_UNDER + k] = under if seen & (gloss[rec.LOBE_UNDER_ALPHA + k] < widest) else _ZERO
+    gloss[rec.BALL_UNDER + k] = under if seen & (gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE) else _ZERO
 
 
 @kernel
@@ -287,7 +293,7 @@ def _reflect_ball(most: np.float32, lanes: NDArray[np.float32], gloss: NDArray[n
     for k in range(LANES):
         over, under, schlick = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k], schlick_weight(gloss[rec.BALL_HALF + k])
         mean = gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k]
-        red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE, k, lanes)
+        red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] != _ONE, k, lanes)
         base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
         r, g, b = over * red + under * base_r, over * green + under * base_g, over * blue + under * base_b
         counts = (r + g + b) * most > gloss[rec.LEAST + k]

@@ -57,20 +57,25 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Fill AHEAD, the direction of lane k's mirrored ray, world, sampled among the microfacets that are seen, and GAIN.
 
-    SHARE is what they reflect in the mean; those that are tilted to the viewer reflect less, and some reflect into the surface.
+    SHARE or UNDER is what they reflect in the mean; those that are tilted to the viewer reflect less, and some reflect into the surface.
     """
     u, v = pixel_noise(x, y, _LOBES)
-    wo_x, wo_y, wo_z, alpha = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k], primary[rec.ALPHA, k]
+    wo_x, wo_y, wo_z, alpha = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k], primary[rec.RAY_ALPHA, k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, u, v)
     half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
     a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
     root = ggx_g1_root(wo_z, alpha)
     seen = c * (wo_z + root) / (c * root + wo_z * ggx_g1_root(c, alpha)) if c > _ZERO else _ZERO
-    mean = primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k]
-    red, green, blue = lobe_fresnel(schlick_weight(half), mean, primary[rec.UNDER_ALPHA, k] < _ONE, k, lanes)
-    primary[rec.GAIN, k] = min(seen * red / max(primary[rec.SHARE, k], _LEAST_SHARE), _MOST_GAIN)
-    primary[rec.GAIN + 1, k] = min(seen * green / max(primary[rec.SHARE + 1, k], _LEAST_SHARE), _MOST_GAIN)
-    primary[rec.GAIN + 2, k] = min(seen * blue / max(primary[rec.SHARE + 2, k], _LEAST_SHARE), _MOST_GAIN)
+    lobe = rec.SHARE if alpha == primary[rec.ALPHA, k] else rec.UNDER
+    mean = primary[lobe, k], primary[lobe + 1, k], primary[lobe + 2, k]
+    red, green, blue = (
+        lobe_fresnel(schlick_weight(half), mean, primary[rec.UNDER_ALPHA, k] != _ONE, k, lanes)
+        if lobe == rec.SHARE
+        else base_fresnel(schlick_weight(half), k, lanes)
+    )
+    primary[rec.GAIN, k] = min(seen * red / max(mean[0], _LEAST_SHARE), _MOST_GAIN)
+    primary[rec.GAIN + 1, k] = min(seen * green / max(mean[1], _LEAST_SHARE), _MOST_GAIN)
+    primary[rec.GAIN + 2, k] = min(seen * blue / max(mean[2], _LEAST_SHARE), _MOST_GAIN)
     c = max(c, np.float32(1e-3))
     primary[rec.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
     primary[rec.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
@@ -208,8 +213,9 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
     for k in range(LANES):
         if rays.alive[k] == 0:
             continue
-        blurred = primary[rec.ALPHA, k] > ROUGH or is_faint(primary, k)
-        if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], primary[rec.ALPHA, k]):
+        alpha = primary[rec.RAY_ALPHA, k]
+        blurred = alpha > ROUGH or is_faint(primary, k)
+        if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], alpha):
             waiting += 1
             continue
         nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
@@ -310,6 +316,6 @@ def _emitted(surfaces: Surfaces, through: bool, k: int, memory: ShadeScratch) ->
     """Return the luminance that what ray k hits sends itself; 0 of lamps and panes of which rough gloss knows what it shows."""
     lanes, materials = memory.trace.lanes, surfaces.materials
     at = surfaces.face_part[memory.trace.rays.integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-    if not through and memory.primary[rec.ALPHA, k] >= SHARP and materials[at + st.PORTAL] + materials[at + st.EMISSION + 1] > _ZERO:
+    if not through and memory.primary[rec.RAY_ALPHA, k] >= SHARP and materials[at + st.PORTAL] + materials[at + st.EMISSION + 1] > _ZERO:
         return _ZERO, _ZERO, _ZERO
     return lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]

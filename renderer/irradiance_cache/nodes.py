@@ -107,21 +107,27 @@ def places(atlas: Atlas) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     return place, np.ascontiguousarray(grids)
 
 
+def mixing_reach(light: NodeLight, nodes: NDArray[np.int64], spacing_m: np.float32) -> NDArray[np.int64]:
+    """Return how many steps away those are whose light is mixed with that of ``nodes`` (i,): one at least, none of those within things."""
+    steps = np.clip(_SHARE * light.open_m[nodes] / spacing_m, 1, REACH).astype(np.int64)
+    return np.where(light.valid[nodes] > 0.0, steps, 0)
+
+
 @entry
 def widen(
     index: NDArray[np.int32],
     place: NDArray[np.int32],
     grids: NDArray[np.int32],
-    reach: int,
+    reaches: NDArray[np.int64],
     nodes: NDArray[np.int64],
     is_read: NDArray[np.bool_],
 ) -> None:
-    """Mark all that lie within ``reach`` steps of the nodes on their grids."""
+    """Mark all that lie within ``reaches`` (i,) steps of the ``nodes`` (i,) on their grids."""
     for i in range(len(nodes)):
         if place[nodes[i]] < 0:
             continue
         offset, width, height = _grid_of(grids, place[nodes[i]])
-        row, column = (place[nodes[i]] - offset) // width, (place[nodes[i]] - offset) % width
+        row, column, reach = (place[nodes[i]] - offset) // width, (place[nodes[i]] - offset) % width, reaches[i]
         for y in range(max(row - reach, 0), min(row + reach, height - 1) + 1):
             for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
                 node = index[offset + y * width + x]

@@ -21,8 +21,9 @@ from renderer.path.surface_tables import Surfaces
 
 _ZERO = np.float32(0.0)
 _SAME_WAY = np.float32(0.9)
-_NEAR, _FAR = 3, 7
-"""How many pixels away the farthest are that are mixed."""
+_LEAST, _NEAR, _FAR = 2, 3, 7
+"""How many pixels away the farthest are that are mixed: by the narrowest lobes, of lamps in narrow ones, by wide lobes."""
+_MIXED = 12
 
 
 class Picture(NamedTuple):
@@ -30,25 +31,26 @@ class Picture(NamedTuple):
 
     light: (height, width, 3), cd/m2, at first without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is
     mirrored by a ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if
-    none was sent; share: (height, width, 3), how much of it leaves to the camera.
-    gloss: (height, width, 8), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of
-    lamps and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2.  sums: (height,
-    width, 8), of those of a row, by weight.
+    none was sent; share: (height, width, 3), how much of it leaves to the camera; under: the same by the lobe under a coat.
+    gloss: (height, width, 12), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of
+    lamps and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2; what the ray found
+    and 1 where it was aimed by the lobe under a coat.  sums: (height, width, 12), of those of a row, by weight.
     """
 
     light: NDArray[np.float32]
     alpha: NDArray[np.float32]
     guess: NDArray[np.float32]
     share: NDArray[np.float32]
+    under: NDArray[np.float32]
     gloss: NDArray[np.float32]
     sums: NDArray[np.float32]
 
 
 def make_picture(height: int, width: int) -> Picture:
     """Return room for a picture."""
-    light, guess, share = (np.empty((height, width, 3), np.float32) for _ in range(3))
-    gloss, sums = (np.empty((height, width, 8), np.float32) for _ in range(2))
-    return Picture(light, np.empty((height, width), np.float32), guess, share, gloss, sums)
+    light, guess, share, under = (np.empty((height, width, 3), np.float32) for _ in range(4))
+    gloss, sums = (np.empty((height, width, _MIXED), np.float32) for _ in range(2))
+    return Picture(light, np.empty((height, width), np.float32), guess, share, under, gloss, sums)
 
 
 @inlined
@@ -70,12 +72,16 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
 
 
 @inlined
-def _reach(alpha: np.float32, shown: np.float32) -> tuple[int, int]:
-    """Return how far mirrored light and lamps are mixed, pixels; 0 for none.  Under a coat that is smooth lamps show in a rough lobe."""
-    width = abs(alpha)
-    mirrored = _FAR if width > ROUGH else _NEAR if width > MIRROR else 0
-    lamps = 0 if shown == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
-    return mirrored, lamps
+def _reach(picture: Picture, focal_px: np.float32, x: int, y: int) -> tuple[int, int, int]:
+    """Return how far mirrored light, lamps and what is under a coat are mixed, pixels; 0 for none.
+
+    A lobe of GGX spreads what lies as far behind a surface as the eye is before it over about its width times the focal length.  Under a
+    coat that is smooth lamps show in a rough lobe.
+    """
+    width, under = abs(picture.alpha[y, x]), picture.under[y, x]
+    mirrored = min(max(int(width * focal_px), _LEAST), _FAR) if width > MIRROR else 0
+    lamps = 0 if picture.gloss[y, x, 7] == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
+    return mirrored, lamps, _FAR if max(under[0], under[1], under[2]) > _ZERO else 0
 
 
 @inlined
@@ -84,66 +90,98 @@ def _tent(reach: int, away: int) -> np.float32:
     return np.float32(reach + 1 - away) if away <= reach else _ZERO
 
 
+class _Sum(NamedTuple):
+    """A sum by weight: of light (r, g, b), cd/m2, and of what it is over."""
+
+    r: np.float32
+    g: np.float32
+    b: np.float32
+    over: np.float32
+
+
+@inlined
+def _added(total: _Sum, weight: np.float32, values: NDArray[np.float32], first: int) -> _Sum:
+    """Return a sum with four numbers more, those of a pixel from ``first`` on."""
+    return _Sum(
+        total.r + weight * values[first],
+        total.g + weight * values[first + 1],
+        total.b + weight * values[first + 2],
+        total.over + weight * values[first + 3],
+    )
+
+
 @inlined
 def _sum_line(
-    surfaces: Surfaces,
-    hits: Hits,
-    values: NDArray[np.float32],
-    x: int,
-    y: int,
-    along_row: bool,
-    reach: tuple[int, int],
-    sums: NDArray[np.float32],
-) -> None:
-    """Fill ``sums`` (8,) with those of ``values`` (height, width, 8) over the part of a row or column about (x, y) that sees the same.
+    surfaces: Surfaces, hits: Hits, values: NDArray[np.float32], x: int, y: int, along_row: bool, reach: tuple[int, int, int]
+) -> tuple[_Sum, _Sum, _Sum]:
+    """Return the sums of ``values`` (height, width, 12) over the part of a row or column about (x, y) that sees the same.
 
-    By weight: the first four as far as mirrored light is mixed, the others as lamps are.
+    They are of what the rays found, of lamps, and of what is under a coat, by weights that fall off over ``reach``.
     """
-    (near, far), (height, width, _), face = reach, values.shape, hits.face[y, x]
-    place, end, farthest = x if along_row else y, width if along_row else height, max(near, far)
+    (height, width, _), face, farthest = values.shape, hits.face[y, x], max(reach[0], reach[1], reach[2])
+    place, end = x if along_row else y, width if along_row else height
     last, alike = face, True
-    for field in range(8):
-        sums[field] = _ZERO
+    mirrored = lamps = under = _Sum(_ZERO, _ZERO, _ZERO, _ZERO)
     for other in range(max(place - farthest, 0), min(place + farthest + 1, end)):
         v, u = y if along_row else other, other if along_row else x
         if hits.face[v, u] != last:
             last, alike = hits.face[v, u], _is_alike(surfaces, face, hits.face[v, u])
         if alike:
-            mirrored, lamps = _tent(near, abs(other - place)), _tent(far, abs(other - place))
-            for field in range(4):
-                sums[field] += mirrored * values[v, u, field]
-            for field in range(4, 8):
-                sums[field] += lamps * values[v, u, field]
+            away, value = abs(other - place), values[v, u]
+            mirrored = _added(mirrored, _tent(reach[0], away), value, 0)
+            lamps = _added(lamps, _tent(reach[1], away), value, 4)
+            if reach[2] > 0:
+                under = _added(under, _tent(reach[2], away), value, 8)
+    return mirrored, lamps, under
+
+
+@inlined
+def _keep(sums: NDArray[np.float32], first: int, total: _Sum) -> None:
+    sums[first], sums[first + 1], sums[first + 2], sums[first + 3] = total.r, total.g, total.b, total.over
 
 
 @entry
-def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
+def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.float32, first: int, step: int) -> None:
     """Fill ``sums`` of rows ``first``, ``first + step``, ... of a picture."""
-    gloss, sums = picture.gloss, picture.sums
+    sums = picture.sums
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
-            _sum_line(surfaces, hits, gloss, x, y, True, _reach(picture.alpha[y, x], gloss[y, x, 7]), sums[y, x])
+            reach = _reach(picture, focal_px, x, y)
+            if max(reach[0], reach[1], reach[2]) == 0:
+                for field in range(_MIXED):
+                    sums[y, x, field] = _ZERO
+                continue
+            mirrored, lamps, under = _sum_line(surfaces, hits, picture.gloss, x, y, True, reach)
+            _keep(sums[y, x], 0, mirrored)
+            _keep(sums[y, x], 4, lamps)
+            _keep(sums[y, x], 8, under)
 
 
 @entry
-def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, first: int, step: int) -> None:
-    """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows.
-
-    ``gloss`` is used up.
-    """
-    light, share = picture.light, picture.share
+def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.float32, first: int, step: int) -> None:
+    """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows."""
+    gloss = picture.gloss
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
             if picture.alpha[y, x] == _ZERO:
                 continue
-            mixed = picture.gloss[y, x]
-            shown = mixed[7]
-            reach = _reach(picture.alpha[y, x], shown)
-            _sum_line(surfaces, hits, picture.sums, x, y, False, reach, mixed)
-            rays, whole = mixed[3], mixed[7]
-            seen = shown / whole if whole > _ZERO else _ZERO
-            for channel in range(3):
-                found = mixed[channel] / rays if reach[0] > 0 and rays > _ZERO else picture.guess[y, x, channel]
-                light[y, x, channel] += share[y, x, channel] * found + seen * mixed[4 + channel]
+            reach = _reach(picture, focal_px, x, y)
+            mirrored, lamps, under = _sum_line(surfaces, hits, picture.sums, x, y, False, reach)
+            seen = gloss[y, x, 7] / lamps.over if lamps.over > _ZERO else _ZERO
+            _add_mean(picture.light[y, x], picture.share[y, x], mirrored, reach[0] > 0, picture.guess[y, x])
+            picture.light[y, x, 0] += seen * lamps.r
+            picture.light[y, x, 1] += seen * lamps.g
+            picture.light[y, x, 2] += seen * lamps.b
+            if reach[2] > 0:
+                _add_mean(picture.light[y, x], picture.under[y, x], under, True, picture.guess[y, x])
+
+
+@inlined
+def _add_mean(light: NDArray[np.float32], share: NDArray[np.float32], total: _Sum, mixed: bool, guess: NDArray[np.float32]) -> None:
+    """Add a share of the mean of what rays found, or of the ``guess`` where nothing is ``mixed`` or none was sent."""
+    found = mixed and total.over > _ZERO
+    light[0] += share[0] * (total.r / total.over if found else guess[0])
+    light[1] += share[1] * (total.g / total.over if found else guess[1])
+    light[2] += share[2] * (total.b / total.over if found else guess[2])

@@ -24,6 +24,8 @@ ROUGH = np.float32(0.03)
 LAMP_RAYS = 2
 """By how many points of lamps and panes that rough gloss shows it is asked at most whether they are seen."""
 _FAINT = np.float32(0.06)
+UNSEEN = np.float32(2.0)
+"""UNDER_ALPHA of a coat alone."""
 
 # A row of ``ShadeScratch.primary``: 16 primary hits while their rays are traced.
 _PRIMARY = Layout()
@@ -38,8 +40,9 @@ BASE = _PRIMARY.field(3)  # what glass or a pane lets through of what it does no
 PANE = _PRIMARY.field()  # 1 for a window pane
 KIND = _PRIMARY.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that goes through
 ALPHA = _PRIMARY.field()
-UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under the coat
-UNDER_ALPHA = _PRIMARY.field()
+UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under a smooth coat that has a ray of its own, else 0
+UNDER_ALPHA = _PRIMARY.field()  # its width; 1 where there is no such coat, UNSEEN where what lies under it mirrors by no ray
+RAY_ALPHA = _PRIMARY.field()  # width of the lobe by which the gloss ray is aimed: ALPHA or UNDER_ALPHA
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
@@ -81,7 +84,8 @@ class Tables(NamedTuple):
 
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
-    spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough.
+    spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
+    reflect half as much as is scattered.
     """
 
     fine: Atlas
@@ -130,6 +134,12 @@ def is_faint(primary: NDArray[np.float32], k: int) -> bool:
     """Return whether lane k mirrors little, by a lobe that is not sharp."""
     most = max(primary[SHARE, k], primary[SHARE + 1, k], primary[SHARE + 2, k])
     return bool((primary[ALPHA, k] >= SHARP) & (most < _FAINT))
+
+
+@inlined
+def looks_under(x: int, y: int, primary: NDArray[np.float32], k: int) -> bool:
+    """Return whether the ray of lane k, of pixel (x, y), is that of the lobe under its coat, as every second one's is."""
+    return bool((primary[UNDER_ALPHA, k] < np.float32(1.0)) & ((x + y) & 1 == 1))
 
 
 @inlined

@@ -35,7 +35,17 @@ from renderer.irradiance_cache.incident import Incident, light_of_stray, read_li
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.irradiance_cache.reconstruction import Picture
-from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP, CachedView, ShadeScratch, Tables, takes_from_others
+from renderer.irradiance_cache.records import (
+    MIRROR,
+    ROUGH,
+    SHARP,
+    UNSEEN,
+    CachedView,
+    ShadeScratch,
+    Tables,
+    looks_under,
+    takes_from_others,
+)
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.strays import Strays, add_stray, expect_none, has_strays
 from renderer.path.direct_light import wi_to_lights
@@ -53,7 +63,11 @@ _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _FIRST_ORDER = np.float32(1.0)
 _SUN_RAYS = 4
+_WHOLE = np.float32(np.sqrt(2.0))
+"""Width of a pixel's cone by which textures are averaged over all of the pixel: paths, which are many, see them twice as sharply."""
 _LEAST_ALPHA = np.float32(1e-4)
+_LEAST_COAT = np.float32(0.033)
+"""Roughness of coats, at least, whose rays neighbours share."""
 
 
 @entry
@@ -110,7 +124,7 @@ def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begi
     ``alone``: whether each sends mirrored rays of its own; ``row``, ``begin``: the place of the packet's strays.
     """
     scene, tables, frame_key, lanes = shown.scene, shown.tables, shown.frame_key, memory.trace.lanes
-    spread = _ONE / shown.traced.camera.focal_px
+    spread = _WHOLE / shown.traced.camera.focal_px
     kinds = _build_surfaces(scene, spread, memory.trace)
     sunny = asking = traced = 0
     again, met = len(strays.light.valid) > 0, False
@@ -152,7 +166,10 @@ def _shade_lane(
         return sunny, 0, 0
     if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
         memory.gloss[rec.ASKS + k], asking = _ONE, 1
-    if not (glass or alone) and takes_from_others(x, y, lanes[ln.METALLIC + k] >= _HALF, primary, k):
+    primary[rec.RAY_ALPHA, k] = primary[rec.ALPHA, k]
+    if not alone and looks_under(x, y, primary, k):
+        primary[rec.RAY_ALPHA, k] = primary[rec.UNDER_ALPHA, k]
+    elif not (glass or alone) and takes_from_others(x, y, lanes[ln.METALLIC + k] >= _HALF, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, asking, 0
     _send_ray(incident, glass, k, memory)
@@ -176,6 +193,7 @@ def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> No
     primary = memory.primary
     lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = memory.gloss[rec.LAMPLIGHT + k] = _ZERO
     primary[rec.KIND, k] = primary[rec.ALPHA, k] = _ZERO
+    primary[rec.UNDER_ALPHA, k] = _ONE
     primary[rec.LAMPS, k] = primary[rec.LAMPS + 1, k] = primary[rec.LAMPS + 2, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
     primary[rec.LIGHT, k], primary[rec.LIGHT + 1, k], primary[rec.LIGHT + 2, k] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
@@ -218,24 +236,29 @@ def _classify(
     r, g, b, roughness, glass = _boundary(lanes, kinds, k)
     around = _around_share(incident, along, memory.trace.rays, lanes, k)
     coat = coat_albedo(lanes, kinds, k)
+    matt_r, matt_g, matt_b = diffuse_albedo(lanes, kinds, k)
+    # What mirrors much beside what it scatters has a ray however rough it is.
+    roughest = _INFINITE if max(r, g, b) > _HALF * max(matt_r, matt_g, matt_b) else tables.roughest
     primary[rec.UNDER, k] = primary[rec.UNDER + 1, k] = primary[rec.UNDER + 2, k] = _ZERO
-    primary[rec.UNDER_ALPHA, k] = _ONE
     coat_roughness = lanes[ln.COAT_ROUGHNESS + k]
-    if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < tables.roughest:
+    if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < roughest:
         # Coat and what lies under it are about as rough: one ray for both.
         under = (r + g + b) * np.float32(1.0 / 3.0)
         roughness = (coat * coat_roughness + under * roughness) / (coat + under)
         r, g, b = r + coat, g + coat, b + coat
     elif coat > _ZERO:
-        # The coat's mirror image is traced; what lies under it is rough beside that.
-        share = around * (_ONE - incident.lamps)
-        _add_light(primary, k, share * r * incident.r, share * g * incident.g, share * b * incident.b)
-        primary[rec.UNDER, k], primary[rec.UNDER + 1, k], primary[rec.UNDER + 2, k] = r, g, b
-        primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
+        # The coat and the rougher lobe under it share the rays of neighbours, half of them each.
+        if (coat > tables.least_share) & (roughness < roughest):
+            primary[rec.UNDER, k], primary[rec.UNDER + 1, k], primary[rec.UNDER + 2, k] = r, g, b
+            primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
+            coat_roughness = max(coat_roughness, _LEAST_COAT)
+        else:
+            _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
+            primary[rec.UNDER_ALPHA, k] = UNSEEN
         r = g = b = coat
         roughness = coat_roughness
     most = max(r, g, b)
-    if not ((most > tables.least_share) & (roughness < tables.roughest) or glass):
+    if not ((most > tables.least_share) & (roughness < roughest) or glass):
         _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
         return False, glass, around
     primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k] = r, g, b
@@ -348,13 +371,17 @@ def _store(column: int, row: int, memory: ShadeScratch, picture: Picture) -> Non
     for k in range(LANES):
         x, y = column + (k & 3), row + (k >> 2)
         if x < width and y < height:
-            alpha = primary[rec.ALPHA, k]
-            sent = _ONE if alpha > MIRROR else _ZERO
+            alpha, coated = primary[rec.ALPHA, k], primary[rec.UNDER_ALPHA, k] < _ONE
+            under = _ONE if coated and looks_under(x, y, primary, k) else _ZERO
+            sent = _ONE - under if alpha > MIRROR else _ZERO
             picture.alpha[y, x], picture.gloss[y, x, 3], picture.gloss[y, x, 7] = alpha, sent, memory.gloss[rec.LAMPLIGHT + k]
+            picture.gloss[y, x, 11] = under
             for channel in range(3):
                 picture.light[y, x, channel] = primary[rec.LIGHT + channel, k]
                 picture.gloss[y, x, channel] = sent * primary[rec.SEEN + channel, k]
                 picture.gloss[y, x, 4 + channel] = primary[rec.LAMPS + channel, k]
+                picture.gloss[y, x, 8 + channel] = under * primary[rec.SEEN + channel, k]
+                picture.under[y, x, channel] = primary[rec.UNDER + channel, k] if coated else _ZERO
             if alpha != _ZERO:
                 for channel in range(3):
                     picture.guess[y, x, channel] = primary[rec.SEEN + channel, k]

@@ -8,7 +8,7 @@ from cached_rooms import look_up
 from renderer import CameraConfig
 from renderer.core.kernel import from_python
 from renderer.core.ray_packet import LANES
-from renderer.irradiance_cache.edges import OFFSETS, _is_lone
+from renderer.irradiance_cache.edges import OFFSETS, _is_lone, lift_lone
 
 CAMERA = CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)
 AHEAD = pose((0, 0, 0), (0, 1, 0))
@@ -30,8 +30,17 @@ def test_a_bar_that_no_middle_of_a_pixel_sees_shines_by_a_quarter():
 @pytest.mark.parametrize("turn", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
 def test_points_of_a_pixel_lie_about_its_middle(turn):
     """An edge that moves across the pixels shines in the mean as much as it covers, whichever way it runs."""
-    points = np.concatenate([np.zeros((1, 2)), OFFSETS[:, [0, LANES]]])
-    assert np.abs(points.astype(float) @ turn).sum() > 0.5 and abs((points.astype(float) @ turn).mean()) < 1e-6
+    for of_a_turn in OFFSETS:
+        points = np.concatenate([np.zeros((1, 2)), of_a_turn[:, [0, LANES]]]).astype(float)
+        assert np.abs(points @ turn).sum() > 0.5 and abs((points @ turn).mean()) < 1e-6
+
+
+def test_what_covers_the_middle_of_a_pixel_and_little_else_leaves_no_dark_pixel():
+    """A black plate of 0.2 x 0.9 pixels, before two of the first four points and none of the next three."""
+    low, size = (0.35 * PIXEL_M, 1.99, 0.05 * PIXEL_M), (0.2 * PIXEL_M, 0.9 * PIXEL_M)
+    plate = quad(low, (size[0], 0, 0), (0, 0, size[1]), color=(0, 0, 0), roughness=1.0)
+    image = look_up(scene(wall(-60, 60, 10), plate), AHEAD, camera=CAMERA).radiance[..., 1]
+    assert image.min() == pytest.approx(10 * (0.25 * 0.5 + 0.75), rel=0.02) and np.median(image) == pytest.approx(10.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(("dark", "found"), [(1, True), (2, True), (3, False)])
@@ -39,3 +48,13 @@ def test_dark_pixels_are_lone_with_one_other_beside_them(dark, found):
     image = np.full((3, 6, 3), 10, np.float32)
     image[1, 1 : 1 + dark] = 3
     assert bool(from_python(_is_lone)(image, 1 if dark < 3 else 2, 1)) == found
+
+
+def test_a_dark_pixel_among_lighter_ones_is_lifted_and_a_dark_line_is_not():
+    image = np.full((8, 9, 3), (12, 10, 8), np.float32)
+    image[2, 3], image[2, 2], image[5:7, 6] = 0, (5, 4, 3), 0
+    expected = image.copy()
+    expected[2, 3] = 0.6 * image[2, 2]
+    for first in (1, 0):
+        lift_lone(image, first, 2)
+    np.testing.assert_allclose(image, expected, rtol=1e-6)

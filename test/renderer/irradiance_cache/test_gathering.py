@@ -139,3 +139,15 @@ def test_what_the_sun_lights_outside_a_window_lights_the_room():
     )
     traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=128, threads=2).radiance.mean()
     assert look_up(flat, view, camera=camera).radiance.mean() == pytest.approx(traced, rel=0.04)
+
+
+def test_what_is_small_and_bright_lights_each_coarse_node_and_not_those_whose_rays_meet_it():
+    """A panel of 0.4 x 0.4 m that glows 3 m above a floor: luminance is albedo / pi times L A cos^4 / h^2, to a tenth."""
+    floor = quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), color=(0.5, 0.5, 0.5), roughness=1.0)
+    panel = quad((-0.2, 0.2, 3), (0.4, 0, 0), (0, -0.4, 0), glow_cd_m2=1000.0, color=(1, 1, 1), roughness=1.0)
+    flat = scene(floor, panel)
+    with solved(flat) as cache:
+        nodes = np.flatnonzero((flat.face_part[cache.coarse.face] == 0) & (cache.coarse.normal[:, 2] > 0.5))
+        x, y, _ = cache.coarse.position[nodes].astype(float).T
+    expected = 0.5 / np.pi * 1000.0 * 0.16 / 9.0 / (1.0 + (x * x + y * y) / 9.0) ** 2
+    np.testing.assert_allclose(cache.luminance[nodes, 1], expected, rtol=0.1)

@@ -7,7 +7,7 @@ from box_room import box, quad, scene
 from renderer.irradiance_cache.atlas import build_atlas
 from renderer.irradiance_cache.charts import find_charts
 from renderer.irradiance_cache.close_nodes import share_noise
-from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, places, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, mixing_reach, places, smooth_nodes, widen
 
 SPACING = np.float32(0.1)
 
@@ -63,14 +63,16 @@ def test_light_stays_on_its_grid():
     np.testing.assert_allclose(smooth[other], 100.0, rtol=1e-6)
 
 
-def test_who_smooths_needs_what_lies_within_reach():
-    _, atlas, _ = sheet()
+@pytest.mark.parametrize(("open_m", "valid", "steps"), [(100.0, 1.0, REACH), (0.6, 0.5, 2), (0.01, 0.5, 1), (100.0, 0.0, 0)])
+def test_who_smooths_needs_what_lies_within_reach(open_m, valid, steps):
+    _, atlas, light = sheet()
     place, grids = places(atlas)
-    middle = int(np.argmin(np.linalg.norm(atlas.position - [0.5, 0.5, 0.0], axis=1)))
+    middle = np.argmin(np.linalg.norm(atlas.position - [0.5, 0.5, 0.0], axis=1), keepdims=True)
+    light.open_m[middle], light.valid[middle] = open_m, valid
     wanted = np.zeros(len(atlas.face), np.bool_)
-    widen(atlas.grid, place, grids, REACH, np.array([middle]), wanted)
+    widen(atlas.grid, place, grids, mixing_reach(light, middle, SPACING), middle, wanted)
     apart = np.abs(atlas.position - atlas.position[middle]).max(axis=1)
-    assert np.array_equal(wanted, apart < (REACH + 0.5) * 0.1)
+    assert np.array_equal(wanted, apart < (steps + 0.5) * 0.1)
 
 
 def close(atlas, light):

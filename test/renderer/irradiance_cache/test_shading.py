@@ -255,3 +255,38 @@ def test_metal_shows_a_polished_dark_floor_without_the_lamp_that_it_mirrors_else
     view = pose((0, 0, 0.8), (0, 2, 0.3))
     traced = seen(floor, metal, lamp, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
     assert traced > 0.1 and seen(floor, metal, lamp, view=view).mean() == pytest.approx(traced, rel=error)
+
+
+@pytest.mark.parametrize("before", ["dark", "bright"])
+def test_what_lies_under_a_smooth_coat_mirrors_what_is_before_it_and_not_the_light_around(before):
+    """A dark lacquered floor between a glowing wall and a dark one: its rough lobe shows the one ahead, as its coat does."""
+    floor = quad((-3, 0, 0), (6, 0, 0), (0, 6, 0), color=(0.02, 0.02, 0.02), roughness=0.3, ior=1.5, clearcoat=0.9, clearcoat_roughness=0.1)
+    glow = 100.0 if before == "bright" else 2.0
+    ahead = quad((-6, 6, 0), (12, 0, 0), (0, 0, 4), glow_cd_m2=glow, color=(1, 1, 1))
+    behind = quad((6, -1, 0), (-12, 0, 0), (0, 0, 4), glow_cd_m2=102.0 - glow, color=(1, 1, 1))
+    view = pose((0, 0, 1.2), (0, 2.4, 0))
+    traced = seen(floor, ahead, behind, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 0.1 and seen(floor, ahead, behind, view=view).mean() == pytest.approx(traced, rel=0.08)
+
+
+@pytest.mark.parametrize("light", ["lamp", "pane"])
+def test_a_light_shows_in_a_coat_and_under_it(light):
+    sky = Sky(*(np.full(3, 500, np.float32) for _ in range(3)))
+    wall = quad(
+        (-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.02, 0.02, 0.02), roughness=0.35, ior=1.5, clearcoat=0.9, clearcoat_roughness=0.08
+    )
+    what = {"portal": True, "transmission": 0.9} if light == "pane" else {"emission": (500,) * 3, "color": (0, 0, 0)}
+    square = quad((0.35, -1, -0.15), (-0.3, 0, 0), (0, 0, 0.3), **what)
+    cached, traced = seen(wall, square, sky=sky), seen(wall, square, sky=sky, integrator="path", samples_per_pixel=512, threads=2)
+    assert traced.mean() > 0.1 and cached.mean() == pytest.approx(traced.mean(), rel=0.08)
+
+
+@pytest.mark.parametrize("roughness", [0.59, 0.61])
+def test_dark_leather_mirrors_alike_on_both_sides_of_the_roughness_that_counts_as_matt(roughness):
+    """A textured roughness may cross it from pixel to pixel; what is seen of it must not."""
+    floor = quad((-3, 0, 0), (6, 0, 0), (0, 6, 0), color=(0.02, 0.02, 0.02), roughness=roughness, ior=1.5)
+    ahead = quad((-6, 6, 0), (12, 0, 0), (0, 0, 4), glow_cd_m2=2.0, color=(1, 1, 1))
+    behind = quad((6, -1, 0), (-12, 0, 0), (0, 0, 4), glow_cd_m2=100.0, color=(1, 1, 1))
+    view = pose((0, 0, 1.2), (0, 2.4, 0))
+    traced = seen(floor, ahead, behind, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 0.1 and seen(floor, ahead, behind, view=view).mean() == pytest.approx(traced, rel=0.12)
