@@ -14,7 +14,6 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import message_digest
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.frame_intake import SeenFrames
 from scene_synth_ros.record.recorder_config import SplitPolicy
@@ -102,17 +101,6 @@ def test_a_long_room_is_remembered_in_a_few_bytes_a_stamp() -> None:
     finally:
         tracemalloc.stop()
     assert len(seen) == 20_000 and held < 16 * 20_000, "12 bytes a stamp, and what arrays keep in reserve"
-
-
-def test_a_digest_tells_messages_apart_and_knows_equals() -> None:
-    from sensor_msgs.msg import CameraInfo, Image
-    from std_msgs.msg import String
-
-    one, two = Image(encoding="rgb8", data=b"abc"), Image(encoding="rgb8", data=b"abd")
-    assert message_digest(one) != message_digest(two)
-    assert message_digest(Image(encoding="rgb8", data=b"abc")) == message_digest(one)
-    assert message_digest(CameraInfo(d=[0.0, 1.0])) != message_digest(CameraInfo(d=[1.0, 0.0]))
-    assert message_digest(String(data="a")) != message_digest(String(data="b"))
 
 
 def test_a_finished_room_leaves_and_the_next_one_is_left_to_be_completed(tmp_path: Path) -> None:
