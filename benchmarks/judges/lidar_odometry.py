@@ -4,11 +4,11 @@ python -m benchmarks.judges.lidar_odometry [--rooms N] [--frames N] [--seed S] [
 
 Each room is made offline with a robot that carries a lidar.  Each of ``JUDGES`` (the extra ``bench-lidar``) reads ``lidar/points`` and,
 for comparison, ``lidar/points_ideal``: KISS-ICP (I. Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP", RA-L 2023) with its
-deskewing by the times of points, and without; RKO-LIO (M. Malladi et al., 2025) with ``imu/data`` or ``imu/ideal``, likewise; small_gicp (K. Koide,
-JOSS 2024), each sweep onto the map of those before, which does not deskew.  Settings are for rooms: voxels of 10 cm; RKO-LIO expects
-jerks of 30 m/s3, as in a hand: by its default of 3, a car's, it takes a tremor for a tilt.  What is said of a
-sweep is where the lidar is at its end, or in its middle where it is not deskewed.  Errors are those that evo tells; the true
-places come from ``odom/ideal`` and ``/tf_static``.
+deskewing by the times of points, and without; RKO-LIO (M. Malladi et al., 2025) with ``imu/data`` or ``imu/ideal``, likewise;
+small_gicp (K. Koide, JOSS 2024), each sweep onto the map of those before, which does not deskew.  Settings are for rooms: voxels of
+10 cm; RKO-LIO expects jerks of 30 m/s3, as in a hand: by its default of 3 it takes a tremor for a tilt.  What is said of a sweep is where
+the lidar is at its end, or in its middle where it is not deskewed.  Errors are those that evo tells; the true places come from
+``odom/ideal`` and ``/tf_static``.
 """
 
 from __future__ import annotations
