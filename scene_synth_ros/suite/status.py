@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
+from scene_description.strict import Limits, from_json, to_mapping
 
 MAX_TEXT_LENGTH, MAX_TOPICS = 2_000_000, 10_000
 NodeState = Literal["starting", "ready", "failed", "finished"]
@@ -79,10 +79,4 @@ def status_from_json(text: str) -> NodeStatus:
     Raises:
         FieldError: the text is no JSON of a status; one line with the field's path.
     """
-    if len(text) > MAX_TEXT_LENGTH:
-        raise FieldError("status", f"at most {MAX_TEXT_LENGTH} characters", f"{len(text)}")
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError):
-        raise FieldError("status", "JSON", shorten(text)) from None
-    return from_mapping(NodeStatus, data, "status")
+    return from_json(NodeStatus, text, "status", MAX_TEXT_LENGTH)
