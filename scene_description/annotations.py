@@ -10,7 +10,7 @@ import json
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal
 
-from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
+from scene_description.strict import Limits, from_json, to_mapping
 from scene_description.types import Length, Name, ObjectId, QuaternionItem, Unit
 
 ANNOTATIONS_SCHEMA: Final = "scene_synth_annotations/1"
@@ -134,10 +134,4 @@ def annotations_from_json(text: str | bytes) -> FrameAnnotations:
     Raises:
         FieldError: the text is too long, is no JSON, has another schema, or a field does not fit; one line with the field's path.
     """
-    if len(text) > MAX_TEXT_LENGTH:
-        raise FieldError("annotations", f"at most {MAX_TEXT_LENGTH} characters", f"{len(text)}")
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError):
-        raise FieldError("annotations", "JSON", shorten(text)) from None
-    return from_mapping(FrameAnnotations, data, "annotations")
+    return from_json(FrameAnnotations, text, "annotations", MAX_TEXT_LENGTH)

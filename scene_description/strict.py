@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import math
 import re
 import types
@@ -95,6 +96,21 @@ def field_types(cls: type) -> dict[str, Any]:
     """Return field name -> annotation (with its extras) of a dataclass."""
     hints = typing.get_type_hints(cls, include_extras=True)
     return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
+
+
+def from_json(cls: type[T], text: str | bytes, path: str, longest: int) -> T:
+    """Read the JSON of a mapping into the dataclass ``cls``, as :func:`from_mapping` does.
+
+    Raises:
+        FieldError: the text is longer than ``longest``, is no JSON, or does not fit.
+    """
+    if len(text) > longest:
+        raise FieldError(path, f"at most {longest} characters", f"{len(text)}")
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        raise FieldError(path, "JSON", shorten(text)) from None
+    return from_mapping(cls, data, path)
 
 
 def from_mapping(cls: type[T], data: object, path: str = "") -> T:

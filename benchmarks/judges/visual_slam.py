@@ -134,9 +134,10 @@ def measure(runs: list[Run]) -> Iterator[Row]:
         median, most = f"{name}: ATE, median", f"{name}: ATE, greatest"
         yield at_most(median, float(np.median(errors)), "m", _LIMIT_M) if held else Row(median, float(np.median(errors)), "m")
         yield Row(f" {most}", float(errors.max()), "m")
-        if later := [one.after.ate_m for one in of if one.after is not None]:
-            yield Row(f" {name}: ATE once initialised, median", float(np.median(later)), "m")
-            yield Row(f" {name}: ATE once initialised, greatest", max(later), "m")
+        if later := [one.after for one in of if one.after is not None]:
+            yield Row(f" {name}: ATE once initialised, median", float(np.median([after.ate_m for after in later])), "m")
+            yield Row(f" {name}: ATE once initialised, greatest", max(after.ate_m for after in later), "m")
+            yield Row(f" {name}: scale off once initialised, greatest", max(abs(after.scale - 1.0) for after in later), "")
         if mode != "MONOCULAR" and judged:
             off = max(abs(one.scale - 1.0) for one in judged)
             yield at_most(f"{name}: scale off, greatest", off, "", _SCALE) if held else Row(f"{name}: scale off, greatest", off, "")

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from types import TracebackType
-from typing import BinaryIO, Literal, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -31,6 +31,7 @@ from scene_synth_ros.mcap.records import (
     read_record,
     read_records,
 )
+from scene_synth_ros.mcap.stored_file import OpenableFile
 
 MAX_ATTACHMENT_SIZE = 64 * 2**20
 MAX_DEFINITIONS_SIZE = 64 * 2**20
@@ -57,21 +58,6 @@ class ChannelInfo(NamedTuple):
     encoding: str
     metadata: dict[str, str]
     schema_text: str = ""
-
-
-class OpenableFile(Protocol):
-    """A file that can be opened: a :class:`pathlib.Path`, or one that lies elsewhere."""
-
-    @property
-    def name(self) -> str:
-        """Last part of its path."""
-
-    def open(self, mode: Literal["rb"]) -> BinaryIO:
-        """Return it open for reading, seekable.
-
-        Raises:
-            OSError: it cannot be opened.
-        """
 
 
 class McapContents:

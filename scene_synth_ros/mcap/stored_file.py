@@ -16,8 +16,8 @@ class Span(NamedTuple):
     length: int
 
 
-class StoredFile(Protocol):
-    """A file of which pieces can be read at any time, by any thread or process; its text is its whole path."""
+class OpenableFile(Protocol):
+    """A file that can be opened: a :class:`pathlib.Path`, or one that lies elsewhere."""
 
     @property
     def name(self) -> str:
@@ -29,6 +29,10 @@ class StoredFile(Protocol):
         Raises:
             OSError: it cannot be opened.
         """
+
+
+class StoredFile(OpenableFile, Protocol):
+    """A file of which pieces can be read at any time, by any thread or process; its text is its whole path."""
 
     def read(self, spans: Sequence[Span]) -> list[bytes]:
         """Return pieces of it; those that go beyond its end are short.

@@ -21,7 +21,7 @@ class _Place(NamedTuple):
 
 
 class WrittenChunks:
-    """What the summary needs of the chunks on disk, packed because a long bag has many: some 200 bytes each."""
+    """What the summary needs of the chunks on disk, packed because a long bag has many: some 300 bytes each."""
 
     def __init__(self) -> None:
         self._index_records, self._counts, self._places = bytearray(), bytearray(), bytearray()

@@ -17,7 +17,7 @@ from renderer.renderer import IDEAL, IDEAL_DEPTH
 from renderer.sensors.devices import DepthSensorConfig
 from scene_description import Limits
 from scene_description.color_temperature import D65_XY
-from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
+from scene_description.strict import from_json, to_mapping
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.rig_frames import RigFrame
 from scene_synth_ros.messages.senses import NO_SCAN, Senses
@@ -114,10 +114,4 @@ def settings_from_json(text: str) -> FrameSettings:
     Raises:
         FieldError: the text is no JSON of settings; one line with the field's path.
     """
-    if len(text) > MAX_TEXT_LENGTH:
-        raise FieldError("settings", f"at most {MAX_TEXT_LENGTH} characters", f"{len(text)}")
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError):
-        raise FieldError("settings", "JSON", shorten(text)) from None
-    return from_mapping(FrameSettings, data, "settings")
+    return from_json(FrameSettings, text, "settings", MAX_TEXT_LENGTH)

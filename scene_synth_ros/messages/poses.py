@@ -46,13 +46,8 @@ def read_pose(data: bytes | memoryview) -> TimedPose:
     Raises:
         PoseReadError: the bytes are no such message.
     """
-    try:
-        reader = CdrReader(data)
-        header = reader.header()
-        x, y, z, *quaternion = reader.numbers("d", 7)
-    except CdrReadError as error:
-        raise PoseReadError(f"a pose cannot be read ({len(data)} bytes): {error}") from None
-    return TimedPose(header.stamp_ns, header.frame_id, (x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
+    stamp_ns, world, _, place, quaternion = _read(data, child=False)
+    return TimedPose(stamp_ns, world, place, quaternion)
 
 
 def read_odometry_pose(data: bytes | memoryview) -> StampedTransform:
@@ -61,15 +56,18 @@ def read_odometry_pose(data: bytes | memoryview) -> StampedTransform:
     Raises:
         PoseReadError: the bytes are no such message.
     """
+    return _read(data, child=True)
+
+
+def _read(data: bytes | memoryview, *, child: bool) -> StampedTransform:
+    """Read a header, the name of a ``child`` where there is one, and a pose."""
     try:
         reader = CdrReader(data)
-        header = reader.header()
-        child = reader.text()
-        x, y, z, *quaternion = reader.numbers("d", 7)
+        header, name = reader.header(), reader.text() if child else ""
+        numbers = reader.numbers("d", 7)
     except CdrReadError as error:
         raise PoseReadError(f"a pose cannot be read ({len(data)} bytes): {error}") from None
-    turn = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
-    return StampedTransform(header.stamp_ns, header.frame_id, child, (x, y, z), turn)
+    return StampedTransform(header.stamp_ns, header.frame_id, name, _three(numbers[:3]), _four(numbers[3:]))
 
 
 def read_rig_frames(data: bytes | memoryview) -> tuple[StampedTransform, ...]:

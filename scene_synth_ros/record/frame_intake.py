@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
 
@@ -16,34 +18,52 @@ ROOMS_KEPT, ASKED_KEPT = 17, 200
 
 
 class SeenFrames:
-    """Remembers topics and stamps of the rooms that may still be done again; a word a frame."""
+    """Remembers topics and stamps of the rooms that may still be done again, packed because a long room has many: 12 bytes a stamp."""
 
     def __init__(self) -> None:
         self._bits: dict[str, int] = {}
-        self._seen: dict[int, int] = {}
+        self._stamps, self._topics = array("q"), array("I")  # ascending, and which of the sets of topics each has
+        self._sets: dict[int, int] = {}
+        self._masks: list[int] = []
         self._starts: deque[int] = deque(maxlen=ROOMS_KEPT)
         self.repeats = 0
+
+    def __len__(self) -> int:
+        return len(self._stamps)
 
     def is_new(self, topic: str, stamp_ns: int) -> bool:
         """Return whether a message of this topic and stamp comes for the first time, and remember it."""
         bit = self._bits.setdefault(topic, 1 << len(self._bits))
-        mask = self._seen.get(stamp_ns, 0)
+        place, mask = self._find(stamp_ns)
         if mask & bit:
             self.repeats += 1
             return False
-        self._seen[stamp_ns] = mask | bit
+        number = self._sets.setdefault(mask | bit, len(self._masks))
+        if number == len(self._masks):
+            self._masks.append(mask | bit)
+        if mask:
+            self._topics[place] = number
+        else:
+            self._stamps.insert(place, stamp_ns)
+            self._topics.insert(place, number)
         return True
 
     def has(self, topic: str, stamp_ns: int) -> bool:
         """Return whether a message of this topic and stamp has come."""
-        return bool(self._seen.get(stamp_ns, 0) & self._bits.get(topic, 0))
+        return bool(self._find(stamp_ns)[1] & self._bits.get(topic, 0))
 
     def begin_room(self, start_ns: int) -> None:
         """Forget what is older than the last rooms."""
         self._starts.append(start_ns)
         if len(self._starts) == ROOMS_KEPT:
-            oldest = self._starts[0]
-            self._seen = {stamp: mask for stamp, mask in self._seen.items() if stamp >= oldest}
+            oldest = bisect_left(self._stamps, self._starts[0])
+            del self._stamps[:oldest], self._topics[:oldest]
+
+    def _find(self, stamp_ns: int) -> tuple[int, int]:
+        """Return the place of a stamp and the topics that it has, as bits."""
+        place = bisect_left(self._stamps, stamp_ns)
+        known = place < len(self._stamps) and self._stamps[place] == stamp_ns
+        return place, self._masks[self._topics[place]] if known else 0
 
 
 TIME_TOPICS = frozenset({"/clock", "/tf"})

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Collection
 
-from scene_synth_ros.suite.status import NodeStatus, done_in_run
+from scene_synth_ros.suite.status import NodeStatus, begun_in_run, done_in_run
 
 MAX_ROOMS_WAITING = 16
 
@@ -153,6 +153,12 @@ class Inbox:
         """
         with self._changed:
             return self._changed.wait_for(lambda: self._stopped or not self._is_behind(published, allowed), seconds)
+
+    def not_begun(self, room: int) -> set[str]:
+        """Return the other renderers of this suite that are ready and have no frame of a room yet; none where rooms are shared."""
+        with self._changed:
+            peers = [] if self._share_count > 1 else [peer for peer in self._renderers.values() if peer.state == "ready"]
+            return {peer.node for peer in peers if peer.run == self._run and begun_in_run(peer, self._run) < room}
 
     def _is_behind(self, published: int, allowed: int) -> bool:
         for name, status in self._recorders.items():

@@ -138,7 +138,7 @@ class RendererNode(SuiteNode):
                 self.refuse("the run of another command is in this namespace; its rooms are left alone")
             return
         if status.role == "grammar" and status.run != self._output.status.run:
-            self._output.tell(run=status.run, done_scene=-1, refused_scene=-1, shown_ns=-1)
+            self._output.tell(run=status.run, done_scene=-1, refused_scene=-1, begun_scene=-1, shown_ns=-1)
         if status.role == "grammar" and status.state in ("finished", "failed") and self._ends_with_run:
             self.exit_code = 0 if status.state == "finished" else 1
         self._tick()
@@ -209,6 +209,7 @@ class RendererNode(SuiteNode):
             "white_xy": "{:.3f} {:.3f}".format(*shown.white_xy),
             "camera_place": life.place.now,
             "driven": self._requests.driven,
+            "waits_for": life.waiting,
             "last_complaint": self.last_warning(),
         }
         newest_warning = self.last_warning(WARNING_S) or self._clock_conflict
@@ -216,6 +217,8 @@ class RendererNode(SuiteNode):
             return ERROR, status.reason if status.state == "failed" else newest_warning, values
         if not rendering.warm:
             return WARN, "compiling kernels", values
+        if life.waiting:
+            return OK, f"time waits for {life.waiting}", values
         if late_line:
             return WARN, late_line, values
         if life.place.now != IN_THE_ROOM:

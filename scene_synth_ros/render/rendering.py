@@ -120,7 +120,7 @@ class Rendering:
             if 0 <= newest < scene.index - 1:
                 output.tell(done_scene=scene.index - 1)
         if max(status.done_scene, status.refused_scene) >= scene.index:  # the run begins again
-            output.tell(done_scene=scene.index - 1, refused_scene=-1)
+            output.tell(done_scene=scene.index - 1, refused_scene=-1, begun_scene=-1)
         return True
 
     def _render_room(self, scene: SceneDescription) -> None:

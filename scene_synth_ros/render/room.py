@@ -101,6 +101,7 @@ class RenderedRoom:
         self._former: RenderedRoom | None = former if former is None or former.made_renderer is not None else former._former
         self._cancelled: Callable[[], bool] | None = None
         self._lidar: tuple[LidarConfig, Lidar] | None = None
+        self._scanner: tuple[ScanConfig, Scanner] | None = None
 
     @cached_property
     def flat(self) -> FlatScene:
@@ -166,8 +167,10 @@ class RenderedRoom:
         return exposure
 
     def scanner(self, config: ScanConfig) -> Scanner:
-        """Return a laser scanner that stands in the room."""
-        return Scanner(self.renderer.tree, self.flat, config, scene_key(self.scene))
+        """Return a laser scanner that stands in the room; the same for the same settings as before."""
+        if self._scanner is None or self._scanner[0] != config:
+            self._scanner = config, Scanner(self.renderer.tree, self.flat, config, scene_key(self.scene))
+        return self._scanner[1]
 
     def lidar(self, config: LidarConfig, motion: Motion) -> Lidar:
         """Return a lidar that a body carries through the room; the same for the same settings as before, on its newest motion."""

@@ -33,6 +33,8 @@ _IDLE_S = 0.2
 _SOON_S = 1.0
 """A wall clock that is set back while a room is on its way does not hold the room up for longer."""
 _RECORDER_PATIENCE_S = 10.0
+BEGIN_PATIENCE_S = 20.0
+"""In real time, a room begins without the cameras that have no first frame of it so long after this one."""
 
 
 class Pace(NamedTuple):
@@ -63,6 +65,8 @@ class Life:
         rate: whether frames keep up with their rate, in real time.
         place: whether frames are seen from within the room.
         skipped: frames left out because they would have been late.
+        waiting: what a room's time waits for, in words; empty if it goes on.
+        given_up: other renderers that a room was begun without; they are not waited for again.
         sent: topics with stamps of their own -> stamp (ns) of the last message that went out.
         first_room: whether no room has been finished yet.
     """
@@ -77,6 +81,8 @@ class Life:
     rate: RateReport
     place: CameraPlace
     skipped: int = 0
+    waiting: str = ""
+    given_up: set[str] = field(default_factory=set)
     sent: dict[str, int] = field(default_factory=dict)
     first_room: bool = True
 
@@ -133,10 +139,11 @@ class RoomLoop:
         """Render the camera path; return False if the room must be left."""
         path = self._scene.camera_path
         start_ns = path[0].stamp_ns
-        began = self._beginning(start_ns)
+        began = self._at_time_of_day(start_ns)
         for index, pose in enumerate(path):
             waited_s = self._wait_while_paused(pose.stamp_ns)
-            began += 0.0 if self._pace().wall_clock else waited_s
+            is_simulated = not self._pace().wall_clock
+            began += waited_s if is_simulated else 0.0
             self._serve_requests()
             if self._interrupted():
                 return False
@@ -144,7 +151,12 @@ class RoomLoop:
                 self._life.skipped += 1
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
+            if self._pace().realtime and index == 0:
+                self._life.waiting = f"the first frame of room {self._scene.index}"
             frame = self._render(self._go(pose, spacing_s), spacing_s)
+            if index == 0:
+                self._wait_for_cameras()
+                began = time.perf_counter() if is_simulated else began
             if self._pace().realtime:
                 self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
             self._hold(*frame)
@@ -158,7 +170,27 @@ class RoomLoop:
         self._finish_path()
         return True
 
-    def _beginning(self, start_ns: int) -> float:
+    def _wait_for_cameras(self) -> None:
+        """Say that the room's first frame is there; in real time, wait until it is of the suite's other cameras, too, but not for ever.
+
+        Where stamps are the time of day it does not wait for anybody.
+        """
+        life, room = self._life, self._scene.index
+        self._output.tell(begun_scene=room)
+        deadline = time.monotonic() + BEGIN_PATIENCE_S
+        while self._pace().realtime and not self._pace().wall_clock and not self._interrupted():
+            late = self._inbox.not_begun(room) - life.given_up
+            if late and time.monotonic() > deadline:
+                life.given_up |= late
+                life.node.warn(f"room {room} begins without {', '.join(sorted(late))}: no first frame in {BEGIN_PATIENCE_S:g} s")
+            elif late:
+                life.waiting = f"the first frame of room {room} of {', '.join(sorted(late))}"
+                self._inbox.wait(_IDLE_S, unless=lambda: False)
+                continue
+            break
+        life.waiting = ""
+
+    def _at_time_of_day(self, start_ns: int) -> float:
         """Return when the path begins, by the counter: now, or at its stamp where that is the time of day, but soon in any case."""
         ahead_s = (start_ns - time.time_ns()) / NANOSECONDS if self._pace().wall_clock else 0.0
         return time.perf_counter() + min(ahead_s, _SOON_S)

@@ -16,34 +16,23 @@ CLOUD_DEPTH = 40
 
 def stream_qos(depth: int = 10) -> QoSProfile:
     """Images, camera info, poses, clock: reliable, volatile, keep the last ``depth``."""
-    return QoSProfile(
-        history=QoSHistoryPolicy.KEEP_LAST,
-        depth=depth,
-        reliability=QoSReliabilityPolicy.RELIABLE,
-        durability=QoSDurabilityPolicy.VOLATILE,
-    )
+    return _last(depth, QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE)
 
 
 def latched_qos(depth: int = 1) -> QoSProfile:
     """Scene, markers, map, labels, node status: reliable, transient local."""
-    return QoSProfile(
-        history=QoSHistoryPolicy.KEEP_LAST,
-        depth=depth,
-        reliability=QoSReliabilityPolicy.RELIABLE,
-        durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
-    )
+    return _last(depth, QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def _last(depth: int, reliability: QoSReliabilityPolicy, durability: QoSDurabilityPolicy) -> QoSProfile:
+    return QoSProfile(history=QoSHistoryPolicy.KEEP_LAST, depth=depth, reliability=reliability, durability=durability)
 
 
 PROFILES = {
     "reliable": stream_qos(10),
     "deep": stream_qos(100),
     "latest": stream_qos(1),
-    "sensor_data": QoSProfile(
-        history=QoSHistoryPolicy.KEEP_LAST,
-        depth=5,
-        reliability=QoSReliabilityPolicy.BEST_EFFORT,
-        durability=QoSDurabilityPolicy.VOLATILE,
-    ),
+    "sensor_data": _last(5, QoSReliabilityPolicy.BEST_EFFORT, QoSDurabilityPolicy.VOLATILE),
 }
 """Profiles of streams by name: the default; for slow subscribers of bursts; for those that want only the newest; that of sensor drivers
 before REP 2003, where a loss is better than a delay."""

@@ -3,7 +3,8 @@
 A run in lock-step can be held between two frames, let go by so many, and stopped: it has begun again then, and its first room waits.
 
 In lock-step a room goes out when the expected peers are ready and have finished the rooms before it, but for ``rooms_ahead``.
-Free-running, it goes out when the frames of the one before have had their time by the wall clock.  Simulated time counts frames and never
+Free-running, it goes out when the frames of the one before have had their time by the wall clock, which begins, where time is simulated,
+when all renderers have the first of them.  Simulated time counts frames and never
 goes back; stamps by the wall clock are given to a room when it goes out.
 """
 
@@ -16,7 +17,7 @@ from enum import Enum
 
 from grammar.synthesize import CameraTimes
 from scene_description import CameraPose
-from scene_synth_ros.suite.status import NodeStatus, done_in_run
+from scene_synth_ros.suite.status import NodeStatus, begun_in_run, done_in_run
 from scene_synth_ros.synthesize.run_config import RunConfig
 
 ROOM_CHANGE_S = 0.3
@@ -104,6 +105,8 @@ def peer_failures(peers: Mapping[str, NodeStatus], last_sent: int, run: str) -> 
 
 
 _PATIENCE = 3
+_BEGIN_PATIENCE_S = 30.0
+"""A free run waits no longer for the first frame of a room."""
 _FAULT_PAUSE_S = 1.0
 """How long the run waits after a room that a fault of the program has cost, so that a fault in every room does not fill the log."""
 
@@ -163,6 +166,7 @@ class RoomSchedule:
         self.next_index, self._next_frame = config.first_index, config.first_index * config.frames_per_room
         self.last_sent, self.last_sent_s = -1, now_s
         self._send_s = self._prepare_s = 0.0
+        self._begins = False
         self.generation, self.waiting, self.finished_by_all = 0, "", -1
         self._peers: dict[str, NodeStatus] = {}
         self._absences: dict[str, int] = {}
@@ -335,7 +339,7 @@ class RoomSchedule:
             self._begin_again()
             return Step.BEGIN_AGAIN
         ahead = 0 if self.is_complete else self._config.rooms_ahead - 1
-        self.waiting = self._waits_for(self.last_sent - ahead)
+        self.waiting = self._waits_for(self.last_sent - ahead) or self._waits_for_beginning(now_s)
         if self.is_complete:
             if self.waiting or self._finished or not (self._config.lock_step or self._last_room_is_over(now_s)):
                 return Step.WAIT
@@ -361,6 +365,7 @@ class RoomSchedule:
         self.last_sent, self.last_sent_s = self.next_index, now_s
         change_s = ROOM_CHANGE_S if self._config.clock == "wall" else 0.0
         self._send_s = 0.0 if self._config.lock_step else now_s + change_s + frames / self._config.rate_hz
+        self._begins = not self._config.lock_step and self._config.clock == "simulated"
         self._one_more, self._told_waiting = False, ""
         self.next_index += 1
         self._next_frame += frames
@@ -370,6 +375,19 @@ class RoomSchedule:
         self.next_index += 1
         self._next_frame += self._config.frames_per_room
         self._prepare_s = now_s + _FAULT_PAUSE_S
+
+    def _waits_for_beginning(self, now_s: float) -> str:
+        """Return, in words, which renderers a free run's room has not begun at; its end moves by as much as the last of them takes."""
+        if not self._begins:
+            return ""
+        ready = [peer for peer in self._renderers() if peer.state == "ready"]
+        late = sorted(peer.node for peer in ready if begun_in_run(peer, self.name) < self.last_sent)
+        if late and now_s - self.last_sent_s < _BEGIN_PATIENCE_S:
+            return f"{', '.join(late)} to begin room {self.last_sent}"
+        self._begins = False
+        if not late and any(done_in_run(peer, self.name) < self.last_sent for peer in ready):
+            self._send_s += now_s - self.last_sent_s
+        return ""
 
     def _begin_again(self) -> None:
         """Go back to the first room; what peers say of rooms before counts no more."""

@@ -140,7 +140,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " --rooms 1 --frames 9000 --record ten": Parsed("test/scene_synth_ros/test_live_body.py"),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
     "scene_synth run --record BAG -p renderer_node.streams.semantic_classes:=coco": Parsed(
-        "test/scene_synth_ros/bags/test_verify.py"
+        "test/scene_synth_ros/verify/test_verify.py"
         "::test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours"
     ),
     "scene_synth demo": Parsed("test/scene_synth_ros/cli/commands/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
@@ -148,7 +148,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
     "scene_synth run --record bag --rooms 2 --frames 4 -p renderer_node.streams.annotations:=true": Parsed(
-        "test/scene_synth_ros/bags/test_verify.py::test_every_frame_tells_of_the_objects_in_its_instance_image"
+        "test/scene_synth_ros/verify/test_verify.py::test_every_frame_tells_of_the_objects_in_its_instance_image"
     ),
     "scene_synth run --record bag --params split_outputs": Parsed(
         "test/scene_synth_ros/test_several_renderers.py::test_colour_and_truth_of_two_renderers_have_the_same_stamps"
@@ -164,7 +164,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --params live --namespace /robot1 -p grammar_node.clock:=wall -p grammar_node.seed:=1": Parsed(_ROBOTS),
     "scene_synth run --params live --namespace /robot2 -p grammar_node.clock:=wall -p grammar_node.seed:=2": Parsed(_ROBOTS),
     "scene_synth run --params parameters.yaml": Usage(
-        "test/scene_synth_ros/bags/test_verify.py::test_the_bag_says_what_made_it_and_its_parameters_make_it_again"
+        "test/scene_synth_ros/verify/test_verify.py::test_the_bag_says_what_made_it_and_its_parameters_make_it_again"
     ),
     "scene_synth run --grammar waiting_room.yaml": Parsed(
         "test/scene_synth_ros/cli/parameters/test_run_profile.py::test_a_grammar_file_comes_with_its_room_type_and_is_checked_first"
@@ -195,6 +195,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth convert drone --to euroc --out drone_euroc": Parsed(_CONVERT),
     "scene_synth generate --rooms 1 --frames 450 --overlay lidar_robot --out lidar": Parsed("test/scene_synth_ros/test_lidar_bag.py"),
     "python -m benchmarks.judges.lidar_odometry --rooms 2": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
+    "python -m benchmarks.judges.lidar_odometry --rooms 4 --frames 200 -p grammar_node.motion.kind:=handheld"
+    " -p renderer_node.wheels.enabled:=false": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
+    "python -m benchmarks.judges.lidar_odometry --rooms 4 --frames 200 -p grammar_node.motion.speed_m_s:=1.0"
+    " -p grammar_node.motion.turn_rad_s:=3.0 -p grammar_node.motion.acceleration_m_s2:=2.0 -p grammar_node.motion.jerk_m_s3:=20.0"
+    " -p grammar_node.motion.turn_acceleration_rad_s2:=8.0": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
     "scene_synth run --overlay turtlebot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true": Parsed(
         "test/scene_synth_ros/test_driven_base.py"
     ),

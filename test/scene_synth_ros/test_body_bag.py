@@ -15,13 +15,13 @@ from scene_description import scene_from_json
 from scene_description.kinematics import kinematics
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.room_body import RoomBody
 from scene_synth_ros.messages.senses import senses_of
 from scene_synth_ros.offline.settings import read_settings
 from scene_synth_ros.render.stream_topics import stream_topics
 from scene_synth_ros.suite.parameters import ParameterError
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 WORDS = (

@@ -10,10 +10,10 @@ from scene_synth_ros_suite import Child, Peer, dds_context, environment, record_
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.prove.prove import lines_of, prove_bag
 from scene_synth_ros.suite.qos import stream_qos
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 pytestmark = pytest.mark.slow
 

@@ -18,13 +18,13 @@ from renderer.camera.config import CameraConfig
 from renderer.export.scene_glb import scene_to_glb
 from renderer.scene.flatten import flatten
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json
 from scene_synth_ros.messages.streams import parse
 from scene_synth_ros.offline.settings import read_settings
 from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.suite.qos import CLOUD_DEPTH
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 WORDS = (

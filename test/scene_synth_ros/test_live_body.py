@@ -8,8 +8,8 @@ from scene_synth_ros_suite import SMALL, run_suite
 from grammar.synthesize import SceneSynthesizer
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import message_digest
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.rules import sample_room
@@ -23,18 +23,16 @@ OVERRIDES = (
 )  # fmt: skip
 
 
-def said(bag: Path) -> dict[str, list[tuple[int, str]]]:
-    """Topic -> log time and digest of each message; the description has no stamp, and is logged as it comes."""
-    found: dict[str, list[tuple[int, str]]] = {}
+def said(bag: Path) -> dict[str, list[tuple[int, bytes]]]:
+    """Topic -> log time and content of each message; the description has no stamp, and is logged as it comes."""
+    found: dict[str, list[tuple[int, bytes]]] = {}
     with BagReader(bag) as reader:
         for message in reader.messages(file_order=True):
             if message.topic != "/diagnostics":
                 plain = message.type_name.startswith(("tf2_msgs", "vision_msgs"))
-                content = (
-                    message.data.hex() if plain else message_digest(deserialize_message(message.data, message_class(message.type_name)))
-                )
+                content = message.data if plain else canonical_cdr(deserialize_message(message.data, message_class(message.type_name)))
                 stamp = 0 if message.topic.endswith("robot_description") else message.log_ns
-                found.setdefault(message.topic, []).append((stamp, content))
+                found.setdefault(message.topic, []).append((stamp, bytes(content)))
     return found
 
 

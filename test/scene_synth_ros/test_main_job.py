@@ -24,12 +24,13 @@ from scene_description.poses import rotation_from_quaternion
 from scene_description.tum_trajectory import trajectory_from_tum
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import message_digest, verify_bag
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings
 from scene_synth_ros.synthesize.room_schedule import RoomSchedule
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 ROOMS, FRAMES, SEED = 2, 3, 11
 HALLWAY = "grammar_node.scene.room_type:=hallway"
@@ -147,14 +148,14 @@ def test_offline_rendering_gives_the_same_bytes_with_one_and_two_threads(recorde
             assert live == offline[layer], f"{layer} with {threads} threads"
 
 
-def said(reader: BagReader) -> dict[str, list[tuple[int, str]]]:
+def said(reader: BagReader) -> dict[str, list[tuple[int, bytes]]]:
     """Return topic -> log time and content of its messages, without what stands in the gaps between their fields."""
     kinds = {topic.name: topic.type_name for topic in reader.summary.topics}
-    messages: dict[str, list[tuple[int, str]]] = {}
+    messages: dict[str, list[tuple[int, bytes]]] = {}
     for message in reader.messages(file_order=True):
         plain = kinds[message.topic].startswith(("tf2_msgs", "vision_msgs"))  # written by the recorder, with zeros in the gaps
-        content = message.data.hex() if plain else message_digest(deserialize_message(message.data, message_class(kinds[message.topic])))
-        messages.setdefault(message.topic, []).append((message.log_ns, content))
+        content = message.data if plain else canonical_cdr(deserialize_message(message.data, message_class(kinds[message.topic])))
+        messages.setdefault(message.topic, []).append((message.log_ns, bytes(content)))
     return messages
 
 

@@ -21,8 +21,8 @@ from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 SCANNER = ScanConfig(rate_hz=23.0, beams=240, angle_max_rad=np.pi * (1 - 2 / 240))
 STORE = get_typestore(Stores.ROS2_JAZZY)

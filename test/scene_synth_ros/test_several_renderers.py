@@ -16,11 +16,11 @@ from scene_description import scene_from_json
 from scene_description.share import config_path
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import read_settings
 from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 pytestmark = pytest.mark.slow
 

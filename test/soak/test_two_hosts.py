@@ -13,8 +13,8 @@ import pytest
 from scene_synth_ros_suite import Child, environment, wait_until
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.processes.supervisor import NODES
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 ROOMS, FRAMES = 4, 60
 CUT_S = 10.0

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from scene_description import error_line
 from scene_synth_ros.bags.bag_reader import BagReadError
-from scene_synth_ros.bags.bag_verify import VerifyError, VerifyReport, verify_bag
 from scene_synth_ros.cli.lines import counted, first_of, printable, say_progress
 from scene_synth_ros.cli.options import add_bag_or_dataset, add_catalog, refuse_missing_folder
 from scene_synth_ros.dataset.places import shard_bags
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.verify.bag_verify import VerifyError, VerifyReport, verify_bag
 from scene_synth_ros.workers.pool import Do, in_order, terminable
 
 

@@ -13,6 +13,7 @@ from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_images import spread
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME, NodeValues, read_parameters
+from scene_synth_ros.cli.lines import counted
 from scene_synth_ros.cli.page.bag_contents import MAX_NAME, BagContents
 from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
@@ -147,9 +148,9 @@ def run_facts(summary: BagSummary, index: PageIndex) -> list[tuple[str, str]]:
     """Return what is known of the run that made the bag, name -> text; what the bag does not say is left out."""
     record = summary.records.get(RECORD_NAME, {})
     facts = [(name.replace("_", " "), record[name]) for name in ("seed", "room_type") if record.get(name)]
-    files = _count(len(summary.files), "file")
+    files = counted(len(summary.files), "file")
     facts.append(("bag", f"{files}, {summary.size / 1e6:.1f} MB{'' if summary.finished else ', unfinished'}"))
-    facts.append(("frames", f"{index.frames_found} in {_count(index.rooms_found, 'room')}"))
+    facts.append(("frames", f"{index.frames_found} in {counted(index.rooms_found, 'room')}"))
     if index.period_ns:
         facts.append(("rate", f"{NANOSECONDS / index.period_ns:.4g} Hz"))
     if summary.start_ns is not None and summary.end_ns is not None:
@@ -159,10 +160,6 @@ def run_facts(summary: BagSummary, index: PageIndex) -> list[tuple[str, str]]:
     if versions:
         facts.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
     return [(name, value[:MAX_TEXT]) for name, value in facts]
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def changed_parameters(summary: BagSummary) -> list[tuple[str, str, str, str]]:

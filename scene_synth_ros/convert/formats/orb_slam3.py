@@ -16,30 +16,12 @@ from numpy.typing import NDArray
 
 from renderer.body.config import ImuConfig
 from scene_description.products import matmul
+from scene_description.share import config_path
 from scene_synth_ros.convert.camera import Lens
 from scene_synth_ros.convert.formats.tum import STEPS_A_METRE
 
 _MODELS = {"pinhole": "PinHole", "brown_conrady": "PinHole", "kannala_brandt": "KannalaBrandt8"}
 _COEFFICIENTS = {"PinHole": ("k1", "k2", "p1", "p2"), "KannalaBrandt8": ("k1", "k2", "k3", "k4")}
-_FIXED = f"""Camera.RGB: 1
-Stereo.ThDepth: 60.0
-RGBD.DepthMapFactor: {STEPS_A_METRE}
-ORBextractor.nFeatures: 2500
-ORBextractor.scaleFactor: 1.2
-ORBextractor.nLevels: 8
-ORBextractor.iniThFAST: 20
-ORBextractor.minThFAST: 7
-Viewer.KeyFrameSize: 0.05
-Viewer.KeyFrameLineWidth: 1.0
-Viewer.GraphLineWidth: 0.9
-Viewer.PointSize: 2.0
-Viewer.CameraSize: 0.08
-Viewer.CameraLineWidth: 3.0
-Viewer.ViewpointX: 0.0
-Viewer.ViewpointY: -0.7
-Viewer.ViewpointZ: -3.5
-Viewer.ViewpointF: 500.0
-"""
 _BASELINE_M = 0.1
 """Of the second camera that ORB-SLAM3 makes up for depth, where there is none."""
 
@@ -74,7 +56,8 @@ def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None) -> str:
         baseline = math.dist(between[:3, 3], (0.0, 0.0, 0.0))
     else:
         baseline = _BASELINE_M
-    rows += [f"Stereo.b: {baseline!r}\n", _FIXED]
+    fixed = config_path("templates/orb_slam3.yaml").read_text(encoding="utf-8")
+    rows += [f"Stereo.b: {baseline!r}\n", fixed.format(steps_a_metre=STEPS_A_METRE)]
     if imu is not None:
         rows += [_matrix("IMU.T_b_c1", first.mounted)]
         noise = (imu.gyro_noise_rad_s, imu.accel_noise_m_s2, imu.gyro_walk_rad_s2, imu.accel_walk_m_s3)

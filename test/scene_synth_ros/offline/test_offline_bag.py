@@ -16,7 +16,6 @@ from renderer.film.tone import Exposure
 from scene_description import SceneDescription
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.frame_settings import settings_from_json
@@ -24,6 +23,7 @@ from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 from scene_synth_ros.render.room import RenderedRoom
 from scene_synth_ros.suite.parameters import ParameterError
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 TINY = ("camera.width:=32", "camera.height:=24", "render.samples_per_pixel:=1", "render.threads:=1")
 ALL = ("scan.enabled:=true", "streams.annotations:=true", "streams.points:=true")

@@ -164,3 +164,21 @@ def test_a_room_is_left_when_its_run_begins_again_where_nobody_records(waits: bo
     assert inbox.must_leave(on_path=True) == leave
     inbox.put_room("b")
     assert inbox.next_room() == "b" and not inbox.must_leave(on_path=True)
+
+
+def test_a_room_begins_when_the_other_cameras_of_the_run_have_their_first_frame() -> None:
+    inbox = make()
+    lock_step(inbox, True)
+    inbox.take_status(status_of("renderer", "left"), 0)
+    inbox.take_status(status_of("renderer", "compiling", state="starting"), 0)
+    assert inbox.not_begun(0) == {"/left"}
+    inbox.take_status(replace(status_of("renderer", "left"), begun_scene=0), 0)
+    assert inbox.not_begun(0) == set() and inbox.not_begun(1) == {"/left"}
+    inbox.take_status(status_of("renderer", "left", refused=1), 0)
+    assert inbox.not_begun(1) == set()
+
+
+def test_renderers_that_share_rooms_do_not_wait_for_each_other_to_begin() -> None:
+    inbox = make(share_count=2)
+    inbox.take_status(status_of("renderer", "other"), 0)
+    assert inbox.not_begun(0) == set()

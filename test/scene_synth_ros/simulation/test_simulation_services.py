@@ -18,10 +18,10 @@ from std_msgs.msg import String
 from scene_description import scene_from_json
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.prove.prove import prove_bag
 from scene_synth_ros.simulation.services import service_class
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 pytestmark = pytest.mark.slow
 

@@ -21,7 +21,6 @@ from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json, scene_to_json
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages.conversions import msg_to_image
@@ -31,6 +30,7 @@ from scene_synth_ros.sweep import run_sweep
 from scene_synth_ros.sweep.plan import daylight_note
 from scene_synth_ros.sweep.sweep_file import read_sweep
 from scene_synth_ros.sweep.variant import RECORD_NAME
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 SWEEP = """
 base: {scenes: [room.json]}

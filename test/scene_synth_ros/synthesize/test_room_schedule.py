@@ -94,6 +94,19 @@ def test_a_free_run_ends_when_those_that_are_there_have_finished() -> None:
     assert run.step(9.0, True) is Step.FINISH
 
 
+def test_a_free_room_has_its_time_from_the_first_frame_on() -> None:
+    run = RoomSchedule(FREE, 0.0)
+    report(run, "renderer", -1)
+    send(run, 0.0)
+    assert [run.step(now_s, True) for now_s in (0.1, 3.0)] == [Step.WAIT, Step.WAIT]
+    assert run.waiting == "/renderer to begin room 0"
+    run.take_status(NodeStatus(node="/renderer", role="renderer", state="ready", begun_scene=0, run=run.name))
+    assert [run.step(now_s, True) for now_s in (3.0, 3.49)] == [Step.WAIT, Step.WAIT]
+    assert send(run, 3.5) == 1_500_000_000
+    assert run.step(3.5 + 29.9, True) is Step.WAIT
+    assert run.step(3.5 + 30.0 + 30.0, True) is Step.SEND, "it does not wait for ever"
+
+
 @pytest.mark.parametrize(("lock_step", "frames_skipped"), [(False, 21), (True, 0)])
 def test_simulated_time_goes_on_while_a_free_run_is_paused(lock_step: bool, frames_skipped: int) -> None:
     run = RoomSchedule(replace(FREE, lock_step=lock_step, expected_renderers=0), 0.0)

@@ -7,16 +7,15 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from renderer import Renderer
 from renderer.camera.rig import rig_path
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scanner, scan_stamp_ns, scans_of_path
-from renderer.scene.scene_key import scene_key
+from renderer.lidar.scanner import scan_stamp_ns, scans_of_path
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.driven_base import DrivenRooms
 from scene_synth_ros.messages.frame_settings import FrameSettings
 from scene_synth_ros.messages.scan_messages import LASER_POSE, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.messages.streams import laser_frame
+from scene_synth_ros.render.room import RenderedRoom
 
 
 class ScanPlace(NamedTuple):
@@ -33,16 +32,12 @@ class ScansAgain:
     """
 
     def __init__(
-        self,
-        scene_of: Callable[[str], SceneDescription],
-        renderer_of: Callable[[FrameSettings, SceneDescription], Renderer],
-        drives: DrivenRooms,
+        self, scene_of: Callable[[str], SceneDescription], room_of: Callable[[FrameSettings], RenderedRoom], drives: DrivenRooms
     ) -> None:
-        self._scene_of, self._renderer_of, self._drives = scene_of, renderer_of, drives
+        self._scene_of, self._room_of, self._drives = scene_of, room_of, drives
         self._rooms: dict[tuple[str, ScanConfig], FrameSettings] = {}
         self._places: dict[int, ScanPlace] | None = None
         self._starts: list[int] = []
-        self._scanner: tuple[Renderer, ScanConfig, Scanner] | None = None
         self._made: tuple[int, dict[tuple[str, int], object]] = (-1, {})
 
     def take(self, settings: FrameSettings) -> None:
@@ -89,11 +84,8 @@ class ScansAgain:
         """Return (topic below the namespace, stamp) -> message of one scan."""
         settings, streams = place.settings, place.settings.streams
         scene = self._scene_of(settings.scene)
-        renderer = self._renderer_of(settings, scene)
-        if self._scanner is None or self._scanner[0] is not renderer or self._scanner[1] != settings.scan:
-            self._scanner = renderer, settings.scan, Scanner(renderer.tree, renderer.flat, settings.scan, scene_key(scene))
         motion = self._drives.motion(scene) if scene.id in self._drives else scene.motion
-        scan = self._scanner[2].scan(place.number, stamp_ns, rig_path(scene.camera_path, motion))
+        scan = self._room_of(settings).scanner(settings.scan).scan(place.number, stamp_ns, rig_path(scene.camera_path, motion))
         laser = laser_frame(streams.frame_prefix)
         made: dict[tuple[str, int], object] = {(name, stamp_ns): message for name, message in scan_to_msgs(scan, settings.scan, laser)}
         for pose in scan.poses:

@@ -6,15 +6,11 @@ from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Callable
 
-from renderer import Renderer
-from renderer.lidar.lidar import Lidar
-from renderer.lidar.sweep_config import LidarConfig
-from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription
-from scene_description.motion import Motion
 from scene_synth_ros.messages.driven_base import DrivenRooms
 from scene_synth_ros.messages.frame_settings import FrameSettings
 from scene_synth_ros.messages.room_body import RoomBody
+from scene_synth_ros.render.room import RenderedRoom
 
 _ROOMS_HELD = 3
 
@@ -26,13 +22,9 @@ class BodiesAgain:
     """
 
     def __init__(
-        self,
-        scene_of: Callable[[str], SceneDescription],
-        renderer_of: Callable[[FrameSettings, SceneDescription], Renderer],
-        drives: DrivenRooms,
+        self, scene_of: Callable[[str], SceneDescription], room_of: Callable[[FrameSettings], RenderedRoom], drives: DrivenRooms
     ) -> None:
-        self._scene_of, self._renderer_of, self._drives = scene_of, renderer_of, drives
-        self._lidar: tuple[Renderer, LidarConfig, Lidar] | None = None
+        self._scene_of, self._room_of, self._drives = scene_of, room_of, drives
         self._rooms: dict[str, FrameSettings] = {}
         self._starts: list[tuple[int, str]] | None = None
         self._bodies: OrderedDict[str, RoomBody] = OrderedDict()
@@ -68,21 +60,13 @@ class BodiesAgain:
         if scene_id not in self._bodies:
             settings, scene = self._rooms[scene_id], self._scene_of(scene_id)
             self._bodies[scene_id] = RoomBody(
-                scene, settings.camera, settings.streams, settings.senses, self._lidars(settings), self._drives.way(scene)
+                scene,
+                settings.camera,
+                settings.streams,
+                settings.senses,
+                lambda config, motion: self._room_of(settings).lidar(config, motion),  # which may have been another's meanwhile
+                self._drives.way(scene),
             )
             if len(self._bodies) > _ROOMS_HELD:
                 self._bodies.popitem(last=False)
         return self._bodies[scene_id]
-
-    def _lidars(self, settings: FrameSettings) -> Callable[[LidarConfig, Motion], Lidar]:
-        """Return what gives the lidar of a room; its renderer may have been another room's meanwhile."""
-
-        def lidar(config: LidarConfig, motion: Motion) -> Lidar:
-            scene = self._scene_of(settings.scene)
-            renderer = self._renderer_of(settings, scene)
-            if self._lidar is None or self._lidar[0] is not renderer or self._lidar[1] != config:
-                self._lidar = renderer, config, Lidar(renderer.tree, renderer.flat, config, motion, scene_key(scene))
-            self._lidar[2].motion = motion
-            return self._lidar[2]
-
-        return lidar

@@ -1,40 +1,33 @@
 """Renders the frames of a bag again, from the bag alone, and compares every message with what was recorded.
 
 A frame is made again from its settings (``<renderer>/settings``), the scene that they name and the pose of its stamp.  Messages are
-compared by :mod:`scene_synth_ros.bags.bag_verify`.
+compared as their bytes, with zeros where CDR has gaps.
 """
 
 from __future__ import annotations
 
-import hashlib
-import struct
 import zlib
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from renderer import Renderer, RenderError
-from renderer.annotations import Annotator
+from renderer import RenderError
 from renderer.core.errors import FlattenError
-from renderer.scene.flatten import flatten
-from renderer.scene.scene_key import scene_key
-from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, FieldError, SceneDescription, SceneSynthError, scene_from_json
 from scene_description.strict import whole_number
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
-from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
+from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
-from scene_synth_ros.bags.verify_bodies import BodiesAgain
-from scene_synth_ros.bags.verify_scans import ScansAgain
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.cdr import read_text
 from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.detections import ANNOTATIONS
 from scene_synth_ros.messages.driven_base import DrivenRooms, frame_path
 from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
@@ -42,8 +35,11 @@ from scene_synth_ros.messages.image_codec import compress_image
 from scene_synth_ros.messages.poses import read_pose
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import POSE, SCENE, SETTINGS, Role, Stream, find_streams, parse, untransported
+from scene_synth_ros.render.room import RenderedRoom, room_settings
+from scene_synth_ros.verify.bodies_again import BodiesAgain
+from scene_synth_ros.verify.scans_again import ScansAgain
 
-_CACHED_STAMPS = 4
+_CACHED_STAMPS, _ROOMS_HELD = 4, 2
 
 
 class VerifyError(SceneSynthError):
@@ -85,14 +81,6 @@ class _Expected(NamedTuple):
     frame: int
 
 
-class _RoomRenderer(NamedTuple):
-    """What renders a room, the annotator where its frames have annotations, and what ends both."""
-
-    renderer: Renderer
-    annotator: Annotator | None
-    resources: ExitStack
-
-
 class _FramesAgain:
     """Settings, poses and scenes of a bag, and the frames made of them; at most a few are held."""
 
@@ -103,11 +91,11 @@ class _FramesAgain:
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
         self._drives = DrivenRooms()
-        self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer, self._drives)
-        self.bodies = BodiesAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer, self._drives)
+        self.scans = ScansAgain(self._scene, self._room, self._drives)
+        self.bodies = BodiesAgain(self._scene, self._room, self._drives)
         quality = whole_number(reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, ""))
         self.jpeg_quality = quality if quality is not None and 1 <= quality <= 100 else 90
-        self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()
+        self._rooms: deque[RenderedRoom] = deque()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
         streams = find_streams(reader.types, SCENE, SETTINGS, POSE)
         self.namespace = next((stream.base for stream in streams.values() if stream.role is SCENE), "").rstrip("/")
@@ -159,8 +147,8 @@ class _FramesAgain:
             path = maker.path
             if settings.scene in self._drives:
                 path = maker.path = frame_path(scene, settings.camera, settings.streams, self._drives.motion(scene), stamp)
-            renderer, annotator, _ = self._renderer(settings, scene)
-            frame = renderer.render(pose, settings.frame, maker.rendered, exposure=settings.exposure, path=path, annotator=annotator)
+            layers = [*maker.rendered, *([ANNOTATIONS] if settings.streams.annotations else [])]
+            frame = self._room(settings).render(pose, settings.frame, layers, exposure=settings.exposure, path=path)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]
@@ -173,28 +161,22 @@ class _FramesAgain:
             self._parsed = scene_from_json(zlib.decompress(self._scenes[scene_id]).decode())
         return self._parsed
 
-    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _RoomRenderer:
-        camera, render, streams = settings.camera, settings.render, settings.streams
-        switches = (streams.semantic_classes, streams.annotations, streams.annotation_masks)
-        key = (settings.scene, repr((camera, render, settings.sensor, settings.depth_sensor, switches)))
-        if key not in self._renderers:
-            while len(self._renderers) >= 2:
-                self._renderers.popitem(last=False)[1].resources.close()
-            stack = ExitStack()
-            flat = with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes)
-            sensor, depth_sensor = settings.sensor, settings.depth_sensor
-            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), sensor=sensor, depth_sensor=depth_sensor))
-            annotator = None
-            if streams.annotations:
-                masks, classes = streams.annotation_masks, streams.semantic_classes
-                annotator = stack.enter_context(Annotator(flat, scene, camera, masks=masks, portable=render.portable, classes=classes))
-            self._renderers[key] = _RoomRenderer(renderer, annotator, stack)
-        return self._renderers[key]
+    def _room(self, settings: FrameSettings) -> RenderedRoom:
+        """Return the room of a frame as it is rendered; the last two are kept."""
+        groups = {group: getattr(settings, group) for group in ("camera", "render", "sensor", "depth_sensor", "streams")}
+        made_with = room_settings(groups, self._catalog_dir)
+        for room in self._rooms:
+            if room.scene.id == settings.scene and room.settings == made_with:
+                return room
+        if len(self._rooms) == _ROOMS_HELD:
+            self._rooms.popleft().close()
+        self._rooms.append(RenderedRoom(self._scene(settings.scene), made_with))
+        return self._rooms[-1]
 
     def close(self) -> None:
-        """Release the renderers."""
-        for room in self._renderers.values():
-            room.resources.close()
+        """Release the rooms."""
+        for room in self._rooms:
+            room.close()
 
 
 def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None) -> VerifyReport:
@@ -274,7 +256,7 @@ def _judge(message: BagMessage, made: object, stamp: int, room: str, frame: int,
     """Count a message that has been made again, and whether it is the same."""
     report.compared += 1
     recorded = deserialize_message(message.data, type(made))
-    if message_digest(recorded) != message_digest(made):
+    if canonical_cdr(recorded) != canonical_cdr(made):
         report.different += 1
         if report.first is None:
             report.first = Difference(message.topic, stamp, room, frame, _detail(recorded, made))
@@ -301,43 +283,3 @@ def _detail(recorded: Any, made: Any) -> str:
         return f"{differing} of {made.width * made.height} pixels"
     names = [name for name in made.get_fields_and_field_types() if getattr(recorded, name) != getattr(made, name)]
     return f"field {', '.join(names)}"
-
-
-__all__ = ["BagReadError", "Difference", "VerifyError", "VerifyReport", "verify_bag"]
-
-
-class _Digest(Protocol):
-    def update(self, data: bytes | memoryview, /) -> None: ...
-
-
-def message_digest(message: Any) -> str:
-    """Return the SHA-256 of a message's fields in their order, in hexadecimal."""
-    digest = hashlib.sha256()
-    _add(digest, message)
-    return digest.hexdigest()
-
-
-def _add(digest: _Digest, value: Any) -> None:
-    """Add a value: its kind and length, then its content, so that no two messages give the same stream."""
-    if hasattr(value, "get_fields_and_field_types"):
-        for name in value.get_fields_and_field_types():
-            _add(digest, getattr(value, name))
-    elif isinstance(value, str):
-        data = value.encode()
-        digest.update(b"s" + struct.pack("<Q", len(data)) + data)
-    elif isinstance(value, bool):
-        digest.update(b"1" if value else b"0")
-    elif isinstance(value, int):
-        digest.update(b"i" + value.to_bytes(9, "little", signed=True))
-    elif isinstance(value, float):
-        digest.update(b"f" + struct.pack("<d", value))
-    elif isinstance(value, bytes):
-        digest.update(b"b" + struct.pack("<Q", len(value)) + value)
-    elif hasattr(value, "tobytes"):  # array.array and numpy arrays
-        octets = memoryview(value).cast("B")
-        digest.update(b"a" + struct.pack("<Q", len(octets)))
-        digest.update(octets)
-    else:
-        digest.update(b"l" + struct.pack("<Q", len(value)))
-        for item in value:
-            _add(digest, item)

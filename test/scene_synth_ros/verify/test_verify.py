@@ -24,12 +24,12 @@ from scene_description import SceneSynthError, scene_to_json
 from scene_description.annotations import annotations_from_json
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.parameters.run_profile import load_profile
 from scene_synth_ros.cli.pictures.contact_sheet import write_contact_sheet
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
+from scene_synth_ros.verify.bag_verify import verify_bag
 
 ROOMS, FRAMES = 2, 3
 COLOR = "/synth/camera/color/image_raw"
