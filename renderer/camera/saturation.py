@@ -1,4 +1,4 @@
-"""Saturation, as processors of cameras raise it to make colours livelier: the distance from grey of equal luma, multiplied (ITU-R BT.601)."""
+"""Saturation, which processors of cameras raise to make colours livelier: the distance from grey of equal luma, multiplied."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _RED, _GREEN, _BLUE = np.float32(0.299), np.float32(0.587), np.float32(0.114)
+"""Of luma, ITU-R BT.601."""
 
 
 def saturate(codes: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""Local tone mapping by exposure fusion: from one picture several are made, as if exposed longer and shorter, and of each what it shows well is kept.
+"""Local tone mapping by exposure fusion: a picture becomes several, exposed longer and shorter; of each, what it shows well is kept.
 
 T. Mertens, J. Kautz and F. Van Reeth, "Exposure Fusion", Pacific Graphics 2007, with exposures made from one, as telephones do (S. W.
 Hasinoff et al., "Burst Photography for High Dynamic Range and Low-Light Imaging on Mobile Cameras", SIGGRAPH Asia 2016).  They are blended
@@ -33,7 +33,7 @@ Tones = NDArray[np.float64]
 
 
 def merge_exposures(light: NDArray[np.float32], stops: float) -> NDArray[np.float32]:
-    """Return light (height, width, 3), in multiples of white, as merged from exposures of which the shortest is ``stops`` below the longest.
+    """Return light (height, width, 3), in multiples of white, as merged from exposures, the shortest ``stops`` below the longest.
 
     A quarter of these are above this one.  Colours keep their hue, and even light of ``KEPT_LIGHT`` stays as it is.
     """

@@ -80,7 +80,7 @@ def _vise(x: float, y: float, z: float, tall: float) -> Mesh:
 
 def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, room: float) -> dict[str, list[Mesh]]:
     """Cartons with tape and label, lidded tubs and tins on the lower shelf, in any order, at least one of each."""
-    parts: dict[str, list[Mesh]] = {"boxes": [], "labels": [], "tubs": [], "tins": []}
+    parts: dict[str, list[Mesh]] = {"boxes": [], "labels": [], "prints": [], "tubs": [], "tins": []}
     left = list(rng.permutation(3))
     y = -reach + 0.03
     while left or y < reach - 0.2:
@@ -101,7 +101,7 @@ def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, roo
     return parts
 
 
-_STORED_AS = {"body": "boxes", "tape": "labels", "label": "labels"}
+_STORED_AS = {"body": "boxes", "tape": "labels", "label": "labels", "print": "prints"}
 """Part of a carton -> part of the bench that it belongs to."""
 
 

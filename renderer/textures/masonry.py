@@ -108,7 +108,7 @@ def concrete(rng: np.random.Generator, request: Request) -> Pattern:
     mottle = noise(rng, request.shape, 8.0, 60.0, 0.7)
     grit = noise(rng, request.shape, 60.0, 220.0, 0.0)
     pores = smooth_step(2.6, 3.3, noise(rng, request.shape, 20.0, 90.0, 0.0))
-    shade = 1.0 + 0.025 * mottle + 0.035 * grit
+    shade = 1.0 + 0.04 * mottle + 0.02 * grit
     height = 0.08 * grit - 0.7 * pores
     return Pattern((0.6 * pores,), shade, (0.03 * mottle + 0.1 * pores), height)
 
