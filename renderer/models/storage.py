@@ -116,8 +116,9 @@ def _printed(rng: np.random.Generator, x: float, half_w: float, height: float) -
         for letter in np.cumsum(rng.choice([0.75, 1.5], int(rng.integers(5, 12)), p=[0.8, 0.2])).tolist():
             left = y + letter * size
             end = left + 0.55 * size
-            bar = z + float(rng.choice([0.0, 0.4, 0.82])) * size
-            strokes += [(left, z, left + 0.15 * size, z + size), (left, bar, end, bar + 0.18 * size)]
+            strokes.append((left, z, left + 0.14 * size, z + size))
+            strokes += [(left, z + share * size, end, z + (share + 0.14) * size) for share in (0.0, 0.43, 0.86) if rng.random() < 0.55]
+            strokes += [(end - 0.14 * size, z, end, z + size)] * int(rng.integers(2))
     for middle in (end + 1.2 * size, end + 2.3 * size):
         strokes += [(middle + a * size, low + 1.2 * b * size, middle + c * size, low + 1.2 * d * size) for a, b, c, d in _ARROW]
     a, b, c, d = np.array(strokes).T
