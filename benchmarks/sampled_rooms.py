@@ -73,6 +73,8 @@ VIEW, LARGE, SMALL = 6, (640, 480), (320, 240)
 SEED = 7
 TIMES = CameraTimes(frames=12, start_ns=0, rate_hz=15.0)
 """Twelve views spread over a room."""
+STILL = CameraTimes(frames=1, start_ns=0, rate_hz=15.0)
+"""The best view of a room."""
 SLOW = CameraTimes(frames=150, start_ns=0, rate_hz=15.0)
 """A walk of 0.5 m/s, 3.3 cm a frame."""
 

@@ -5,7 +5,7 @@
           -> shot noise, well, read noise, converter             the sensor        renderer.camera.sensor
           -> Bayer mosaic -> demosaicing                         its filters       renderer.camera.bayer
           -> white balance -> response curve, 8 bits             the processor     renderer.film.tone
-          -> sharpening                                                            renderer.camera.sharpening
+          -> saturation -> sharpening                              .saturation, .sharpening
           -> JPEG                                                the file          renderer.files.image_io
 
 The order is that of common image pipelines (R. Ramanath et al., "Color image processing pipeline", IEEE Signal Processing Magazine 22(1),
@@ -22,6 +22,7 @@ from renderer.camera.bayer import demosaic, mosaic
 from renderer.camera.blur import blur, gaussian_weights
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
+from renderer.camera.saturation import saturate
 from renderer.camera.sensor import expose, magnify_channels, veil, vignetting
 from renderer.camera.sharpening import sharpen
 from renderer.files.image_io import through_jpeg
@@ -59,6 +60,7 @@ def read_color(
         picture = to_display(read, exposure, tone_curve, local_stops)
     else:
         picture = encode(balance(read, exposure), thresholds(sensor.response, sensor.response_gamma, sensor.response_points))
+    picture = saturate(picture, sensor.color_saturation) if sensor.color_saturation != 1.0 else picture
     picture = sharpen(picture, sensor.sharpening) if sensor.sharpening else picture
     return through_jpeg(picture, sensor.jpeg_quality) if sensor.jpeg_quality else picture
 

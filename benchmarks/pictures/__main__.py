@@ -22,7 +22,7 @@ from PIL import Image
 
 from benchmarks.pictures.statistics import FIGURES, figures
 from benchmarks.pictures.views import View, judge_views
-from benchmarks.sampled_rooms import TIMES
+from benchmarks.sampled_rooms import STILL, TIMES
 from benchmarks.seeds import add_seed
 from benchmarks.table import DOCS, Row, at_most, markdown_table, render_table, write_section
 from grammar import SceneRequest, room_types
@@ -40,12 +40,12 @@ PHOTOGRAPHS: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "ph
 
 
 def render_pictures(seed: int, rooms: int, types: Sequence[str], settings: Settings) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-    """Yield the first view of ``rooms`` rooms of each type, with names."""
+    """Yield the best view of ``rooms`` rooms of each type, with names."""
     warm_up()
     synthesizer, camera, config = SceneSynthesizer.from_config(), settings.camera, settings.render
     for index in range(rooms):
         for place, room_type in enumerate(types):  # rooms of one index share daylight and palette
-            scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index * len(types) + place, TIMES)
+            scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index * len(types) + place, STILL)
             flat, key = flatten(scene, Path.cwd()), scene_key(scene)
             exposure = exposed(config, meter(flat, camera, RenderConfig(), key, scene.camera_path))
             with Renderer(flat, camera, config, key, sensor=settings.sensor) as renderer:

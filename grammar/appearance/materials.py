@@ -79,6 +79,7 @@ class MaterialRange:
     clearcoat: Range = (0.0, 0.0)
     clearcoat_roughness: Range = (0.05, 0.1)
     sheen: Range = (0.0, 0.0)
+    ior: Annotated[float, Limits(ge=1.0, le=3.0)] = 1.5
     glow_cd_m2: tuple[Glow, Glow] = (0.0, 0.0)
     texture: TextureRange | None = None
     odds: Annotated[float, Limits(ge=1e-6, le=1e6)] = 1.0
@@ -130,6 +131,7 @@ def draw_material(rng: np.random.Generator, kind: MaterialRange, identifier: str
         clearcoat=round(coat, 4),
         clearcoat_roughness=round(coat_roughness, 4),
         sheen=round(sheen, 4),
+        ior=kind.ior,
         diffuse_transmission=round(float(rng.uniform(*kind.diffuse_transmission)), 4) if kind.diffuse_transmission[1] > 0.0 else 0.0,
         wear=wear,
         texture=None if kind.texture is None else _texture(rng, kind.texture, (lightness, chroma, hue), palette),

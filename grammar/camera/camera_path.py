@@ -25,7 +25,7 @@ from grammar.geometry.boxes import NO_BOXES
 from scene_description import CameraPose
 from scene_description.poses import look_at
 
-_TRIAL_STATIONS = 8
+_TRIAL_STATIONS, _STILL_TRIALS = 8, 3
 _REACH_SHARE = 0.5
 """Of the free floor's longer side, how far few frames walk: beyond that they would end before a wall."""
 NO_SIGHTS = Sights()
@@ -111,11 +111,18 @@ def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: f
 
 
 def best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> tuple[Walk, Gaze]:
-    """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried."""
-    config = views.config
-    cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials]
+    """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried.
+
+    A single view is the best of ``_STILL_TRIALS`` times as many places.
+    """
+    config, still = views.config, length_m <= 0.0
+    cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials * (_STILL_TRIALS if still else 1)]
     quality = [views.best(ground.cells_m[cell]) for cell in cells]
-    routes = find_routes(ground, cells[np.argsort(np.negative(quality), kind="stable")][: config.viewpoints])
+    best_cells = cells[np.argsort(np.negative(quality), kind="stable")]
+    if still:
+        walk = Walk(np.zeros(1), ground.cells_m[best_cells[:1]])
+        return walk, choose_gaze(views, walk, length_m)
+    routes = find_routes(ground, best_cells[: config.viewpoints])
     trials = max(int(config.path_trials * min(1.0, 2.0 * config.path_length_m / max(length_m, 1e-9))), 1)
     walks = [sample_walk(rng, ground, routes, length_m, config.smoothing_m) for _ in range(trials)]
     gazes = [choose_gaze(views, walk, length_m) for walk in walks]

@@ -165,6 +165,9 @@ class SensorConfig:
         tuple[Annotated[float, Limits(ge=0.0, le=1.0)], ...],
         Limits(max_length=1024, description="Measured response: brightness at even steps of light from 0 to white"),
     ] = ()
+    color_saturation: Annotated[
+        float, Limits(ge=0.0, le=4.0, description="By how much the processor multiplies the distance of colours from grey; 1: not at all")
+    ] = 1.0
     sharpening: Annotated[
         float, Limits(ge=0.0, le=5.0, description="How much is added of what a pixel's luma has more than its surroundings; 0: none")
     ] = 0.0

@@ -1,4 +1,4 @@
-"""Local tone mapping by exposure fusion: from one picture several are made, as if exposed shorter, and of each what it shows well is kept.
+"""Local tone mapping by exposure fusion: a picture becomes several, exposed longer and shorter; of each, what it shows well is kept.
 
 T. Mertens, J. Kautz and F. Van Reeth, "Exposure Fusion", Pacific Graphics 2007, with exposures made from one, as telephones do (S. W.
 Hasinoff et al., "Burst Photography for High Dynamic Range and Low-Light Imaging on Mobile Cameras", SIGGRAPH Asia 2016).  They are blended
@@ -17,11 +17,11 @@ import kernel_cache.elementary as el
 from renderer.core.color import LUMINANCE
 from scene_description.products import matmul
 
-MIDDLE_GREY = 0.18
-"""Light, in multiples of white, that stays as it is."""
+KEPT_LIGHT = 0.35
+"""Light, in multiples of white, that stays as it is: telephones show the middle of a room brighter than grey of 0.18."""
 
-_STEP_STOPS = 2.0
-"""Most stops between one exposure and the next."""
+_STEP_STOPS, _LONGER_SHARE = 2.0, 0.25
+"""Most stops between one exposure and the next, and of all of them the share by which the longest is longer than the picture's own."""
 _HALF_LIGHT = 0.6
 """Light, in multiples of white, that an exposure shows at half of the most that it can; tones are the root of that share."""
 _BEST_TONE, _TONE_SPREAD = 0.7, 0.15
@@ -33,18 +33,19 @@ Tones = NDArray[np.float64]
 
 
 def merge_exposures(light: NDArray[np.float32], stops: float) -> NDArray[np.float32]:
-    """Return light (height, width, 3), in multiples of white, as merged from exposures of which the shortest is ``stops`` below this one.
+    """Return light (height, width, 3), in multiples of white, as merged from exposures, the shortest ``stops`` below the longest.
 
-    Colours keep their hue, and an even grey of 0.18 stays as it is.
+    A quarter of these are above this one.  Colours keep their hue, and even light of ``KEPT_LIGHT`` stays as it is.
     """
     luminance = np.maximum(matmul(light.astype(np.float64).reshape(-1, 3), LUMINANCE).reshape(light.shape[:2]), _LEAST_LIGHT)
-    scale = MIDDLE_GREY / _merged(np.full((1, 1), MIDDLE_GREY), stops)
+    scale = KEPT_LIGHT / _merged(np.full((1, 1), KEPT_LIGHT), stops)
     return np.asarray(light * (scale * _merged(luminance, stops) / luminance).astype(np.float32)[..., None])
 
 
 def _merged(luminance: Tones, stops: float) -> Tones:
     """Return the luminance (height, width) that merged exposures show."""
-    gains = [math.pow(0.5, below) for below in np.linspace(0.0, stops, math.ceil(stops / _STEP_STOPS) + 1).tolist()]
+    below = np.linspace(0.0, stops, math.ceil(stops / _STEP_STOPS) + 1) - _LONGER_SHARE * stops
+    gains = [math.pow(0.5, stop) for stop in below.tolist()]
     tones = np.stack([np.sqrt(gain * luminance / (gain * luminance + _HALF_LIGHT)) for gain in gains])
     off = (tones - _BEST_TONE) / _TONE_SPREAD
     weights = el.exp(-0.5 * off * off)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from renderer.geometry.lofts import bent, disc, loft, oval
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
+from renderer.geometry.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rounded_box, sweep
 from renderer.models.model import Model, Pieces, Size, halved
 
 SHELF_LEVELS = (0.055, 0.29, 0.525, 0.76, 1.0)
@@ -75,7 +76,7 @@ def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Me
 
 
 def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a shut box with tape along its seam, or with two straps and their clasps; a label on one side."""
+    """Return a shut box with tape along its seam, or two straps and their clasps; a label on one side, print on two."""
     _, _, height, half_d, half_w = halved(size_m)
     thick = min(0.004, 0.03 * min(size_m))
     body = [block((-half_d, -half_w, 0.0), (half_d, half_w, height - thick), 0.003)]
@@ -92,7 +93,40 @@ def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> P
             tape.append(block((half_d - 0.001, y - 0.012, 0.6 * height), (half_d + 0.003, y + 0.012, 0.6 * height + 0.03), 0.001))
     y, z = rng.uniform(0.0, 0.4) * half_w, rng.uniform(0.45, 0.6) * height
     label = block((half_d - 0.002, y - 0.28 * half_w, z), (half_d + 0.0006, y + 0.28 * half_w, z + 0.24 * height), 0.0002)
-    return {"body": body, "tape": tape, "label": label}
+    prints = [_printed(rng, side * half_d, half_w, height) for side in (-1.0, 1.0)]
+    return {"body": body, "tape": tape, "label": label, "print": prints}
+
+
+_ARROW = (
+    (-0.12, 0.0, 0.12, 0.55),
+    (-0.36, 0.55, 0.36, 0.67),
+    (-0.24, 0.67, 0.24, 0.79),
+    (-0.12, 0.79, 0.12, 0.91),
+    (-0.05, 0.91, 0.05, 1.0),
+)
+"""An arrow that points up, one high: rectangles by left, low, right and high."""
+
+
+def _printed(rng: np.random.Generator, x: float, half_w: float, height: float) -> Mesh:
+    """Return what is printed on a side of a box at ``x``: a few words in strokes, and two arrows beside them."""
+    size = min(0.04, 0.1 * height, 0.12 * half_w)
+    low, y, strokes = float(rng.uniform(0.2, 0.3)) * height, -0.85 * half_w, []
+    for line in range(int(rng.integers(1, 3))):
+        z, end = low - 1.5 * size * line, y + size
+        for letter in np.cumsum(rng.choice([0.75, 1.5], int(rng.integers(5, 12)), p=[0.8, 0.2])).tolist():
+            left = y + letter * size
+            end = left + 0.55 * size
+            strokes.append((left, z, left + 0.14 * size, z + size))
+            strokes += [(left, z + share * size, end, z + (share + 0.14) * size) for share in (0.0, 0.43, 0.86) if rng.random() < 0.55]
+            strokes += [(end - 0.14 * size, z, end, z + size)] * int(rng.integers(2))
+    for middle in (end + 1.2 * size, end + 2.3 * size):
+        strokes += [(middle + a * size, low + 1.2 * b * size, middle + c * size, low + 1.2 * d * size) for a, b, c, d in _ARROW]
+    a, b, c, d = np.array(strokes).T
+    on = np.full_like(a, x + math.copysign(0.0004, x))
+    turned = math.copysign(1.0, x)
+    corners = np.stack([np.stack([on, turned * y_, z_], axis=-1) for y_, z_ in ((a, b), (c, b), (c, d), (a, d))], axis=1).reshape(-1, 3)
+    faces = (4 * np.arange(len(a))[:, None, None] + np.array([(0, 1, 2), (0, 2, 3)])).reshape(-1, 3)
+    return make_mesh(corners, np.broadcast_to((turned, 0.0, 0.0), corners.shape), faces)
 
 
 def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

@@ -8,9 +8,10 @@ import numpy as np
 
 from renderer.geometry.lofts import bent, disc, loft, points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated
 from renderer.models.cabinets import Front, fronts
-from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.model import Model, Pieces, Size, fitted, halved
+from renderer.models.storage import build_cardboard_box, build_plastic_crate
 
 
 def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -39,7 +40,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     board = blocks(points(edges[:-1], -half_w + 0.012, shelf), points(edges[1:] - 0.006, half_w - 0.012, shelf + 0.022), 0.003)
     seams = np.linspace(-half_d, half_d, 5)
     top = blocks([(a, -half_w, under) for a in seams[:-1]], [(b - 0.001, half_w, height) for b in seams[1:]], 0.003)
-    boxes, tins = _stored(rng, half_d, half_w - side, shelf + 0.022, 0.5 * height)
+    stored = _stored(rng, half_d, half_w - side, shelf + 0.022, 0.5 * height)
     end = -1.0 if rng.random() < 0.5 else 1.0
     drawers_side = -end
     hung = (half_w - 0.02 - side, under - 0.1 if style == "wooden" else under, style, height)
@@ -48,7 +49,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Piece
         other = _bench_drawers(front - 0.05, end, *hung)
         pedestal = merged(pedestal[0], other[0]), merged(pedestal[1], other[1])
     parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
-    return parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}
+    return parts | stored | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height))}
 
 
 def _bench_drawers(front: float, side: float, reach: float, top: float, style: str, height: float) -> tuple[Mesh, Mesh]:
@@ -77,24 +78,31 @@ def _vise(x: float, y: float, z: float, tall: float) -> Mesh:
     return merged(fixed, jaw, screw, *guides, bar)
 
 
-def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, room: float) -> tuple[Mesh, Mesh]:
-    """Boxes and tins on the lower shelf, at least one of each."""
-    things: tuple[list[Mesh], list[Mesh]] = ([], [])
-    y, k = -reach + 0.05, int(rng.integers(2))
-    while y < reach - 0.2 or not (things[0] and things[1]):
-        tall = min(rng.uniform(0.14, 0.28), 0.5 * room)
-        r = min(rng.uniform(0.06, 0.1), 0.3 * half_d, 0.2 * reach)
-        if (k % 2 and rng.random() < 0.6) or (not things[1] and y > 0.3 * reach):
+def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, room: float) -> dict[str, list[Mesh]]:
+    """Cartons with tape and label, lidded tubs and tins on the lower shelf, in any order, at least one of each."""
+    parts: dict[str, list[Mesh]] = {"boxes": [], "labels": [], "prints": [], "tubs": [], "tins": []}
+    left = list(rng.permutation(3))
+    y = -reach + 0.03
+    while left or y < reach - 0.2:
+        kind = int(left.pop()) if left else int(rng.choice(3, p=(0.5, 0.3, 0.2)))
+        wide = min(float(rng.uniform(*((0.12, 0.2), (0.22, 0.38), (0.2, 0.34))[kind])), (reach - y) / (len(left) + 1) - 0.01)
+        tall, deep = min(float(rng.uniform(0.12, 0.3)), 0.8 * room), float(rng.uniform(1.0, 1.5)) * half_d
+        place = (float(rng.uniform(-0.3, 0.1)) * half_d, y + 0.5 * wide, z)
+        if kind == 0:
+            r = 0.45 * wide
             rim = [(r, 0.0), (r, tall - 0.004), (1.03 * r, tall - 0.004), (1.03 * r, tall), (0.95 * r, tall), (0.94 * r, tall - 0.008)]
-            things[1].append(moved(lathe([(0.0, 0.0), *rim, (0.0, tall - 0.008)], 20), -0.1 * half_d, min(y, reach - 2.1 * r) + r, z))
-            wide = 2.0 * r
+            parts["tins"].append(moved(lathe([(0.0, 0.0), *rim, (0.0, tall - 0.008)], 20), *place))
         else:
-            wide, deep = rng.uniform(0.18, 0.32), rng.uniform(0.35, 0.6) * half_d
-            start = min(y, reach - 0.12)
-            things[0].append(block((-deep, start, z), (0.7 * deep, min(start + wide, reach - 0.01), z + tall), 0.004))
-        y += wide + rng.uniform(0.03, 0.16)
-        k += 1
-    return merged(*things[0]), merged(*things[1])
+            build, style = ((build_cardboard_box, "closed"), (build_plastic_crate, "lidded"))[kind - 1]
+            turn, size = float(rng.normal(0.0, 0.03)), (deep, wide, tall)
+            for name, mesh in fitted(build(rng, size, style), size).items():
+                parts[_STORED_AS[name] if kind == 1 else "tubs"].append(moved(rotated(mesh, "z", turn), *place))
+        y += wide + float(rng.uniform(0.01, 0.12))
+    return parts
+
+
+_STORED_AS = {"body": "boxes", "tape": "labels", "label": "labels", "print": "prints"}
+"""Part of a carton -> part of the bench that it belongs to."""
 
 
 def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

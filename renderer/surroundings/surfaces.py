@@ -138,6 +138,7 @@ def ground_surface(street: NDArray[np.float32], x: np.float32, y: np.float32, di
         tone = np.float32(0.25) + np.float32(0.07) * hash_unit(i, j, 5) + np.float32(0.04) * fine
         tone *= np.float32(0.6) if joint and distance < np.float32(25.0) else _ONE
         return Surface(tone, tone * np.float32(0.97), tone * np.float32(0.93), _ZERO, _ZERO)
-    tone = np.float32(0.6) + np.float32(0.5) * broad + np.float32(0.5) * fine * fine
+    tuft = value_noise(x * np.float32(1.7), y * np.float32(1.7), 4)
+    tone = np.float32(0.35) + np.float32(0.5) * broad + np.float32(0.5) * fine * fine + np.float32(0.5) * tuft
     dry = value_noise(x * np.float32(0.12), y * np.float32(0.12), 3) * np.float32(0.05)
     return _toned(np.float32(0.05) + dry, np.float32(0.085) + dry, np.float32(0.028), tone)

@@ -14,7 +14,7 @@ from renderer.textures.pattern import Generator, Pattern, Request
 
 PANEL_M, JOINT_M, TIE_M = 1.25, 0.003, 0.024
 """Of formwork: width of a panel, of a joint between panels, and of the hole that a tie leaves."""
-LAPS = 0.025
+LAPS = 0.015
 """Deviation of the lightness of rolled paint, as a share of it."""
 GROUT = ((0.62, 0.61, 0.58), (0.7, 0.7, 0.7), (0.5, 0.5, 0.5))
 
@@ -108,7 +108,7 @@ def concrete(rng: np.random.Generator, request: Request) -> Pattern:
     mottle = noise(rng, request.shape, 8.0, 60.0, 0.7)
     grit = noise(rng, request.shape, 60.0, 220.0, 0.0)
     pores = smooth_step(2.6, 3.3, noise(rng, request.shape, 20.0, 90.0, 0.0))
-    shade = 1.0 + 0.025 * mottle + 0.035 * grit
+    shade = 1.0 + 0.04 * mottle + 0.02 * grit
     height = 0.08 * grit - 0.7 * pores
     return Pattern((0.6 * pores,), shade, (0.03 * mottle + 0.1 * pores), height)
 
@@ -144,7 +144,7 @@ def plaster(rng: np.random.Generator, request: Request) -> Pattern:
     uneven = noise(rng, request.shape, 6.0, 26.0, 0.3)
     laps = _laps(rng, request)
     drops = smooth_step(0.4, 2.4, stipple)
-    return Pattern((), 1.0 + 0.01 * stipple + 0.008 * uneven + laps, 0.02 * drops, 0.35 * drops + 0.06 * stipple + 0.75 * uneven)
+    return Pattern((), 1.0 + 0.01 * stipple + 0.008 * uneven + laps, 0.02 * drops, 0.35 * drops + 0.06 * stipple + 0.4 * uneven)
 
 
 def _laps(rng: np.random.Generator, request: Request) -> Field:

@@ -217,34 +217,6 @@ def geometric(rng: np.random.Generator, request: Request) -> Picture:
     return _painted(rng, canvas, noise(rng, request.shape, 20.0, 200.0, 0.2), 0.03)
 
 
-def portrait(rng: np.random.Generator, request: Request) -> Picture:
-    """Paint a half-length figure in planes of light and shade: ground, shoulders, neck, head, hair."""
-    inks = _inks(rng, request)
-    canvas = Canvas(request, inks[1])
-    canvas.paint(0.5 * smooth_step(0.2, 1.4, np.hypot(canvas.x - 0.4 * canvas.width, canvas.y - 0.7 * canvas.height)), (0.03, 0.03, 0.04))
-    canvas.paint(0.3 * smooth_step(-0.5, 1.5, noise(rng, request.shape, 1.0, 12.0, 1.2)), inks[0])
-    x, y, size = 0.5 * canvas.width + float(rng.uniform(-0.06, 0.06)), 0.60 * canvas.height, 0.17
-    skin = _mix((0.62, 0.36, 0.24), (0.12, 0.055, 0.035), float(rng.random()))
-    hair = _mix((0.02, 0.015, 0.012), (0.34, 0.19, 0.07), float(rng.random()) ** 2)
-    coat, lean = inks[2 % len(inks)], float(rng.uniform(-0.05, 0.05))
-    canvas.paint(canvas.disc(x, y + 0.25 * size, 1.25 * size, 1.45 * size), hair)
-    if rng.random() < 0.55:
-        canvas.fill(x - 1.22 * size, x + 1.22 * size, y - 1.6 * size, y + 0.2 * size, hair)
-    canvas.paint(canvas.disc(x, y - 3.3 * size, 2.7 * size, 1.9 * size), coat)
-    canvas.paint(canvas.disc(x + 1.2 * size, y - 3.4 * size, 1.5 * size, 1.7 * size) * 0.45, _mix(coat, (0.01, 0.01, 0.015), 0.7))
-    canvas.paint(canvas.disc(x, y - 1.55 * size, 0.42 * size, 0.75 * size), _mix(skin, (0.0, 0.0, 0.0), 0.3))
-    canvas.paint(canvas.disc(x, y, 0.88 * size, 1.18 * size, lean), skin)
-    canvas.paint(0.5 * canvas.disc(x + 0.5 * size, y, 0.5 * size, 1.05 * size, lean), _mix(skin, (0.02, 0.01, 0.01), 0.6))
-    canvas.paint(0.45 * canvas.disc(x - 0.36 * size, y + 0.1 * size, 0.34 * size, 0.8 * size, lean), _mix(skin, (1.0, 0.9, 0.8), 0.45))
-    canvas.paint(canvas.disc(x + 0.05 * size, y + 0.98 * size, 0.98 * size, 0.52 * size, 0.2), hair)
-    for side in (-1.0, 1.0):
-        canvas.paint(canvas.disc(x + 0.36 * side * size, y + 0.12 * size, 0.17 * size, 0.06 * size), (0.03, 0.02, 0.02))
-        canvas.paint(0.8 * canvas.disc(x + 0.36 * side * size, y + 0.30 * size, 0.23 * size, 0.045 * size, -0.15 * side), hair)
-    canvas.paint(0.6 * canvas.disc(x + 0.08 * size, y - 0.22 * size, 0.11 * size, 0.30 * size), _mix(skin, (0.02, 0.01, 0.01), 0.45))
-    canvas.paint(canvas.disc(x, y - 0.58 * size, 0.26 * size, 0.065 * size), _mix(skin, (0.45, 0.05, 0.04), 0.6))
-    return _painted(rng, canvas, noise(rng, request.shape, 5.0, 70.0, 0.6, (1.6, 1.0)), 0.07)
-
-
 def botanical(rng: np.random.Generator, request: Request) -> Picture:
     """Paint a pressed plant on paper: a bent stem, pairs of leaves, perhaps blossoms."""
     inks = _inks(rng, request)
@@ -317,12 +289,12 @@ def _painted(rng: np.random.Generator, canvas: Canvas, stroke: Field, depth: flo
     return Picture(rgb, (0.04 * stroke), (0.3 * stroke))
 
 
-ART: tuple[Callable[[np.random.Generator, Request], Picture], ...] = (landscape, abstract, geometric, portrait, botanical, poster)
+ART: tuple[Callable[[np.random.Generator, Request], Picture], ...] = (landscape, abstract, geometric, botanical, poster)
 
 
 def art(rng: np.random.Generator, request: Request) -> Picture:
-    """Paint a picture of any kind; figures and plants only where it stands upright."""
-    kinds = ART if request.aspect < 1.0 else tuple(kind for kind in ART if kind not in (portrait, botanical, poster))
+    """Paint a picture of any kind; plants and posters only where it stands upright."""
+    kinds = ART if request.aspect < 1.0 else tuple(kind for kind in ART if kind not in (botanical, poster))
     return kinds[int(rng.integers(len(kinds)))](rng, request)
 
 

@@ -9,6 +9,7 @@ from box_room import VIEW
 from renderer import CameraConfig, SensorConfig
 from renderer.camera.bayer import demosaic, mosaic
 from renderer.camera.cameras import pose_camera
+from renderer.camera.saturation import saturate
 from renderer.camera.sharpening import sharpen
 from renderer.color_sensor import read_color
 from renderer.film.tone import Exposure, to_display, white_luminance
@@ -85,6 +86,15 @@ def test_colour_keeps_its_differences_where_luma_is_sharpened():
     kept = (sharp.min(axis=2) > 0) & (sharp.max(axis=2) < 255)
     assert kept.mean() > 0.5 and not np.array_equal(sharp[kept], plain[kept])
     assert np.abs((sharp[..., 0] - sharp[..., 2]) - (plain[..., 0] - plain[..., 2]))[kept].max() <= 1
+
+
+def test_saturation_leaves_greys_and_luma_and_moves_colours_apart():
+    grey = np.arange(256, dtype=np.uint8)[None, :, None].repeat(3, axis=2)
+    assert np.array_equal(saturate(grey, 1.7), grey)
+    assert saturate(np.array([[[100, 150, 200]]], np.uint8), 1.2).tolist() == [[[92, 152, 212]]]  # luma is 140.75
+    assert saturate(np.array([[[250, 20, 20]]], np.uint8), 3.0).tolist() == [[[255, 0, 0]]]
+    light = soft_scene()
+    assert np.array_equal(read(light, color_saturation=1.3), saturate(read(light), 1.3))
 
 
 def test_jpeg_leaves_what_its_quality_says():

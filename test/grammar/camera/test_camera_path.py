@@ -176,6 +176,15 @@ def test_one_frame_is_enough() -> None:
     assert len(sample(4, frames=1)) == 1
 
 
+def test_a_single_view_is_about_the_best_that_the_room_has() -> None:
+    places = [(x, y) for x in np.arange(0.5, 4.0, 0.25) for y in np.arange(0.5, 3.4, 0.25)]
+    free = [place for place in places if min(sphere_gap_m(BEDROOM, (*place, h)) for h in (0.3, 0.7, 1.4)) > CONFIG.body_radius_m]
+    best = max(CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM).views(CONFIG, 1.4).best(np.array(place)) for place in free)
+    poses = [sample(seed, frames=1)[0].position_m for seed in range(12)]
+    worth = [CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM).views(CONFIG, z).best(np.array([x, y])) for x, y, z in poses]
+    assert np.mean(worth) > 0.99 * best
+
+
 def test_the_seed_decides() -> None:
     assert sample(5) == sample(5)
     assert sample(5) != sample(6)

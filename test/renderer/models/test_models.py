@@ -39,8 +39,8 @@ SMALL = set(shape_rows.MODELS) | {
 }
 TOPS = ("nightstand", "dresser", "desk", "bookshelf", "coffee_table", "tv_stand", "side_table", "sideboard", "dining_table")
 TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_shelf", "china_cabinet")
-SHEETS = {("curtain", "cloth"), ("potted_plant", "leaves"), ("vase", "stems")}
-"""Parts of cloth and leaves, without thickness."""
+SHEETS = {("curtain", "cloth"), ("potted_plant", "leaves"), ("vase", "stems"), ("cardboard_box", "print"), ("workbench", "prints")}
+"""Parts of cloth, leaves and print, without thickness."""
 CASES = [(generator, style) for generator, model in MODELS.items() for style in model.styles]
 TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine", "window_sill")
 
