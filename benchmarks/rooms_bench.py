@@ -4,7 +4,8 @@ python -m benchmarks.rooms_bench [--rooms N] [--types TYPE ...] [--seed S] [--wo
                                  [--sheets FOLDER [--views N]]
 python -m benchmarks.rooms_bench --clutter [C ...] [--rooms N] [--types TYPE ...] [--seed S]
 
-``--rooms`` are shared by the types.  ``--real`` adds a table of medians: ours, those of the file's rooms, and their ratio.  ``--sheets``
+``--rooms`` are shared by the types.  ``--real`` adds a table of medians: ours, those of the file's rooms, and their ratio, and how much
+room the file's rooms have behind their chairs.  ``--sheets``
 draws N views from above of each type, four to a sheet, each with its seed, index and the faults that were found.  ``--clutter`` says
 instead what clutter does: how many objects rooms have, whether they stay valid, what is odd in them and what it costs, of N rooms of each
 type, the same ones at each level.
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+import math
 import multiprocessing
 import sys
 import time
@@ -33,7 +35,8 @@ from benchmarks.room_measures import MEASURES, RoomMeasures, measure_room, real_
 from benchmarks.table import Row, at_most, render_table
 from grammar import GrammarError, RequestError, SceneRequest, read_categories, room_types
 from grammar.checks.faults import FAULTS, find_faults, scene_faults
-from grammar.checks.furnished import furnished
+from grammar.checks.furnished import Furnished, furnished
+from grammar.checks.use_of_seats import SEATED_M, behind_chairs_m
 from grammar.drawing.top_view import top_view
 from grammar.learning import read_category_map
 from grammar.synthesize import CameraTimes, SceneSynthesizer
@@ -210,6 +213,15 @@ def beside_table(rows: Sequence[Mapping[str, Any]], categories: bool = False) ->
     return "\n".join(lines)
 
 
+def behind_chairs(rooms: Sequence[Furnished]) -> str:
+    """Return how far from their tables things stand behind the chairs of rooms, and the share that counts as wedged, as a line of text."""
+    found = [behind_m for room in rooms for behind_m in behind_chairs_m(room)] or [math.nan]
+    shares = (0.05, 0.1, 0.25, 0.5)
+    told = ", ".join(f"{value:.2f} m ({share:.0%})" for share, value in zip(shares, np.quantile(found, shares), strict=True))
+    wedged = np.mean(np.array(found) <= SEATED_M)
+    return f"Behind {len(found)} chairs, from the edge of the table: {told}; nearer than {SEATED_M:g} m: {wedged:.1%}"
+
+
 def clutter_table(rooms_by_type: Sequence[tuple[str, Sequence[Sequence[Judged]]]], clutter: Sequence[float]) -> str:
     """Return the table as markdown, of each type with its rooms at each level of clutter."""
     lines = [f"| room type | {' | '.join(f'{level:g}' for level in clutter)} |", f"|---|{'---|' * len(clutter)}"]
@@ -260,9 +272,9 @@ def main() -> None:
         document |= {"rows": [row._asdict() for row in rows], "rooms": judged}
         if arguments.real:
             categories = read_categories(config_path("categories.yaml"))
-            found = real_rooms(arguments.real, read_category_map(config_path("learning/category_map.yaml")), categories)
+            found = list(real_rooms(arguments.real, read_category_map(config_path("learning/category_map.yaml")), categories))
             document["beside"] = beside([room.measures for room in rooms if room.measures], [measure_room(room) for room in found])
-            sys.stdout.write(beside_table(document["beside"], arguments.categories) + "\n")
+            sys.stdout.write(f"{beside_table(document['beside'], arguments.categories)}\n{behind_chairs(found)}\n")
     if arguments.json:
         arguments.json.write_text(json.dumps(document, indent=1))
     if arguments.sheets:

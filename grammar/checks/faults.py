@@ -14,7 +14,7 @@ from grammar.checks import use_of_doors as doors
 from grammar.checks import use_of_fixtures as fixtures
 from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_seats as seats
-from grammar.checks.furnished import Furnished, blocked, each, far, furnished, near, off_wall
+from grammar.checks.furnished import Furnished, blocked, covered, each, far, furnished, near, off_wall
 from grammar.derivation.parse_tree import Item
 from grammar.layout.assemble import around_target
 from grammar.spec.categories import Categories, Role
@@ -40,14 +40,20 @@ def _fault(find: Callable[[Furnished], list[int]], says: str, of_layout: bool = 
 
 FAULTS = (
     _fault(doors.switch_behind_door, "a light switch is on the hinge side of a door that opens into the room"),
-    _fault(doors.shown_behind_door, "a picture, mirror, clock or board is behind an open door"),
+    Fault(
+        "shown_behind_door", "a picture, mirror, clock or board is behind an open door", each(doors.behind_door, "shown", on_floor=False)
+    ),
     _fault(doors.shown_hidden, "a picture, mirror, clock or board is hidden to a quarter by what stands before it"),
     Fault("mirror_over_bed", "a mirror hangs over a bed", each(near(0.05, "bed"), "mirror", on_floor=False)),
     _fault(doors.thing_in_doorway, "a plant, vase, bin, lamp or ball stands in the way of a door"),
     _fault(doors.rug_in_swing, "a rug or mat lies where a door swings"),
     _fault(doors.door_in_corner, "a door opens into the corner of a sofa"),
     _fault(doors.before_window, "a thing covers 15 % of a window"),
-    _fault(doors.hangs_at_window, "a picture, mirror, clock or shelf hangs above or below a window"),
+    Fault(
+        "hangs_at_window",
+        "a picture, mirror, clock or shelf hangs above or below a window",
+        each(doors.at_window, "shown", "wall_shelf", on_floor=False),
+    ),
     _fault(doors.curtain_off_window, "a curtain does not hang before the middle of a window"),
     Fault(
         "hooks_over_heater", "hooks for coats hang over a radiator", each(near(-0.03, "heater", on_floor=False), "hooks", on_floor=False)
@@ -55,33 +61,37 @@ FAULTS = (
     _fault(seats.screen_unseen, "no seat faces a television that faces it"),
     _fault(seats.chair_at_no_table, "a chair or stool faces no table or desk"),
     _fault(seats.second_screen, "a room has two televisions"),
-    _fault(seats.screen_hidden, "things cover 15 % of a television"),
+    Fault("screen_hidden", "things cover 15 % of a television", each(covered(0.6, 0.15), "screen", on_floor=False)),
     _fault(seats.chair_behind_chair, "another chair stands between a chair and its table"),
     _fault(seats.coffee_table_astray, "no sofa or armchair stands at a coffee table"),
     _fault(seats.coffee_table_aside, "a low table in the room stands before no sofa or armchair"),
     _fault(seats.seat_faces_wall, "a sofa or armchair faces a wall or something high close by"),
     _fault(seats.seat_alone, "a sofa or armchair of a living room looks at no coffee table, television or other such seat"),
     _fault(seats.seat_cramped, "a sofa or armchair has no room for feet before it"),
-    _fault(seats.screen_before_window, "a television stands before a window"),
+    Fault("screen_before_window", "a television stands before a window", each(seats.before_window, "screen", on_floor=False)),
     _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed, or machine"),
     _fault(seats.place_shared, "chairs of one table are too close to each other"),
     _fault(seats.chair_at_corner, "a chair is drawn up to a corner of its table"),
-    _fault(seats.chair_wedged, "what stands behind a chair is nearer than 0.35 m to its table"),
+    _fault(seats.chair_wedged, f"what stands behind a chair is nearer than {seats.SEATED_M:g} m to its table"),
     _fault(seats.filler_at_table, "a plant, bin or lamp stands where people sit at a table"),
     Fault(
         "table_at_sofa", "a table for meals stands at a sofa, an armchair or a low table", each(near(0.15, "lounge", "low_table"), "dining")
     ),
     _fault(furniture.bedside_blocked, "something stands before a nightstand"),
     Fault("wardrobe_shut", "the doors of a wardrobe do not open", each(blocked("front", 0.02, 0.45, 0.2), "wardrobe")),
-    _fault(furniture.askew, "furniture at a wall is turned from it by 1.2 to 15 degrees"),
+    Fault("askew", "furniture at a wall is turned from it by 1.2 to 15 degrees", each(furniture.askew, "bed", "store")),
     _fault(furniture.rug_askew, "a rug is turned from the walls by more than 1.5 degrees"),
-    _fault(furniture.store_on_rug_edge, "a store stands on a rug with a part of its foot only"),
-    _fault(furniture.stands_on_mat, "something stands on a mat for feet or exercise"),
-    _fault(furniture.pot_on_rug_edge, "a plant or vase stands on a rug with a part of its foot only"),
-    _fault(furniture.stands_astray, "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture"),
+    Fault("store_on_rug_edge", "a store stands on a rug with a part of its foot only", each(furniture.on_rug_edge(0.08), "store")),
+    Fault("stands_on_mat", "something stands on a mat for feet or exercise", each(furniture.stood_on, "mat")),
+    Fault("pot_on_rug_edge", "a plant or vase stands on a rug with a part of its foot only", each(furniture.on_rug_edge(0.02), "pot")),
+    Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", each(furniture.astray, "filler")),
     Fault("pot_under_table", "a plant or vase stands below a table", each(near(-0.05, "table"), "pot")),
     _fault(furniture.fillers_huddled, "three or more plants, vases, bins, lamps or balls stand in one heap"),
-    _fault(furniture.thing_before_front, "a plant, vase, bin, lamp, ball or machine stands before the front of a store"),
+    Fault(
+        "thing_before_front",
+        "a plant, vase, bin, lamp, ball or machine stands before the front of a store",
+        each(furniture.before_front, "filler", "machine"),
+    ),
     Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", each(furniture.hemmed, "machine")),
     _fault(furniture.mat_hemmed, "furniture is close to a mat for exercise, or another mat lies askew beside it"),
     Fault(

@@ -209,6 +209,17 @@ AtFault = Callable[[Furnished, SceneObject], bool]
 """Whether an object of a room is at fault."""
 
 
+def clusters(boxes: Sequence[Boxes], within_m: float) -> list[int]:
+    """Return for each box the number of its cluster: boxes nearer than a distance are in one, and so are their neighbours."""
+    group = list(range(len(boxes)))
+    for i, box in enumerate(boxes):
+        for j in range(i):
+            if group[i] != group[j] and footprint_penetration(box, boxes[j]) > -within_m:
+                old, new = group[i], group[j]
+                group = [new if one == old else one for one in group]
+    return group
+
+
 def each(at_fault: AtFault, *roles: Role, on_floor: bool = True) -> Callable[[Furnished], list[int]]:
     """Return the function that finds the objects at fault among those with these roles, by default of those on the floor."""
 
@@ -241,6 +252,17 @@ def far(beyond_m: float, *roles: Role) -> AtFault:
         return bool(others) and max(footprint_penetration(whole_box(item), whole_box(other)) for other in others) < -beyond_m
 
     return is_far
+
+
+def covered(depth_m: float, share: float) -> AtFault:
+    """Return whether things within a depth of a front cover more than a share of it."""
+
+    def is_covered(found: Furnished, item: SceneObject) -> bool:
+        x, y = world_points(item, np.array([0.5 * item.size_m[0]]), np.zeros(1))[0]
+        boxes, heights = found.boxes[found.owner != item.id], (item.position_m[2], item.position_m[2] + item.size_m[2])
+        return bool(face_covered(boxes, (x, y, item.yaw_rad), item.size_m[1], heights, depth_m).any(0).mean() > share)
+
+    return is_covered
 
 
 def off_wall(role: Role) -> AtFault:

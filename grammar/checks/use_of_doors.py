@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, world_points
+from grammar.checks.furnished import Furnished, behind_doors, covered, face_covered, in_boxes, swept_points, world_points
 from grammar.geometry.solids import whole_box
 from grammar.geometry.zones import opening_frame
+from scene_description import SceneObject
 
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
@@ -22,28 +23,17 @@ def switch_behind_door(found: Furnished) -> list[int]:
     return [item.id for item in found.having("switch") if bool(behind_doors(found.room, np.array([item.position_m[:2]]))[0])]
 
 
-def shown_behind_door(found: Furnished) -> list[int]:
-    """Return what hangs to be seen and is half or more behind an open door."""
+def behind_door(found: Furnished, item: SceneObject) -> bool:
+    """Return whether something that hangs is half or more behind an open door."""
     along = np.linspace(-0.45, 0.45, 7)
-    bad = []
-    for item in found.having("shown"):
-        points = world_points(item, np.full(7, 0.5 * item.size_m[0]), along * item.size_m[1])
-        if behind_doors(found.room, points).mean() >= 0.5:
-            bad.append(item.id)
-    return bad
+    points = world_points(item, np.full(7, 0.5 * item.size_m[0]), along * item.size_m[1])
+    return bool(behind_doors(found.room, points).mean() >= 0.5)
 
 
 def shown_hidden(found: Furnished) -> list[int]:
     """Return what hangs to be seen and is covered to more than ``HIDDEN_SHARE`` by things up to ``HIDDEN_DEPTH_M`` before it."""
-    bad = []
-    for item in found.having("shown"):
-        if item.support.kind in ("wall", "floor"):
-            x, y = world_points(item, np.array([0.5 * item.size_m[0]]), np.zeros(1))[0]
-            boxes = found.boxes[found.owner != item.id]
-            low, high = item.position_m[2], item.position_m[2] + item.size_m[2]
-            if face_covered(boxes, (x, y, item.yaw_rad), item.size_m[1], (low, high), HIDDEN_DEPTH_M).any(0).mean() > HIDDEN_SHARE:
-                bad.append(item.id)
-    return bad
+    hidden = covered(HIDDEN_DEPTH_M, HIDDEN_SHARE)
+    return [item.id for item in found.having("shown") if item.support.kind in ("wall", "floor") and hidden(found, item)]
 
 
 def thing_in_doorway(found: Furnished) -> list[int]:
@@ -69,8 +59,8 @@ def before_window(found: Furnished) -> list[int]:
     for opening in found.room.openings:
         if opening.category == "window" and len(boxes):
             heights = (opening.sill_m, opening.sill_m + opening.height_m)
-            covered = face_covered(boxes, opening_frame(found.room, opening), opening.width_m, heights, WINDOW_DEPTH_M)
-            bad.update(int(key) for key in np.unique(owner) if covered[owner == key].any(0).mean() > WINDOW_SHARE)
+            hidden = face_covered(boxes, opening_frame(found.room, opening), opening.width_m, heights, WINDOW_DEPTH_M)
+            bad.update(int(key) for key in np.unique(owner) if hidden[owner == key].any(0).mean() > WINDOW_SHARE)
     return sorted(bad)
 
 
@@ -80,18 +70,15 @@ def door_in_corner(found: Furnished) -> list[int]:
     return [item.id for item in found.standing("lounge") if any(in_boxes(points, whole_box(item)[None]).any() for points in swept)]
 
 
-def hangs_at_window(found: Furnished) -> list[int]:
-    """Return what hangs above or below a window with more than ``AT_WINDOW_SHARE`` of its width: pictures, mirrors, shelves, clocks."""
-    bad: set[int] = set()
-    for item in found.having("shown", "wall_shelf"):
-        for opening in found.room.openings:
-            if item.support.kind == "wall" and opening.category == "window" and opening.wall == item.support.wall:
-                x, y, yaw = opening_frame(found.room, opening)
-                left = (item.position_m[1] - y) * math.cos(yaw) - (item.position_m[0] - x) * math.sin(yaw)
-                shared = 0.5 * (item.size_m[1] + opening.width_m) - abs(left)
-                if shared > AT_WINDOW_SHARE * item.size_m[1]:
-                    bad.add(item.id)
-    return sorted(bad)
+def at_window(found: Furnished, item: SceneObject) -> bool:
+    """Return whether something hangs above or below a window with more than ``AT_WINDOW_SHARE`` of its width."""
+    for opening in found.room.openings:
+        if item.support.kind == "wall" and opening.category == "window" and opening.wall == item.support.wall:
+            x, y, yaw = opening_frame(found.room, opening)
+            left = (item.position_m[1] - y) * math.cos(yaw) - (item.position_m[0] - x) * math.sin(yaw)
+            if 0.5 * (item.size_m[1] + opening.width_m) - abs(left) > AT_WINDOW_SHARE * item.size_m[1]:
+                return True
+    return False
 
 
 def curtain_off_window(found: Furnished) -> list[int]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grammar.checks.furnished import Against, Furnished, against_wall, back_gap, taken_share, wall_distance, world_points
+from grammar.checks.furnished import Against, Furnished, against_wall, back_gap, clusters, taken_share, wall_distance, world_points
 from grammar.geometry.boxes import footprint_penetration
 from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y
@@ -77,13 +77,7 @@ def cabinet_overhead(found: Furnished) -> list[int]:
 def unit_rows_of(found: Furnished) -> list[tuple[SceneObject, ...]]:
     """Return the groups of base units that stand within ``TOUCHING_M`` of one another, tall units between them counted as links."""
     units = found.standing("unit", "fridge")
-    boxes = [whole_box(item) for item in units]
-    group = list(range(len(units)))
-    for i in range(len(units)):
-        for j in range(i):
-            if group[i] != group[j] and footprint_penetration(boxes[i], boxes[j]) > -TOUCHING_M:
-                old, new = group[i], group[j]
-                group = [new if key == old else key for key in group]
+    group = clusters([whole_box(item) for item in units], TOUCHING_M)
     members = [tuple(unit for unit, key in zip(units, group, strict=True) if key == name) for name in dict.fromkeys(group)]
     fridges = {item.id for item in found.having("fridge")}
     return [row for row in members if any(unit.id not in fridges for unit in row)]

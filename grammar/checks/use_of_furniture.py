@@ -6,7 +6,18 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, strip_points, taken_share, wall_distance, world_points
+from grammar.checks.furnished import (
+    AtFault,
+    Furnished,
+    against_wall,
+    back_gap,
+    clusters,
+    in_boxes,
+    strip_points,
+    taken_share,
+    wall_distance,
+    world_points,
+)
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_DEPTH, Z_HIGH, Z_LOW, X, Y, footprint_corners, footprint_penetration
 from grammar.geometry.solids import whole_box
@@ -20,7 +31,7 @@ FRONT_SHARE = 0.5
 BEDSIDE_FRONT_M = 0.25
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
-AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(1.5), 0.08
+AT_WALL_M, ASKEW_RAD, RUG_RAD = 0.5, math.radians(1.2), math.radians(1.5)
 MOUNT_SHARE, MOUNT_GAP_M, MOUNT_DEPTH_M = 0.4, 0.02, 0.4
 HEMMED_SHARE, HEMMED_GAP_M, HEMMED_DEPTH_M = 0.3, 0.01, 0.12
 DOOR_SHARE, DOOR_GAP_M, DOOR_DEPTH_M = 0.3, 0.02, 0.4
@@ -30,7 +41,7 @@ HUDDLE_M, HUDDLE = 0.3, 3
 BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
 SHUT_SHARE = 0.1
 """Of 115 appliances and cabinets of RobotAtVirtualHome two have more of their front blocked."""
-_STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
+_STEPS, _EIGHTHS = (np.arange(12) + 0.5) / 6.0 - 1.0, (np.arange(8) + 0.5) / 8.0 - 0.5
 
 
 def shelf_off_wall(found: Furnished) -> list[int]:
@@ -71,55 +82,41 @@ def no_bathing(found: Furnished) -> list[int]:
     return found.lacking("bathing")
 
 
-def stands_on_mat(found: Furnished) -> list[int]:
-    """Return mats for feet or exercise of which things on the floor take more than ``MAT_SHARE``."""
-    steps = (np.arange(8) + 0.5) / 8.0 - 0.5
-    u, v = np.meshgrid(steps, steps)
-    bad = []
-    for item in found.standing("mat"):
-        low = found.boxes[(found.boxes[:, Z_LOW] < KNEE_HIGH_M) & (found.owner != item.id)]
-        if in_boxes(world_points(item, u * item.size_m[0], v * item.size_m[1]), low).mean() > MAT_SHARE:
-            bad.append(item.id)
-    return bad
+def stood_on(found: Furnished, item: SceneObject) -> bool:
+    """Return whether things on the floor take more than ``MAT_SHARE`` of a mat for feet or exercise."""
+    u, v = np.meshgrid(_EIGHTHS, _EIGHTHS)
+    low = found.boxes[(found.boxes[:, Z_LOW] < KNEE_HIGH_M) & (found.owner != item.id)]
+    return bool(in_boxes(world_points(item, u * item.size_m[0], v * item.size_m[1]), low).mean() > MAT_SHARE)
 
 
 def _rugs(found: Furnished) -> list[SceneObject]:
     return [item for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
 
 
-def pot_on_rug_edge(found: Furnished) -> list[int]:
-    """Return plants and vases that stand on a rug with a part of their foot only."""
-    rugs = [whole_box(item) for item in _rugs(found)]
-    bad = []
-    for item in found.standing("pot") if rugs else []:
-        box = whole_box(item)
-        deepest = max(footprint_penetration(box, rug) for rug in rugs)
-        if 0.02 < deepest and not in_boxes(footprint_corners(box), np.array(rugs)).all():
-            bad.append(item.id)
-    return bad
+def on_rug_edge(by_m: float) -> AtFault:
+    """Return whether something stands on a rug, by more than a length, but with a part of its foot only."""
+
+    def is_on_edge(found: Furnished, item: SceneObject) -> bool:
+        box, rugs = whole_box(item), [whole_box(rug) for rug in _rugs(found)]
+        deepest = max((footprint_penetration(box, rug) for rug in rugs), default=0.0)
+        return deepest > by_m and not in_boxes(footprint_corners(box), np.array(rugs)).all()
+
+    return is_on_edge
 
 
-def stands_astray(found: Furnished) -> list[int]:
-    """Return plants, vases, bins and lamps that stand free on the floor, further than ``ASTRAY_M`` from walls and furniture."""
-    furniture = [item for item in found.objects if item.support.kind == "floor" and not found.categories[item.category].underlay]
-    bad = []
-    for item in found.standing("filler"):
-        box = whole_box(item)
-        near = any(footprint_penetration(box, whole_box(other)) > -ASTRAY_M for other in furniture if other is not item)
-        if not near and wall_distance(found, footprint_corners(box)) > ASTRAY_M:
-            bad.append(item.id)
-    return bad
+def astray(found: Furnished, item: SceneObject) -> bool:
+    """Return whether something on the floor stands free, further than ``ASTRAY_M`` from walls and furniture."""
+    furniture = [other for other in found.objects if other.support.kind == "floor" and not found.categories[other.category].underlay]
+    near = any(footprint_penetration(whole_box(item), whole_box(other)) > -ASTRAY_M for other in furniture if other is not item)
+    return not near and wall_distance(found, footprint_corners(whole_box(item))) > ASTRAY_M
 
 
-def askew(found: Furnished) -> list[int]:
-    """Return beds and stores with their backs to a wall and turned from it by more than ``ASKEW_RAD``."""
-    bad = []
-    for item in found.standing("bed", "store"):
-        wall = against_wall(found, item)
-        turned = 0.0 if wall is None else abs(math.remainder(item.yaw_rad - found.wall[wall.wall, WALL_YAW], math.tau))
-        if wall is not None and wall.gap_m < AT_WALL_M and turned > ASKEW_RAD:
-            bad.append(item.id)
-    return bad
+def askew(found: Furnished, item: SceneObject) -> bool:
+    """Return whether furniture has its back to a wall and is turned from it by more than ``ASKEW_RAD``."""
+    wall = against_wall(found, item)
+    if wall is None or wall.gap_m >= AT_WALL_M:
+        return False
+    return abs(math.remainder(item.yaw_rad - found.wall[wall.wall, WALL_YAW], math.tau)) > ASKEW_RAD
 
 
 def rug_askew(found: Furnished) -> list[int]:
@@ -130,17 +127,6 @@ def rug_askew(found: Furnished) -> list[int]:
         for item in _rugs(found)
         if min(abs(math.remainder(item.yaw_rad - yaw, quarter)) for yaw in found.wall[:, WALL_YAW]) > RUG_RAD
     ]
-
-
-def store_on_rug_edge(found: Furnished) -> list[int]:
-    """Return stores that stand on a rug with a part of their foot only, by ``ON_RUG_M`` and more."""
-    rugs = [whole_box(item) for item in _rugs(found)]
-    bad = []
-    for item in found.standing("store") if rugs else []:
-        box = whole_box(item)
-        if max(footprint_penetration(box, rug) for rug in rugs) > ON_RUG_M and not in_boxes(footprint_corners(box), np.array(rugs)).all():
-            bad.append(item.id)
-    return bad
 
 
 def bedside_blocked(found: Furnished) -> list[int]:
@@ -203,12 +189,7 @@ def _way_out_blocked(found: Furnished, item: SceneObject) -> bool:
 def fillers_huddled(found: Furnished) -> list[int]:
     """Return plants, vases, bins, lamps and balls of which ``HUDDLE`` or more stand on the floor ``HUDDLE_M`` or less from the next."""
     items = found.standing("filler")
-    boxes, group = [whole_box(item) for item in items], list(range(len(items)))
-    for i in range(len(items)):
-        for j in range(i):
-            if footprint_penetration(boxes[i], boxes[j]) > -HUDDLE_M:
-                old, new = group[i], group[j]
-                group = [new if one == old else one for one in group]
+    group = clusters([whole_box(item) for item in items], HUDDLE_M)
     return [item.id for item, one in zip(items, group, strict=True) if group.count(one) >= HUDDLE]
 
 
@@ -218,16 +199,12 @@ def front_shut(found: Furnished) -> list[int]:
     return [item.id for item in stores if taken_share(found, item, "front", OPEN_GAP_M, OPEN_DEPTH_M) > SHUT_SHARE]
 
 
-def thing_before_front(found: Furnished) -> list[int]:
-    """Return plants, vases, bins, lamps, balls and machines that stand before the front of a store or appliance."""
+def before_front(found: Furnished, item: SceneObject) -> bool:
+    """Return whether something stands before the front of a store or appliance."""
+    stores = [_strip_before(store) for store in found.standing("store")]
     u, v = np.meshgrid(0.5 * _STEPS, 0.5 * _STEPS)
-    stores = [_strip_before(item) for item in found.standing("store")]
-    bad = []
-    for item in found.standing("filler", "machine") if stores else []:
-        points = world_points(item, u * item.size_m[0], v * item.size_m[1])
-        if in_boxes(points, np.array(stores)).mean() > BEFORE_SHARE:
-            bad.append(item.id)
-    return bad
+    points = world_points(item, u * item.size_m[0], v * item.size_m[1])
+    return bool(stores) and bool(in_boxes(points, np.array(stores)).mean() > BEFORE_SHARE)
 
 
 def _strip_before(item: SceneObject) -> Boxes:

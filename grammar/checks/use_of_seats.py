@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 import kernel_cache.elementary as el
-from grammar.checks.furnished import Furnished, face_covered, in_boxes, outside, taken_share, wall_distance, world_points
+from grammar.checks.furnished import Furnished, in_boxes, outside, taken_share, wall_distance, world_points
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import (
     COS_YAW,
@@ -34,7 +34,6 @@ FACING_RAD, FACING_M = math.radians(40.0), 0.6
 REACH_M, ASIDE_M = 1.0, 0.3
 LEGROOM_M, LEGROOM_SHARE, KNEE_M = 0.6, 0.3, 0.6
 COMPANY_M = 4.0
-SCREEN_SHARE, SCREEN_DEPTH_M = 0.15, 0.6
 GLARE_SHARE, SCREEN_WINDOW_M = 0.2, 0.9
 ASIDE_RAD = math.radians(40.0)
 FEET_M, TABLE_OFF_M, CRAMPED_SHARE, SHIN_M = 0.35, 0.06, 0.3, 0.2
@@ -43,6 +42,7 @@ ELBOWS_M, PLACE_DEPTH_M, SHARED_M = 0.5, 0.2, 0.12
 CORNER_M = 0.17
 SEATED_M, BODY_M, SEATED_SHARE, BEHIND_CHAIR_M = 0.35, 0.4, 0.1, 0.3
 """A seated person's trunk is 0.33 m deep at most (95th percentile of men: Pheasant and Haslegrave, Bodyspace)."""
+BEHIND_STEP_M, BEHIND_MOST_M = 0.02, 2.0
 BEFORE_M, FILLER_M = 0.4, 0.08
 
 
@@ -67,18 +67,6 @@ def second_screen(found: Furnished) -> list[int]:
     """Return the screens of a room beyond the largest one."""
     screens = sorted(found.having("screen"), key=lambda item: (-item.size_m[1], item.id))
     return [item.id for item in screens[1:]]
-
-
-def screen_hidden(found: Furnished) -> list[int]:
-    """Return screens that things within ``SCREEN_DEPTH_M`` of their faces cover to more than ``SCREEN_SHARE``."""
-    bad = []
-    for item in found.having("screen"):
-        x, y = world_points(item, np.array([0.5 * item.size_m[0]]), np.zeros(1))[0]
-        boxes = found.boxes[found.owner != item.id]
-        heights = (item.position_m[2], item.position_m[2] + item.size_m[2])
-        if face_covered(boxes, (x, y, item.yaw_rad), item.size_m[1], heights, SCREEN_DEPTH_M).any(0).mean() > SCREEN_SHARE:
-            bad.append(item.id)
-    return bad
 
 
 def chair_at_no_table(found: Furnished) -> list[int]:
@@ -149,21 +137,17 @@ def seat_alone(found: Furnished) -> list[int]:
     return [seat.id for seat in seats if not any(other is not seat and _looks_at(seat, other, COMPANY_M) for other in company)]
 
 
-def screen_before_window(found: Furnished) -> list[int]:
-    """Return screens that stand before a window or its curtain with more than ``GLARE_SHARE`` of their width."""
-    bad = []
-    for item in found.having("screen"):
-        for opening in found.room.openings:
-            if opening.category != "window":
-                continue
-            x, y, yaw = opening_frame(found.room, opening)
-            points = world_points(item, np.zeros(9), np.linspace(-0.5, 0.5, 9) * item.size_m[1])
-            into = (points[:, 0] - x) * math.cos(yaw) + (points[:, 1] - y) * math.sin(yaw)
-            left = (points[:, 1] - y) * math.cos(yaw) - (points[:, 0] - x) * math.sin(yaw)
-            near = (into > -0.1) & (into < SCREEN_WINDOW_M) & (np.abs(left) < 0.5 * opening.width_m)
-            if near.mean() > GLARE_SHARE:
-                bad.append(item.id)
-    return sorted(set(bad))
+def before_window(found: Furnished, item: SceneObject) -> bool:
+    """Return whether a screen stands before a window or its curtain with more than ``GLARE_SHARE`` of its width."""
+    points = world_points(item, np.zeros(9), np.linspace(-0.5, 0.5, 9) * item.size_m[1])
+    for opening in found.room.openings:
+        x, y, yaw = opening_frame(found.room, opening)
+        into = (points[:, 0] - x) * math.cos(yaw) + (points[:, 1] - y) * math.sin(yaw)
+        left = (points[:, 1] - y) * math.cos(yaw) - (points[:, 0] - x) * math.sin(yaw)
+        near = (into > -0.1) & (into < SCREEN_WINDOW_M) & (np.abs(left) < 0.5 * opening.width_m)
+        if opening.category == "window" and near.mean() > GLARE_SHARE:
+            return True
+    return False
 
 
 def screen_aside(found: Furnished) -> list[int]:
@@ -304,15 +288,24 @@ def chair_at_corner(found: Furnished) -> list[int]:
 
 def chair_wedged(found: Furnished) -> list[int]:
     """Return chairs that nobody can sit down on: less than ``SEATED_M`` between the edge of the table and what stands behind."""
+    return [place.chair.id for place in places(found) if _taken_behind(found, place, SEATED_M)]
+
+
+def behind_chairs_m(found: Furnished) -> list[float]:
+    """Return for each chair at a table how far behind the table's edge something stands, to ``BEHIND_STEP_M``, ``BEHIND_MOST_M`` at most.
+
+    With a greater limit :func:`chair_wedged` would find the chair wedged.
+    """
+    steps = np.arange(2.0 * BEHIND_STEP_M, BEHIND_MOST_M, BEHIND_STEP_M)
+    return [next((float(m) for m in steps if _taken_behind(found, place, float(m))), BEHIND_MOST_M) for place in places(found)]
+
+
+def _taken_behind(found: Furnished, place: Place, to_m: float) -> bool:
+    """Return whether walls or things, but for chairs, take more than ``SEATED_SHARE`` of the strip behind the edge of a table."""
     chairs = [item.id for item in found.standing("pulled_up")]
-    solid = (found.boxes[:, Z_HIGH] > BEHIND_CHAIR_M) & (found.boxes[:, Z_LOW] < 1.0) & ~np.isin(found.owner, chairs)
-    bad = []
-    for place in places(found):
-        points = _grid(place.strip(0.03, SEATED_M, BODY_M))
-        others = found.boxes[solid & (found.owner != place.table.id)]
-        if (in_boxes(points, others) | outside(found, points)).mean() > SEATED_SHARE:
-            bad.append(place.chair.id)
-    return bad
+    solid = (found.boxes[:, Z_HIGH] > BEHIND_CHAIR_M) & (found.boxes[:, Z_LOW] < 1.0) & ~np.isin(found.owner, [*chairs, place.table.id])
+    points = _grid(place.strip(0.03, to_m, BODY_M))
+    return bool((in_boxes(points, found.boxes[solid]) | outside(found, points)).mean() > SEATED_SHARE)
 
 
 def filler_at_table(found: Furnished) -> list[int]:

@@ -20,7 +20,7 @@ from grammar.derivation.crowding import used_share, wall_share
 from grammar.derivation.densities import draw_height, draw_size
 from grammar.derivation.drafts import Draft, Size, units_above
 from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
-from grammar.derivation.openings import DrawnOpening, SpecialWalls, draw_numbers, draw_openings
+from grammar.derivation.openings import COUNT, DrawnOpening, SpecialWalls, draw_numbers, draw_openings
 from grammar.derivation.parse_tree import (
     Attribute,
     BelowSlopesError,
@@ -98,7 +98,8 @@ class _Contents(NamedTuple):
 class Furniture(NamedTuple):
     """Furniture and the room that was drawn for it, without openings.
 
-    ``special``: walls of the room; ``attributes``: how it was drawn; ``numbers``: of openings, where unit rows ask for them before.
+    ``special``: walls of the room; ``attributes``: how it was drawn; ``numbers``: of openings, once they are drawn; other places for them
+    are as many, or rooms with many doors would come out too rarely.
     """
 
     contents: _Contents
@@ -217,6 +218,8 @@ def _derive_once(
                 contents = contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
             furniture = Furniture(contents, room, special, room_attributes, numbers)
             tree = _opened(plan, categories, furniture, rng)
+            counts = (node for node in tree.nodes if node.kind == "attribute" and node.symbol.endswith(COUNT))
+            furniture = furniture._replace(numbers={node.symbol.removesuffix(COUNT): int(node.choice) for node in counts})
             break
         except RejectedError as rejected:
             if tried == tries - 1:

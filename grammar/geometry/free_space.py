@@ -71,14 +71,6 @@ def rasterize(polygon_m: ArrayLike, boxes: Boxes, resolution_m: float, clearance
     return free
 
 
-def cell_of(free: FreeSpace, point_m: tuple[float, float]) -> tuple[int, int]:
-    """Return (row, column) of the cell that holds a point, or the nearest cell of the raster."""
-    h, w = free.inside.shape
-    column = math.floor((point_m[0] - free.origin_m[0]) / free.resolution_m)
-    row = math.floor((point_m[1] - free.origin_m[1]) / free.resolution_m)
-    return min(max(row, 0), h - 1), min(max(column, 0), w - 1)
-
-
 def centre_of(free: FreeSpace, row: int, column: int) -> tuple[float, float]:
     """Return the world x, y of a cell's centre."""
     return (free.origin_m[0] + (column + 0.5) * free.resolution_m, free.origin_m[1] + (row + 0.5) * free.resolution_m)

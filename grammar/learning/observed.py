@@ -219,19 +219,15 @@ def relative_pose(item: ObservedObject, other: ObservedObject) -> RelativePose:
 
 def box_gap(item: ObservedObject, other: ObservedObject) -> float:
     """Return the distance of two footprints as boxes along the axes of ``other``; 0 where they meet."""
-    return math.hypot(*(max(gap, 0.0) for gap in _gaps(item, other)))
+    return max(signed_gap(item, other), 0.0)
 
 
 def signed_gap(item: ObservedObject, other: ObservedObject) -> float:
     """Return the distance of two footprints as boxes along the axes of ``other``, where they meet how deep, below zero."""
-    gaps = _gaps(item, other)
-    return max(gaps) if max(gaps) < 0.0 else math.hypot(*(max(gap, 0.0) for gap in gaps))
-
-
-def _gaps(item: ObservedObject, other: ObservedObject) -> tuple[float, float]:
     place = relative_pose(item, other)
     half_d, half_w = half_extents(item.size_m, place.turn_rad)
-    return abs(place.x_m) - half_d - 0.5 * other.size_m[0], abs(place.y_m) - half_w - 0.5 * other.size_m[1]
+    gaps = abs(place.x_m) - half_d - 0.5 * other.size_m[0], abs(place.y_m) - half_w - 0.5 * other.size_m[1]
+    return max(gaps) if max(gaps) < 0.0 else math.hypot(*(max(gap, 0.0) for gap in gaps))
 
 
 def is_supported_by(item: ObservedObject, other: ObservedObject) -> bool:

@@ -187,7 +187,7 @@ class Filling:
         for item in self._objects:
             hung = rules.hooks.get(item.category)
             if hung is not None and item.support.kind == "wall":
-                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, partial(HookSite, item, hung.things, openings))
+                yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, partial(HookSite, hung.things, openings, item))
             stock = rules.stock(item.category, grammar.looks_like)
             if stock is not None and item.id not in self._still:
                 yield from self._on_object(item, stock, carried[item.id])

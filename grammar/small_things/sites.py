@@ -138,22 +138,16 @@ class FloorSite:
 
 
 @dataclass(frozen=True, slots=True)
-class WallSite:
-    """The walls of the room, the furniture that some things belong above, and what openings need free."""
+class _OnWall:
+    """What comes to walls, tidy or not, and what openings need free."""
 
     things: Odds
-    below: Mapping[str, Sequence[SceneObject]]
     free: Boxes
 
     def odds(self, mess: float) -> Odds:
         """Return the odds of what comes to it."""
         del mess
         return self.things
-
-    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
-        """Return a newcomer flat on a wall."""
-        del mess
-        return on_wall(rng, new, around.wall, self.below.get(new.item.category, ()), around.fits, around.taken.with_more(self.free))
 
     def carrier(self) -> Carrier:
         """Return the walls with what stays free of them."""
@@ -161,26 +155,27 @@ class WallSite:
 
 
 @dataclass(frozen=True, slots=True)
-class HookSite:
-    """Hooks on a wall, and what openings need free."""
+class WallSite(_OnWall):
+    """The walls of the room, and the furniture that some things belong above."""
+
+    below: Mapping[str, Sequence[SceneObject]]
+
+    def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
+        """Return a newcomer flat on a wall."""
+        del mess
+        return on_wall(rng, new, around.wall, self.below.get(new.item.category, ()), around.fits, around.taken.with_more(self.free))
+
+
+@dataclass(frozen=True, slots=True)
+class HookSite(_OnWall):
+    """Hooks on a wall."""
 
     item: SceneObject
-    things: Odds
-    free: Boxes
-
-    def odds(self, mess: float) -> Odds:
-        """Return the odds of what comes to it."""
-        del mess
-        return self.things
 
     def place(self, rng: np.random.Generator, new: Newcomer, mess: float, around: Surroundings) -> SceneObject | None:
         """Return a newcomer below the hooks."""
         del mess
         return below_hooks(rng, new, self.item, around.fits, around.taken.with_more(self.free))
-
-    def carrier(self) -> Carrier:
-        """Return the wall with what stays free of it."""
-        return Carrier(None, (), self.free)
 
 
 def floor_site(rules: SmallThings, grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject]) -> FloorSite:
@@ -209,7 +204,7 @@ def wall_site(
     heaters = [whole_box(item) for item in objects if "heater" in categories[item.category].roles]
     for box in heaters:
         box[Z_HIGH] = room.height_m
-    return WallSite(things, below, np.concatenate([opening_boxes(grammar, room, swings=False), box_rows(heaters)]))
+    return WallSite(things, np.concatenate([opening_boxes(grammar, room, swings=False), box_rows(heaters)]), below)
 
 
 def opening_boxes(grammar: Grammar, room: Room, *, swings: bool) -> Floats:

@@ -97,14 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
     elsewhere = [room for room in _elsewhere(sources, names, arguments) if room.house not in kept]
     for file in files:
         _print_file(file, arguments.bad_lines)
-    options = LearnOptions(
-        alpha=arguments.alpha,
-        least=arguments.least,
-        pooled=arguments.pooled,
-        keep=frozenset(arguments.keep),
-        contrastive=ContrastiveOptions(iterations=arguments.iterations),
-        truncation=TruncationOptions(iterations=arguments.corrections, rooms=arguments.rooms, raised=arguments.raised),
-    )
+    options = learn_options(arguments)
     rng = np.random.default_rng(np.random.SeedSequence(arguments.seed))
     with ProcessPoolExecutor(arguments.workers, multiprocessing.get_context("spawn")) as pool:
         sampler = _Sampler(pool, categories, arguments.seed, arguments.workers)
@@ -122,6 +115,18 @@ def run(arguments: argparse.Namespace) -> int:
         write_whole(arguments.correction_curve, truncation_csv(learned.truncation_curve))
     _print_summary(learned, len(held), _left_out(files, learned), arguments.out)
     return 0
+
+
+def learn_options(arguments: argparse.Namespace) -> LearnOptions:
+    """Return how the command's arguments ask to learn."""
+    return LearnOptions(
+        alpha=arguments.alpha,
+        least=arguments.least,
+        pooled=arguments.pooled,
+        keep=frozenset(arguments.keep),
+        contrastive=ContrastiveOptions(iterations=arguments.iterations),
+        truncation=TruncationOptions(iterations=arguments.corrections, rooms=arguments.rooms, raised=arguments.raised),
+    )
 
 
 def _check_new(files: Mapping[str, Path | None]) -> None:

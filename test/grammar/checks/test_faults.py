@@ -9,7 +9,7 @@ from small_grammar import CATEGORIES
 
 from grammar.checks.faults import FAULTS, always_odd, faults_table, find_faults
 from grammar.checks.furnished import furnished
-from grammar.checks.use_of_seats import places
+from grammar.checks.use_of_seats import BEHIND_MOST_M, behind_chairs_m, places
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
 
 NORTH, SOUTH, WEST = 0.5 * math.pi, -0.5 * math.pi, math.pi
@@ -394,6 +394,15 @@ def test_what_stands_behind_a_chair_leaves_room_to_sit_down() -> None:
     assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.9, 0.0, (0.6, 0.9, 0.5))}) == {"chair_wedged": [2]}  # 0.25 m
     moved = {"table": replace(TABLE, position_m=(2.0, 0.65, 0.0)), "a": thing(2, "dining_chair", 2.0, 0.25, NORTH, CHAIR)}
     assert faults(moved) == {"chair_wedged": [2]}  # the wall is 0.25 m from the table
+
+
+def test_space_behind_chairs_is_measured_from_the_table() -> None:
+    things = at_table(a=(2.0, 2.5, NORTH))
+    assert behind_chairs_m(furnished("bedroom", ROOM, list(things.values()), CATEGORIES)) == [BEHIND_MOST_M]
+    pouf = {"pouf": thing(9, "pouf", 2.0, 1.75, 0.0, (0.6, 0.9, 0.5))}  # ends 0.4 m from the table
+    assert behind_chairs_m(furnished("bedroom", ROOM, list((things | pouf).values()), CATEGORIES)) == [
+        pytest.approx(0.44, abs=0.03)
+    ]  # where a tenth of the strip is taken
 
 
 def test_plants_sofas_and_low_tables_keep_off_the_table() -> None:

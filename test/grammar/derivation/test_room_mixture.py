@@ -91,6 +91,20 @@ def test_furniture_that_finds_no_layout_has_other_doors_and_two_sets_one_size() 
     assert len({tree.room.openings for tree in trees}) == len(trees)
 
 
+def test_other_doors_and_windows_are_as_many() -> None:
+    grammar = read_room_type("bedroom", CATEGORIES, "learned")
+    openings = {kind: replace(rule, multiplicity=(0.0, 0.5, 0.5)) for kind, rule in grammar.openings.items()}
+    plan, rng = make_plan(replace(grammar, openings=openings), CATEGORIES, SceneRequest(room_type="bedroom")), np.random.default_rng(4)
+    again = 0
+    for _ in range(12):
+        kept = Kept()
+        first = Counter(one.category for one in derive_from(plan, CATEGORIES, rng, kept).room.openings)
+        others = [Counter(one.category for one in tree.room.openings) for tree in kept.reopened(plan, CATEGORIES, rng)]
+        assert all(other == first for other in others)
+        again += len(others)
+    assert again > 12
+
+
 def test_halls_of_arms_have_the_area_of_their_arms():
     area, sides, (attribute,), arm, _ = draw_room_size((HALL,), np.random.default_rng(0))
     assert (area, sorted(sides), arm) == (pytest.approx(7.0, abs=1e-4), pytest.approx([3.0, 5.0], abs=1e-4), pytest.approx(1.0, abs=1e-4))
