@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,21 @@ _STEPS_SPREAD = np.float32(2.0)
 """How widely a ray has spread that may look light up, in steps between nodes."""
 
 
+class _Settled(NamedTuple):
+    """Light of coarse nodes that has settled once, while what is small and bright among them is sampled.
+
+    luminance, given, by_mirrors: (n, 3) float32, what leaves nodes, cd/m2, what falls on them from lights, lux, also by mirrors; sheets:
+    what passes through cloth; bright: what is sampled; unsampled: the nodes, as numbers in ``lit``, that it is still to be sampled at.
+    """
+
+    luminance: NDArray[np.float32]
+    given: NDArray[np.float32]
+    by_mirrors: NDArray[np.float32]
+    sheets: Sheets
+    bright: Bright
+    unsampled: Pieces
+
+
 class IrradianceCache:
     """The light of one room at the nodes of its surfaces.
 
@@ -71,6 +87,7 @@ class IrradianceCache:
         self.coarse, self.atlas = self.geometry.coarse, self.geometry.fine
         self._coarse_light: NodeLight | None = make_node_light(len(self.coarse.face))
         self._unlit: Pieces | None = None
+        self._settled: _Settled | None = None
         self.light = make_node_light(len(self.atlas.face))
         self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
         self._smooth_done = np.zeros(len(self.atlas.face), np.bool_)
@@ -95,33 +112,48 @@ class IrradianceCache:
             light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, geometry.sky_share, scratch, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
+        if self._settled is None:
+            self._settled = self._settle(light)
+        settled = self._settled
+
+        def sample_bright(worker: int, piece: tuple[int, int]) -> None:
+            nodes, scratch = chosen[slice(*piece)], scene.scratch[worker]
+            light_from_bright(scene.lit, self.coarse, settled.bright, self._key, nodes, scratch, settled.given)
+
+        settled.unsampled.run(scene.workers, sample_bright, cancelled)
+        luminance, looks, passed = self._settle_again(settled), geometry.looks, settled.sheets.light
+        self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
+        self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
+        self.luminance = (luminance + passed)[geometry.other]
+        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, self._choose_bright(self.luminance))
+        self._coarse_light = self._settled = None
+
+    def _settle(self, light: NodeLight) -> _Settled:
+        """Let light pass along all links until it settles."""
+        geometry, looks = self.geometry, self.geometry.looks
         by_mirrors, luminance = np.zeros((2, len(self.coarse.face), 3), np.float32)
-        see_lights(scene.surfaces, geometry.sightings, by_mirrors)
+        see_lights(self._scene.lit.surfaces, geometry.sightings, by_mirrors)
         given = light.direct + light.indirect + light.sun[:, :3]
-        looks = geometry.looks
         sheets = Sheets(geometry.behind, looks.passed, np.zeros_like(luminance))
         solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
         bright = self._choose_bright((luminance + sheets.light)[geometry.other])
-        if len(bright.point):
-            # A few rays meet what is small and bright by chance: it is sampled instead, and as bright in all as the rays have found it.
-            found = luminance - looks.glow
+        return _Settled(luminance, given, by_mirrors, sheets, bright, Pieces(len(geometry.lit) if len(bright.point) else 0))
 
-            def sample_bright(worker: int, piece: tuple[int, int]) -> None:
-                light_from_bright(scene.lit, self.coarse, bright, self._key, chosen[slice(*piece)], scene.scratch[worker], given)
+    def _settle_again(self, settled: _Settled) -> NDArray[np.float32]:
+        """Return what leaves coarse nodes, (n, 3), cd/m2, after the bright ones are sampled.
 
-            Pieces(len(chosen)).run(scene.workers, sample_bright, cancelled)
-            to_bright = links_to_bright(self.coarse, bright, geometry.links)
-            links = np.where(to_bright, np.int32(DARK), geometry.links)
-            solve_links(links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
-            share = held_flux(found, luminance - looks.glow, geometry.shining_area, int(to_bright.sum()))
-            luminance = looks.glow + share * (luminance - looks.glow)
-            sheets.light[:] *= share
-        self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
-        self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + sheets.light[geometry.other]
-        self.luminance = (luminance + sheets.light)[geometry.other]
-        bright = self._choose_bright(self.luminance)
-        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright)
-        self._coarse_light = None
+        A few rays meet what is small and bright by chance: what is sampled stands for these, and is as bright in all as they have found it.
+        """
+        geometry, looks, luminance, sheets = self.geometry, self.geometry.looks, settled.luminance, settled.sheets
+        if not len(settled.bright.point):
+            return luminance
+        found, to_bright = luminance - looks.glow, links_to_bright(self.coarse, settled.bright, geometry.links)
+        links = np.where(to_bright, np.int32(DARK), geometry.links)
+        solve_links(links, settled.given, settled.by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+        share = held_flux(found, luminance - looks.glow, geometry.shining_area, int(to_bright.sum()))
+        sheets.light[:] *= share
+        held: NDArray[np.float32] = looks.glow + share * (luminance - looks.glow)
+        return held
 
     def _choose_bright(self, luminance: NDArray[np.float32]) -> Bright:
         """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light."""
