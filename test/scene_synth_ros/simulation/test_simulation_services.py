@@ -172,9 +172,15 @@ def test_objects_are_spawned_moved_and_deleted_before_it_plays(simulator: Simula
     simulator.ask("delete_entity", code=3, entity="bin")
     simulator.go_to(STOPPED)
     simulator.ask("delete_entity", code=2, entity="bin")
-    carrying = next(item.support.id for item in scene.objects if item.support.kind == "object")
-    name = next(name for name in simulator.ask("get_entities").entities if name.endswith(f"_{carrying}"))
-    assert "taken along" in simulator.ask("delete_entity", entity=name).result.error_message
+    # A deletion is refused that would leave floor nobody gets to; one of the things that carry others goes.
+    kind, entities = service_class("delete_entity"), simulator.ask("get_entities").entities
+    for carrying in sorted({item.support.id for item in scene.objects if item.support.kind == "object"}):
+        name = next(name for name in entities if name.endswith(f"_{carrying}"))
+        result = simulator.call(kind, "delete_entity", kind.Request(entity=name)).result
+        if result.result == 1:
+            break
+        assert "expected a valid room" in result.error_message
+    assert result.result == 1 and "taken along" in result.error_message
     assert name not in simulator.ask("get_entities").entities
 
 
