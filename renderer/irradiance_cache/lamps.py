@@ -13,11 +13,13 @@ from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.lobe_shares import (
+    build_frames,
     cosines_along,
     ggx_reflected,
-    lobe_frame,
+    in_frame,
     mirrored_share,
     mirroring_span,
+    row_length,
     slopes_in_disc,
     to_local,
     to_world,
@@ -65,7 +67,7 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
         noise, _ = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
         for j in range(LAMP_RAYS):
             gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
-    coated = _build_frames(lanes, gloss)
+    coated = build_frames(lanes, gloss)
     for i in range(len(lamps.balls)):
         if lamps.balls[i, 7] > _ZERO:
             _mirror_rectangle(lamps.balls, i, coated, lanes, gloss)
@@ -169,61 +171,20 @@ def _mirrored_part(
     OVER_FRAME or UNDER_FRAME; ``energy``: what the lobe would reflect of all light.  The cosine lobe is like GGX's where most of it is;
     what the rectangle has of its flank alone is scaled to GGX's density in direction BALL_X to BALL_Z.
     """
-    c, s, t = _in_frame(offset, frame, k, gloss), _in_frame(first, frame, k, gloss), _in_frame(second, frame, k, gloss)
+    c, s, t = in_frame(offset, frame, k, gloss), in_frame(first, frame, k, gloss), in_frame(second, frame, k, gloss)
     low, high = (c[0] - s[0], c[1] - s[1], c[2] - s[2]), (c[0] + s[0], c[1] + s[1], c[2] + s[2])
     p, q = (low[0] - t[0], low[1] - t[1], low[2] - t[2]), (high[0] - t[0], high[1] - t[1], high[2] - t[2])
     u, v = (low[0] + t[0], low[1] + t[1], low[2] + t[2]), (high[0] + t[0], high[1] + t[1], high[2] + t[2])
     share = -(cosines_along(p, q) + cosines_along(q, v) + cosines_along(v, u) + cosines_along(u, p))
     share = share if share > _ZERO else _ZERO
-    to = _in_frame((gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]), frame, k, gloss)
+    to = in_frame((gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]), frame, k, gloss)
     squared = to[0] * to[0] + to[1] * to[1] + to[2] * to[2]
-    cosines = to[2] * _row_length(frame, k, gloss) * _row_length(frame + 3 * LANES, k, gloss) / (squared * squared)
+    cosines = to[2] * row_length(frame, k, gloss) * row_length(frame + 3 * LANES, k, gloss) / (squared * squared)
     density = ggx_reflected(gloss[rec.BALL_FACET + k], _cosine(k, lanes, gloss), lanes[ln.WO_Z + k], alpha)
     ratio = density / (cosines if cosines > _TINY else _TINY)
     core = share * _PER_FLANK if share * _PER_FLANK < _ONE else _ONE
     part: np.float32 = share * (core * energy + (_ONE - core) * (ratio if ratio < _STEEPEST else _STEEPEST))
     return part
-
-
-@inlined
-def _in_frame(v: Vector, frame: int, k: int, gloss: NDArray[np.float32]) -> Vector:
-    """Return a vector of the world where lane k's lobe is a cosine lobe about z."""
-    return (
-        gloss[frame + k] * v[0] + gloss[frame + LANES + k] * v[1] + gloss[frame + 2 * LANES + k] * v[2],
-        gloss[frame + 3 * LANES + k] * v[0] + gloss[frame + 4 * LANES + k] * v[1] + gloss[frame + 5 * LANES + k] * v[2],
-        gloss[frame + 6 * LANES + k] * v[0] + gloss[frame + 7 * LANES + k] * v[1] + gloss[frame + 8 * LANES + k] * v[2],
-    )
-
-
-@inlined
-def _row_length(row: int, k: int, gloss: NDArray[np.float32]) -> np.float32:
-    x, y, z = gloss[row + k], gloss[row + LANES + k], gloss[row + 2 * LANES + k]
-    length: np.float32 = np.sqrt(x * x + y * y + z * z)
-    return length
-
-
-@inlined
-def _build_frames(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
-    """Fill OVER_FRAME, and UNDER_FRAME if a lane that asks has a lobe under its coat; return whether any has."""
-    coated = False
-    for k in range(LANES):
-        coated |= (gloss[rec.ASKS + k] > _ZERO) & (gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE)
-    _build_frame(rec.LOBE_ALPHA, rec.OVER_FRAME, lanes, gloss)
-    if coated:
-        _build_frame(rec.LOBE_UNDER_ALPHA, rec.UNDER_FRAME, lanes, gloss)
-    return coated
-
-
-@inlined
-def _build_frame(width: int, frame: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
-    """Fill a frame for lobes whose widths are in field ``width``."""
-    for k in range(LANES):
-        alpha, wo = gloss[width + k], (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
-        rows = lobe_frame(wo, alpha if alpha > SHARP else SHARP)
-        for row in range(3):
-            x, y, z = to_world(rows[row], k, lanes)
-            at = frame + 3 * row * LANES + k
-            gloss[at], gloss[at + LANES], gloss[at + 2 * LANES] = x, y, z
 
 
 @inlined

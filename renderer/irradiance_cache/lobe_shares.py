@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from renderer.bsdf.microfacet import ggx_g1_root
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
+from renderer.irradiance_cache import records as rec
+from renderer.irradiance_cache.records import SHARP
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.4), np.float32(0.38), np.float32(1.33), np.float32(1e-3)
@@ -160,3 +163,45 @@ def to_world(v: Vector, k: int, lanes: NDArray[np.float32]) -> Vector:
         v[0] * lanes[ln.TANGENT_Y + k] + v[1] * lanes[ln.BITANGENT_Y + k] + v[2] * lanes[ln.NS_Y + k],
         v[0] * lanes[ln.TANGENT_Z + k] + v[1] * lanes[ln.BITANGENT_Z + k] + v[2] * lanes[ln.NS_Z + k],
     )
+
+
+@inlined
+def in_frame(v: Vector, frame: int, k: int, gloss: NDArray[np.float32]) -> Vector:
+    """Return a vector of the world where lane k's lobe is a cosine lobe about z."""
+    return (
+        gloss[frame + k] * v[0] + gloss[frame + LANES + k] * v[1] + gloss[frame + 2 * LANES + k] * v[2],
+        gloss[frame + 3 * LANES + k] * v[0] + gloss[frame + 4 * LANES + k] * v[1] + gloss[frame + 5 * LANES + k] * v[2],
+        gloss[frame + 6 * LANES + k] * v[0] + gloss[frame + 7 * LANES + k] * v[1] + gloss[frame + 8 * LANES + k] * v[2],
+    )
+
+
+@inlined
+def row_length(row: int, k: int, gloss: NDArray[np.float32]) -> np.float32:
+    """Return the length of a row of lane k's matrix that begins in field ``row``."""
+    x, y, z = gloss[row + k], gloss[row + LANES + k], gloss[row + 2 * LANES + k]
+    length: np.float32 = np.sqrt(x * x + y * y + z * z)
+    return length
+
+
+@inlined
+def build_frames(lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> bool:
+    """Fill OVER_FRAME, and UNDER_FRAME if a lane that asks has a lobe under its coat; return whether any has."""
+    coated = False
+    for k in range(LANES):
+        coated |= (gloss[rec.ASKS + k] > _ZERO) & (gloss[rec.LOBE_UNDER_ALPHA + k] < _ONE)
+    _build_frame(rec.LOBE_ALPHA, rec.OVER_FRAME, lanes, gloss)
+    if coated:
+        _build_frame(rec.LOBE_UNDER_ALPHA, rec.UNDER_FRAME, lanes, gloss)
+    return coated
+
+
+@inlined
+def _build_frame(width: int, frame: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> None:
+    """Fill a frame for lobes whose widths are in field ``width``."""
+    for k in range(LANES):
+        alpha, wo = gloss[width + k], (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
+        rows = lobe_frame(wo, alpha if alpha > SHARP else SHARP)
+        for row in range(3):
+            x, y, z = to_world(rows[row], k, lanes)
+            at = frame + 3 * row * LANES + k
+            gloss[at], gloss[at + LANES], gloss[at + 2 * LANES] = x, y, z
