@@ -325,10 +325,10 @@ HOSTILE: dict[str, tuple[bytes, str]] = {
 def test_hostile_files_are_refused_at_once(tmp_path: Path, name: str) -> None:
     data, text = HOSTILE[name]
     path = write(tmp_path, data)
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(MeshFileError, match=text) as caught:
         read_mesh_file(path, tmp_path, PLAIN)
-    assert time.perf_counter() - began < 2.0
+    assert time.process_time() - began < 2.0
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 400 and "model.glb" in str(caught.value)
 
 
