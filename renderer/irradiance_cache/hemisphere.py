@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.microfacet import fresnel_thin_dielectric
 from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE, Rgb
 from renderer.core.embree import intersect16
@@ -179,14 +180,18 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
     toward = -(dx * nx + dy * ny + dz * nz)
     u, front = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24), toward > _ZERO
-    # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only.
-    if scene.lights.face_group[face] >= 0 and front and ways[k] != OUTDOORS:
+    # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only; panes mirror surfaces.
+    if front and ways[k] != OUTDOORS:
         cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-        if ways[k] == MIRRORED:
+        if scene.lights.face_group[face] >= 0 and ways[k] == MIRRORED:
             _sight(part, dx, dy, dz, cosine, k, memory)
             return 0
         if table[row + st.PORTAL] > _ZERO:
-            return _leave(bool(u < pane_transmittance(surfaces, part, cosine)), k, memory)
+            mirrored = fresnel_thin_dielectric(cosine, table[row + st.IOR])
+            if u < mirrored:
+                go_on(rays, k, True)
+                return 1
+            return _leave(bool(u < mirrored + pane_transmittance(surfaces, part, cosine)), k, memory)
     # Clear glass and mirrors send on the share of the rays that they send on of the light; others see what the front of glass scatters.
     indoors = ways[k] != OUTDOORS
     clear, mirror = indoors and is_clear(table, row), indoors and is_mirror(table, row) and is_wide(atlas, face)

@@ -20,6 +20,7 @@ from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
 from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
+from renderer.path.emission import pane_transmittance
 from renderer.path.light_nodes import find_nodes
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
@@ -175,11 +176,13 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
             alive[k] = 0
             if not met:
                 continue
-            table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
+            part = surfaces.face_part[integer[ray.PRIM_ID + k]]
+            table, at = surfaces.materials, part * st.ROW_SIZE
             if through and table[at + st.PORTAL] > _ZERO and depth + 1 < _DEEPEST:
                 # From a net out of a window.
+                share = pane_transmittance(surfaces, part, _ray_cosine(rays, k))
                 for channel in range(0, 3 * LANES, LANES):
-                    lanes[ln.BETA_R + channel + k] *= table[at + st.TRANSMISSION]
+                    lanes[ln.BETA_R + channel + k] *= share
                 primary[rec.PANE, k], integer[ray.MASK + k] = _ONE, PASS_PANES
                 go_on(rays, k, False)
                 waiting += 1
@@ -199,6 +202,17 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
         integer[ray.MASK + k] = MEET_ALL
         if alive[k] == 0:
             integer[ray.GEOM_ID + k] = INVALID_ID
+
+
+@inlined
+def _ray_cosine(rays: Packet, k: int) -> np.float32:
+    """Return the cosine, from 0 on, between ray k and the normal of what it has hit."""
+    real = rays.real
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    squared = (dx * dx + dy * dy + dz * dz) * (nx * nx + ny * ny + nz * nz)
+    cosine: np.float32 = abs(dx * nx + dy * ny + dz * nz) / np.sqrt(max(squared, np.float32(1e-20)))
+    return min(cosine, _ONE)
 
 
 @inlined

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from box_room import VIEW, box, furnished_room, l_shaped_room, pose, quad, scene
+from box_room import VIEW, box, furnished_room, l_shaped_room, pierced, pose, quad, scene
 from cached_rooms import CACHED, SMALL, look_up
 
 from renderer import LAYERS, CameraConfig, RenderConfig, Renderer, RenderError
@@ -164,6 +164,22 @@ def test_what_has_no_opening_has_no_light():
     chest = box((0.2, 0.2, 0.2), (1.0, 1.0, 1.0), name="3/chest", object_id=3)
     flat = scene(SHELL, lamp, chest)
     assert look_up(flat, SHADED).radiance.max() == 0.0
+
+
+@pytest.mark.parametrize("net", [False, True])
+def test_panes_keep_in_what_they_mirror(net):
+    """At night it is a lamp's light, by day what a net before the window scatters back; through its holes the panes dim the sky."""
+    room = pierced(SHELL._replace(color=(0.9, 0.9, 0.9)), (0.05, 0.05), (3.95, 2.45))
+    glass = {"portal": True, "transmission": 0.9, "ior": 1.5, "roughness": 0.0}
+    pane = quad((0.05, 3, 0.05), (3.9, 0, 0), (0, 0, 2.4), name="9/pane", object_id=9, **glass)
+    cloth = quad((0, 2.9, 0), (4, 0, 0), (0, 0, 2.5), color=(0.85, 0.85, 0.85), ior=1.5, transmission=0.4, diffuse_transmission=0.35)
+    flat = scene(room, pane, cloth, sky=furnished_room().sky) if net else scene(room, pane, LAMP)
+    camera, images = CameraConfig(width=64, height=48), []
+    for view in (pose((3.7, 0.3, 1.5), (0.3, 0.5, 0.8)), pose((2.0, 0.3, 1.2), (2.2, 2.9, 1.2))):
+        for config in (CACHED, RenderConfig(samples_per_pixel=256, threads=2)):
+            with Renderer(flat, camera, config, 5) as renderer:
+                images.append(renderer.render(view, 0, ("radiance",)).radiance.mean(axis=(0, 1)))
+    np.testing.assert_allclose(images[::2], images[1::2], rtol=0.02)
 
 
 def test_every_other_layer_comes_from_the_path_tracer():
