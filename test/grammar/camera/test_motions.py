@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from shapely.affinity import rotate as turned
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes
@@ -147,6 +147,21 @@ def test_a_base_touches_nothing_keeps_its_limits_and_comes_home(seed: int) -> No
     assert np.abs(moved.rate_rad_s).max() <= config.turn_rad_s
     assert np.abs(moved.rate_change_rad_s2).max() <= config.turn_acceleration_rad_s2
     np.testing.assert_allclose(moved.position_m[-1], moved.position_m[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_base_that_explores_passes_over_the_floor_and_comes_home_where_one_that_does_not_leaves_more_of_it(seed: int) -> None:
+    times, radius = CameraTimes(frames=9001, start_ns=0, rate_hz=15.0), 0.18
+    free = Polygon(RECTANGLE).buffer(-radius).difference(solid_shapes().buffer(radius))
+    reachable = max(getattr(free, "geoms", [free]), key=lambda part: part.area).buffer(radius)
+    covered = {}
+    for explore in (False, True):
+        _, motion = sampled(seed, times=times, kind="base", loop=True, explore=explore, camera_m=(0.05, 0.0, 0.8))
+        track = LineString(along(motion, 0.1).position_m[:, :2])
+        assert min(track.distance(solid_shapes()), track.distance(Polygon(RECTANGLE).exterior)) >= radius
+        assert Point(track.coords[0]).distance(Point(track.coords[-1])) < 1e-9
+        covered[explore] = track.simplify(0.001).buffer(radius).intersection(reachable).area / reachable.area
+    assert covered[True] > max(0.85, covered[False])
 
 
 def test_a_base_that_fits_nowhere_is_refused() -> None:
