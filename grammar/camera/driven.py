@@ -25,8 +25,8 @@ SPACING_S = 0.05
 _GAP_S = 2.0 * REACH * SPACING_S
 _GOALS = 12
 _LINE_STEP_M = 0.01
-_FINER = 0.5
-"""Size of the cells of a base that explores, in those of walks."""
+_FINER, _SMALL_M2 = 0.5, 36.0
+"""Size of the cells of a base that explores, in those of walks, in rooms that fit into a rectangle of so much floor."""
 _LANE_SHARE = 0.9
 """Share of the footprint's radius within which a cell counts as passed by a lane of a base that explores."""
 _NO_TURN_RAD = 1e-6
@@ -110,8 +110,9 @@ def _ground(plan: MotionPlan, lens_m: float) -> Ground:
 
 
 def _resolution_m(plan: MotionPlan) -> float:
-    """Return the size of the floor's cells, m: finer for a base that explores, so that narrow passages count."""
-    return plan.path.resolution_m * (_FINER if plan.config.explore else 1.0)
+    """Return the size of the floor's cells, m: finer for a base that explores a small room, so that narrow passages count."""
+    wide, deep = np.ptp(np.asarray(plan.space.polygon_m, np.float64), axis=0)
+    return plan.path.resolution_m * (_FINER if plan.config.explore and wide * deep <= _SMALL_M2 else 1.0)
 
 
 def _spread(rng: np.random.Generator, ground: Ground) -> Ints:
@@ -153,7 +154,7 @@ def _lane_by_lane(routes: Routes, first: int) -> list[int]:
     visited, left = [first, first ^ 1], np.ones(len(routes.viewpoints), np.bool_)
     left[visited] = False
     while left.any():
-        nearest = int(np.argmin(np.where(left, routes.costs[visited[-1], routes.viewpoints], np.inf)))
+        nearest = int(np.argmin(np.where(left, routes.costs[visited[-1]], np.inf)))
         visited += [nearest, nearest ^ 1]
         left[visited[-2:]] = False
     return visited
@@ -174,7 +175,11 @@ def _tour(plan: MotionPlan, rng: np.random.Generator, ground: Ground, routes: Ro
         for there in _lane_by_lane(routes, here) if config.explore else rng.permutation(len(routes.viewpoints)).tolist():
             longer = [*points, *_straightened(ground, _cells(ground, routes, here, there))]
             home = [*longer, *_straightened(ground, _cells(ground, routes, there, 0))]
-            if there == here or (config.loop and _end_s(config, home, heading_rad) > plan.duration_s):
+            late = config.loop and _end_s(config, home, heading_rad) > plan.duration_s
+            if late and config.explore:
+                went = False
+                break
+            if there == here or late:
                 continue
             points, here, went = longer, there, True
             if not config.loop and _end_s(config, points, heading_rad) > plan.duration_s:
