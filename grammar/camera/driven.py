@@ -140,7 +140,7 @@ def _lane_ends(plan: MotionPlan, ground: Ground) -> Ints:
     passed = np.zeros(len(cells), np.bool_)
     for row in sorted(range(int(cells[:, across].max()) + 1), key=lambda row: (row % apart > 0, row)):
         here = np.flatnonzero((cells[:, across] == row) & ~passed)
-        here = here[np.argsort(cells[here, along])]
+        here = here[np.argsort(cells[here, along], kind="stable")]
         for lane in np.split(here, np.flatnonzero(np.diff(cells[here, along]) > 1) + 1):
             if len(lane):
                 ends += [int(lane[0]), int(lane[-1])]
