@@ -42,8 +42,9 @@ from grammar.spec.categories import Categories, Category, read_categories
 from grammar.spec.grammar_file import GrammarTable, learned_types, read_grammar, room_types
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
-from scene_description import NYU40, SCHEMA, CameraPose, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
+from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
 from scene_description.catalog import Catalog
+from scene_description.kinematics import kinematics
 from scene_description.rounding import rounded
 from scene_description.share import config_path
 
@@ -53,6 +54,10 @@ PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "d
 
 LENS_GAP_M = 0.2
 """Space that small things leave a camera on its path."""
+DRIVEN_OVER_M = 0.025
+"""Height of what a base drives over, as rugs."""
+_FOOTPRINT_S, _FOOTPRINT_GAP_M = 0.1, 0.02
+"""Time between the footprints of a base that small things keep clear of, and by how much."""
 
 
 class FloorMap(NamedTuple):
@@ -205,7 +210,11 @@ class SceneSynthesizer:
         space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room), find_sights(room, owners, lights))
         path, motion = sample_motion(rng["camera"], self.motion, self.camera, space, times)
         first = max((item.id for item in furnished.objects), default=0) + 1
-        objects = clear_of_path(self.categories, path, objects, first)
+        objects = clear_of_path(self.categories, np.array([pose.position_m for pose in path]), objects, first)
+        if motion is not None and motion.drive is not None:
+            times_s = np.arange(0.0, motion.duration_s, _FOOTPRINT_S)
+            wheels = kinematics(motion, times_s).position_m + np.array((0.0, 0.0, DRIVEN_OVER_M))
+            objects = clear_of_path(self.categories, wheels, objects, first, self.motion.body_radius_m + _FOOTPRINT_GAP_M, 0.0)
         scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",
@@ -286,16 +295,24 @@ class SceneSynthesizer:
 
 
 def clear_of_path(
-    categories: Categories, path: Sequence[CameraPose], objects: Sequence[SceneObject], first: int
+    categories: Categories,
+    places_m: NDArray[np.float64],
+    objects: Sequence[SceneObject],
+    first: int,
+    aside_m: float = LENS_GAP_M,
+    above_m: float = LENS_GAP_M,
 ) -> tuple[SceneObject, ...]:
-    """Return the objects without those small things, whose ids begin at ``first``, that a camera would come too close to."""
+    """Return the objects without those small things, whose ids begin at ``first``, that come too close to one of the places (n, 3).
+
+    Too close is less than ``aside_m`` in plan and ``above_m`` in height.
+    """
     loose = [item for item in objects if item.id >= first and item.support.kind != "object"]
     boxes, owners = object_solids(categories, loose)
-    at = np.array([pose.position_m for pose in path]).reshape(-1, 1, 3)
+    at = places_m.reshape(-1, 1, 3)
     dx, dy = at[..., 0] - boxes[:, X], at[..., 1] - boxes[:, Y]
-    deep = np.abs(dx * boxes[:, COS_YAW] + dy * boxes[:, SIN_YAW]) < boxes[:, HALF_DEPTH] + LENS_GAP_M
-    wide = np.abs(dy * boxes[:, COS_YAW] - dx * boxes[:, SIN_YAW]) < boxes[:, HALF_WIDTH] + LENS_GAP_M
-    high = (at[..., 2] > boxes[:, Z_LOW] - LENS_GAP_M) & (at[..., 2] < boxes[:, Z_HIGH] + LENS_GAP_M)
+    deep = np.abs(dx * boxes[:, COS_YAW] + dy * boxes[:, SIN_YAW]) < boxes[:, HALF_DEPTH] + aside_m
+    wide = np.abs(dy * boxes[:, COS_YAW] - dx * boxes[:, SIN_YAW]) < boxes[:, HALF_WIDTH] + aside_m
+    high = (at[..., 2] > boxes[:, Z_LOW] - above_m) & (at[..., 2] < boxes[:, Z_HIGH] + above_m)
     gone = set(owners[(deep & wide & high).any(axis=0)].tolist())
     for item in objects:  # what stands on others comes after them
         if item.support.id in gone:

@@ -25,6 +25,10 @@ SPACING_S = 0.05
 _GAP_S = 2.0 * REACH * SPACING_S
 _GOALS = 12
 _LINE_STEP_M = 0.01
+_FINER, _SMALL_M2 = 0.5, 36.0
+"""Size of the cells of a base that explores, in those of walks, in rooms that fit into a rectangle of so much floor."""
+_LANE_SHARE = 0.9
+"""Share of the footprint's radius within which a cell counts as passed by a lane of a base that explores."""
 _NO_TURN_RAD = 1e-6
 
 
@@ -45,9 +49,9 @@ def driven_motion(rng: np.random.Generator, plan: MotionPlan) -> Motion:
     """
     lens_m = _lens_height_m(rng, plan)
     ground = _ground(plan, lens_m)
-    goals = _spread(rng, ground)
+    routes = find_routes(ground, _lane_ends(plan, ground) if plan.config.explore else _spread(rng, ground))
     heading_rad = float(rng.uniform(-math.pi, math.pi))
-    points = _tour(plan, rng, ground, find_routes(ground, goals), heading_rad)
+    points = _tour(plan, rng, ground, routes, heading_rad)
     actions = list(_actions(plan.config, points, heading_rad))
     times = control_times(plan.duration_s, SPACING_S)
     distances, headings = np.zeros(len(times)), np.full(len(times), heading_rad)
@@ -98,11 +102,17 @@ def _ground(plan: MotionPlan, lens_m: float) -> Ground:
     radius = max(config.body_radius_m, math.hypot(*config.camera_m[:2]))
     views = plan.space.views(plan.path, lens_m)
     whole = ((1.0, 1.0),)
-    ground = choose_ground(views.polygon, plan.space.solids, lens_m, 0.0, radius, radius, plan.path.resolution_m, whole)
+    ground = choose_ground(views.polygon, plan.space.solids, lens_m, 0.0, radius, radius, _resolution_m(plan), whole)
     if ground.wall_keep_m < radius:
         expected = f"motion.body_radius_m: expected a base that stands free somewhere in the room, got a radius of {radius:g} m"
         raise GrammarError(f"{expected}; make it smaller or choose another room")
     return ground
+
+
+def _resolution_m(plan: MotionPlan) -> float:
+    """Return the size of the floor's cells, m: finer for a base that explores a small room, so that narrow passages count."""
+    wide, deep = np.ptp(np.asarray(plan.space.polygon_m, np.float64), axis=0)
+    return plan.path.resolution_m * (_FINER if plan.config.explore and wide * deep <= _SMALL_M2 else 1.0)
 
 
 def _spread(rng: np.random.Generator, ground: Ground) -> Ints:
@@ -116,22 +126,60 @@ def _spread(rng: np.random.Generator, ground: Ground) -> Ints:
     return np.array(chosen, np.int64)
 
 
+def _lane_ends(plan: MotionPlan, ground: Ground) -> Ints:
+    """Return the cells at both ends of all lanes, one pair after the other.
+
+    Lanes are straight lines along the longer side of the floor, as far apart as a footprint is wide, and between them where cells are left
+    (H. Choset, "Coverage for robotics - a survey of recent results", Annals of Mathematics and Artificial Intelligence 31, 2001).
+    """
+    cells = np.rint((ground.cells_m - ground.cells_m.min(axis=0)) / _resolution_m(plan)).astype(np.int64)
+    along, across = (0, 1) if np.ptp(cells[:, 0]) >= np.ptp(cells[:, 1]) else (1, 0)
+    reach_m = _LANE_SHARE * plan.config.body_radius_m
+    apart = max(int(2.0 * reach_m / _resolution_m(plan)), 1)
+    ends: list[int] = []
+    passed = np.zeros(len(cells), np.bool_)
+    for row in sorted(range(int(cells[:, across].max()) + 1), key=lambda row: (row % apart > 0, row)):
+        here = np.flatnonzero((cells[:, across] == row) & ~passed)
+        here = here[np.argsort(cells[here, along], kind="stable")]
+        for lane in np.split(here, np.flatnonzero(np.diff(cells[here, along]) > 1) + 1):
+            if len(lane):
+                ends += [int(lane[0]), int(lane[-1])]
+                off = ground.cells_m - np.clip(ground.cells_m, ground.cells_m[lane[0]], ground.cells_m[lane[-1]])
+                passed |= off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] <= reach_m * reach_m
+    return np.array(ends, np.int64)
+
+
+def _lane_by_lane(routes: Routes, first: int) -> list[int]:
+    """Return the order in which ends of lanes are visited, from one on: along its lane, then to the nearest end of one that is left."""
+    visited, left = [first, first ^ 1], np.ones(len(routes.viewpoints), np.bool_)
+    left[visited] = False
+    while left.any():
+        nearest = int(np.argmin(np.where(left, routes.costs[visited[-1]], np.inf)))
+        visited += [nearest, nearest ^ 1]
+        left[visited[-2:]] = False
+    return visited
+
+
 def _tour(plan: MotionPlan, rng: np.random.Generator, ground: Ground, routes: Routes, heading_rad: float) -> list[Floats]:
-    """Return the corners of a tour to all goals, again and again in another order, until the time is over.
+    """Return the corners of a tour to all goals, again and again until the time is over, in another order or, if asked, lane by lane.
 
     One that shall end where it began leaves out what there is no time for, and goes home; where there is time for no goal, it turns
     back on the way to one.
     """
     config, here = plan.config, 0
     points = [ground.cells_m[routes.viewpoints[0]]]
-    if len(routes.viewpoints) == 1:
+    if len(np.unique(routes.viewpoints)) == 1:
         return points
     while True:
         went = False
-        for there in rng.permutation(len(routes.viewpoints)).tolist():
+        for there in _lane_by_lane(routes, here) if config.explore else rng.permutation(len(routes.viewpoints)).tolist():
             longer = [*points, *_straightened(ground, _cells(ground, routes, here, there))]
             home = [*longer, *_straightened(ground, _cells(ground, routes, there, 0))]
-            if there == here or (config.loop and _end_s(config, home, heading_rad) > plan.duration_s):
+            late = config.loop and _end_s(config, home, heading_rad) > plan.duration_s
+            if late and config.explore:
+                went = False
+                break
+            if there == here or late:
                 continue
             points, here, went = longer, there, True
             if not config.loop and _end_s(config, points, heading_rad) > plan.duration_s:

@@ -38,6 +38,7 @@ class MotionConfig:
     ] = 3.0
     body_radius_m: Annotated[float, Limits(ge=0.05, le=1.0, unit="m", description="Radius of a base's footprint")] = 0.18
     loop: Annotated[bool, Limits(description="Let a base come back to where it began at the end")] = False
+    explore: Annotated[bool, Limits(description="Let a base pass over all floor that it can reach, lane by lane")] = False
     sway_m: Annotated[float, Limits(ge=0.0, le=0.2, unit="m", description="Sway of a hand or drone: standard deviation, each axis")] = 0.02
     sway_rad: Annotated[float, Limits(ge=0.0, le=0.5, unit="rad", description="The same of its angles")] = 0.04
     tremor_hz: Annotated[float, Limits(ge=2.0, le=40.0, unit="Hz", description="Middle of a hand's tremor or a drone's vibration")] = 8.0

@@ -46,10 +46,14 @@ class Ground(NamedTuple):
 
 
 class Routes(NamedTuple):
-    """Shortest paths from ``viewpoints`` (k,), rows of ``Ground.cells_m``; ``before`` (k, n): the cell before each one on its path."""
+    """Shortest paths from ``viewpoints`` (k,), rows of ``Ground.cells_m``; ``before`` (k, n): the cell before each one on its path.
+
+    costs: (k, k), of the paths between viewpoints.
+    """
 
     viewpoints: Ints
     before: NDArray[np.int32]
+    costs: Floats
 
 
 class Walk(NamedTuple):
@@ -99,8 +103,8 @@ def choose_ground(
 
 def find_routes(ground: Ground, viewpoints: Ints) -> Routes:
     """Return the shortest paths between viewpoints (Dijkstra), at a cost that prefers the middle of passages."""
-    _, before = csgraph.dijkstra(ground.costs, indices=viewpoints, return_predecessors=True)
-    return Routes(viewpoints, before)
+    costs, before = csgraph.dijkstra(ground.costs, indices=viewpoints, return_predecessors=True)
+    return Routes(viewpoints, before, costs[:, viewpoints])
 
 
 def sample_walk(rng: np.random.Generator, ground: Ground, routes: Routes, length_m: float, smoothing_m: float) -> Walk:

@@ -54,7 +54,8 @@ def depth_to_color(depth_m: NDArray[np.float32], far_m: float = FAR_M) -> NDArra
 def normals_to_color(normals: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return unit normals as (n / 2 + 1 / 2) * 255 per channel, black where there is none."""
     color: NDArray[np.uint8] = np.rint((normals * np.float32(0.5) + np.float32(0.5)) * np.float32(255.0)).astype(np.uint8)
-    color[~normals.any(axis=2)] = 0
+    x, y, z = np.moveaxis(normals, 2, 0)
+    color[(x == 0.0) & (y == 0.0) & (z == 0.0)] = 0
     return color
 
 

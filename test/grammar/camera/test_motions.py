@@ -1,20 +1,24 @@
 """Motions of bodies: rest, what excites an estimator, limits of a base that touches nothing, the user's own path."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from shapely.affinity import rotate as turned
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 
+from grammar import SceneRequest
 from grammar.camera.camera_path import CameraSpace, CameraTimes
 from grammar.camera.motion_config import MotionConfig
 from grammar.camera.motions import sample_motion
 from grammar.camera.path_config import read_camera_path_config
+from grammar.geometry.solids import object_solids
 from grammar.spec.rules import GrammarError
+from grammar.synthesize import SceneSynthesizer
 from scene_description import CameraPose, FieldError
 from scene_description.kinematics import Kinematics, camera_kinematics, kinematics, rotate
 from scene_description.motion import Motion
@@ -147,6 +151,34 @@ def test_a_base_touches_nothing_keeps_its_limits_and_comes_home(seed: int) -> No
     assert np.abs(moved.rate_rad_s).max() <= config.turn_rad_s
     assert np.abs(moved.rate_change_rad_s2).max() <= config.turn_acceleration_rad_s2
     np.testing.assert_allclose(moved.position_m[-1], moved.position_m[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_base_that_explores_passes_over_the_floor_and_comes_home_where_one_that_does_not_leaves_more_of_it(seed: int) -> None:
+    times, radius = CameraTimes(frames=9001, start_ns=0, rate_hz=15.0), 0.18
+    free = Polygon(RECTANGLE).buffer(-radius).difference(solid_shapes().buffer(radius))
+    reachable = max(getattr(free, "geoms", [free]), key=lambda part: part.area).buffer(radius)
+    covered = {}
+    for explore in (False, True):
+        _, motion = sampled(seed, times=times, kind="base", loop=True, explore=explore, camera_m=(0.05, 0.0, 0.8))
+        track = LineString(along(motion, 0.1).position_m[:, :2])
+        assert min(track.distance(solid_shapes()), track.distance(Polygon(RECTANGLE).exterior)) >= radius
+        assert Point(track.coords[0]).distance(Point(track.coords[-1])) < 1e-9
+        covered[explore] = track.simplify(0.001).buffer(radius).intersection(reachable).area / reachable.area
+    assert covered[True] > max(0.85, covered[False])
+
+
+def test_no_small_thing_lies_in_the_way_of_a_base() -> None:
+    """In this bathroom the scales, 3 cm high, did."""
+    config = MotionConfig(kind="base", explore=True, speed_m_s=0.22, body_radius_m=0.14, camera_m=(0.05, 0.0, 0.25))
+    synthesizer = replace(SceneSynthesizer.from_config(), motion=config)
+    times = CameraTimes(frames=901, start_ns=0, rate_hz=1.0)
+    scene = synthesizer.synthesize(SceneRequest(room_type="bathroom"), 1795807214, 0, times)
+    assert scene.motion is not None
+    track = LineString(along(scene.motion, 0.1).position_m[:, :2])
+    for x, y, low, high, u, v, c, s in object_solids(synthesizer.categories, scene.objects)[0].tolist():
+        if low < 0.25 and high > 0.025:
+            assert track.distance(turned(box(x - u, y - v, x + u, y + v), math.degrees(math.atan2(s, c)), (x, y))) >= 0.14
 
 
 def test_a_base_that_fits_nowhere_is_refused() -> None:
