@@ -10,7 +10,8 @@ import kernel_cache.elementary as el
 from renderer.geometry.cloth import coat, heap
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, sheet, slab, stretched, sweep
+from renderer.geometry.upholstery import cushion
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
 from renderer.models.wall_things import crook
 
@@ -184,7 +185,7 @@ def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     thick = height / _FOLDED
     for k in range(_FOLDED):
         half_d, half_w = (0.5 * side * float(rng.uniform(0.88, 1.0)) for side in (depth, width))
-        piece = rounded_box((-half_d, -half_w, k * thick), (half_d, half_w, (k + 1) * thick), 0.42 * thick, 2)
+        piece = cushion(rng, (-half_d, -half_w, (k - 0.2) * thick), (half_d, half_w, (k + 1.1) * thick), 0.45 * thick, 0.2 * thick, 2, True)
         pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.04, 0.04))))
     return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
 
