@@ -131,7 +131,7 @@ def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 
     out = bend * el.sin(turn) + plan.flare * (0.05 + 0.95 * folds) * el.power(hang, 0.75)
     soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
     inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
-    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.2 + 0.2 * soft) + 0.45) + 0.9 * puff_m * creases(rng, ss, tt, 0.36)
+    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.1 + 0.2 * soft) + 0.45) + 1.2 * puff_m * creases(rng, ss, tt, 0.34)
     if quilt_m > 0.0:
         squares = el.power(np.abs(el.sin(math.pi * ss / quilt_m) * el.sin(math.pi * tt / quilt_m)), 0.4)
         puff += 0.5 * puff_m * (squares - 0.6)

@@ -156,7 +156,8 @@ def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> 
     return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}
 
 
-_FOLDED = 4
+_FOLDED_M = 0.02
+"""Of a folded piece of clothing: about how thick it lies."""
 
 
 def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -182,10 +183,11 @@ def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
             "cloth_1": heap(rng, (-0.21 * depth, -0.39 * width, 0.28 * height), (0.41 * depth, 0.23 * width, 0.9 * height)),
         }
     pieces: list[list[Mesh]] = [[], []]
-    thick = height / _FOLDED
-    for k in range(_FOLDED):
+    count = max(3, round(height / _FOLDED_M))
+    thick = height / count
+    for k in range(count):
         half_d, half_w = (0.5 * side * float(rng.uniform(0.88, 1.0)) for side in (depth, width))
-        piece = cushion(rng, (-half_d, -half_w, (k - 0.2) * thick), (half_d, half_w, (k + 1.1) * thick), 0.45 * thick, 0.2 * thick, 2, True)
+        piece = cushion(rng, (-half_d, -half_w, (k - 0.2) * thick), (half_d, half_w, (k + 1.2) * thick), 0.5 * thick, 0.25 * thick, 2, True, 4)
         pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.04, 0.04))))
     return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
 
