@@ -206,11 +206,11 @@ def heap(rng: np.random.Generator, low: ArrayLike, high: ArrayLike) -> Mesh:
     s, t = np.meshgrid(*2 * (np.linspace(-1.0, 1.0, 27),), indexing="ij")
     x, y = s * np.sqrt(1.0 - 0.5 * t**2), t * np.sqrt(1.0 - 0.5 * s**2)
     angle = el.arctan2(y, x)
-    edge = 1.0 + 0.22 * np.clip(wrinkles(rng, el.cos(angle), el.sin(angle), 6, 0.3, 1.1), -1.4, 1.4)
+    edge = 0.84 + 0.13 * np.clip(wrinkles(rng, el.cos(angle), el.sin(angle), 6, 0.3, 1.1), -1.2, 1.0)
     folds = creases(rng, x, y, 0.55)
     dome = np.sqrt(np.clip(1.0 - x**2 - y**2, 0.0, 1.0))
-    height = 0.05 + 0.4 * dome + (0.12 + 0.43 * dome) * folds
-    lean = 0.04 * folds * dome
+    height = 0.05 + 0.35 * dome + (0.1 + 0.4 * dome) * folds
+    lean = 0.03 * folds * dome
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
     x, y = middle[0] + half[0] * (edge * x + lean), middle[1] + half[1] * (edge * y + lean)
     top = np.dstack([x, y, a[2] + (b[2] - a[2]) * height])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
-from renderer.geometry.cloth import wrinkles
+from renderer.geometry.cloth import heap, wrinkles
 from renderer.geometry.lofts import bent, disc, loft, lying, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, rod, rounded_box, sheet
@@ -136,7 +136,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
         ]
         inside = oval(0.8 * half_d, 0.8 * half_w, 0.5 * height, power=4.0, points=48)
         body = loft([*_weave(half_d, half_w, 0.955 * height), *rim, inside])
-        return {"body": body, "clothes": _clothes(rng, 0.88 * half_d, 0.88 * half_w, 0.72 * height, 0.25 * height)}
+        return {"body": body, "clothes": _clothes(rng, 0.95 * half_d, 0.95 * half_w, height)}
     frame = []
     for y in (-half_w + 0.012, half_w - 0.012):
         frame += [rod((s * (half_d - 0.014), y, 0.0), (-s * (half_d - 0.014), y, height - 0.012), 0.011, segments=8) for s in (-1.0, 1.0)]
@@ -147,7 +147,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
     bag = [oval(0.55 * half_d, half_w - 0.05, 0.12 * height, power=6.0), oval(0.62 * half_d, half_w - 0.035, 0.16 * height, power=6.0)]
     bag += [oval(0.8 * half_d, half_w - 0.028, 0.55 * height, power=6.0), oval(half_d - 0.02, half_w - 0.028, height - 0.02, power=8.0)]
     bag += [oval(half_d - 0.026, half_w - 0.034, height - 0.02, power=8.0), oval(0.7 * half_d, half_w - 0.06, 0.4 * height, power=6.0)]
-    return {"frame": frame, "body": loft(bag), "clothes": _clothes(rng, 0.78 * half_d, half_w - 0.05, 0.74 * height, 0.2 * height)}
+    return {"frame": frame, "body": loft(bag), "clothes": _clothes(rng, 0.86 * half_d, half_w - 0.03, height)}
 
 
 def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]]:
@@ -165,16 +165,9 @@ def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]
     return rings
 
 
-def _clothes(rng: np.random.Generator, half_x: float, half_y: float, low: float, tall: float) -> Mesh:
-    """A crumpled heap that fills a basket from ``low`` up by at most ``tall``."""
-    share = np.linspace(1.0, 0.0, 9)[:-1]
-    rings = [oval(half_x, half_y, low - 0.05, power=3.5, points=30)]
-    for s in share:
-        flat = oval(half_x * s, half_y * s, low, power=3.5, points=30)
-        folds = wrinkles(rng, flat[:, 0], flat[:, 1], 6, 3.0, 9.0) if s < 1.0 else np.zeros(30)
-        flat[:, 2] += tall * np.clip((1.0 - el.power(s, 3)) * 0.7 + 0.11 * np.clip(folds, -1.5, 1.5), 0.0, 1.0)
-        rings.append(flat)
-    return loft(rings)
+def _clothes(rng: np.random.Generator, half_x: float, half_y: float, rim: float) -> Mesh:
+    """Clothes that fill a basket to a little below its rim."""
+    return heap(rng, (-half_x, -half_y, 0.74 * rim), (half_x, half_y, 0.95 * rim))
 
 
 def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
