@@ -12,7 +12,7 @@ import kernel_cache.elementary as el
 from renderer.geometry.cloth import heap, wrinkles
 from renderer.geometry.lofts import bent, disc, loft, lying, oval
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, rod, rounded_box, sheet
+from renderer.geometry.shapes import block, blocks, lathe, merged, rod, sheet
 from renderer.models.cabinets import Front, carcass, fronts, knob
 from renderer.models.model import Model, Pieces, Size, halved
 
@@ -103,29 +103,6 @@ def _hung_towel(
     return sheet((points + 0.5 * thick * normal)[::-1], (points - 0.5 * thick * normal)[::-1])
 
 
-def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a thick mat with rounded corners and stripes, or an oval one."""
-    _, _, height, half_d, half_w = halved(size_m)
-    power = 14.0 if style == "striped" else 2.3
-    shares = ((1.0, 0.0), (1.0, 0.55 * height), (0.975, 0.95 * height), (0.93, height), (0.88, 0.8 * height))
-    pile = [oval(half_d * s, half_w * s, z, power=power, points=48) for s, z in shares]
-    if style != "striped":
-        inner = [
-            oval(half_d * s, half_w * s, z, power=power, points=48)
-            for s, z in ((0.87, 0.5 * height), (0.87, 0.85 * height), (0.84, 0.97 * height))
-        ]
-        return {"pile": loft(pile), "pattern": loft(inner)}
-    count = int(rng.integers(3, 7))
-    long = half_w >= half_d
-    reach, span = (half_w, half_d) if long else (half_d, half_w)
-    stripes = []
-    for s in np.linspace(-0.8, 0.8, count) * reach:
-        w, e = 0.3 * reach / count, 0.85 * span
-        low, high = ((-e, s - w), (e, s + w)) if long else ((s - w, -e), (s + w, e))
-        stripes.append(rounded_box((*low, 0.5 * height), (*high, 0.98 * height), 0.2 * height, 1))
-    return {"pile": loft(pile), "pattern": stripes}
-
-
 def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a woven hamper with clothes under its rim, or a canvas bag in a wooden frame."""
     _, _, height, half_d, half_w = halved(size_m)
@@ -197,7 +174,6 @@ def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str
 MODELS = {
     "bathroom_cabinet": Model(build_bathroom_cabinet, ("mirrored", "towels")),
     "towel_rail": Model(build_towel_rail, ("bar", "ladder")),
-    "bath_mat": Model(build_bath_mat, ("striped", "oval")),
     "laundry_basket": Model(build_laundry_basket, ("woven", "canvas")),
     "toilet_paper_holder": Model(build_toilet_paper_holder, ("arm", "cover")),
 }

@@ -241,27 +241,6 @@ def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Pieces
     return {"ball": ball, "plug": plug}
 
 
-def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a ball with flat foot, a loop to grip, and a coloured ring that tells its weight."""
-    depth, width, height = size_m
-    r = min(0.5 * min(depth, width), 0.34 * height)
-    low = -0.86
-    shares = np.linspace(math.asin(low), 0.5 * math.pi, 15)
-    z0 = -low * r
-    profile = [(0.0, 0.0), *((r * max(math.cos(a), 0.0), z0 + r * math.sin(a)) for a in shares[:-1]), (0.0, z0 + r)]
-    tube = min(0.018, 0.2 * r)
-    wide = 0.62 * r
-    path = points(
-        0.0,
-        [-0.5 * r, -wide, -0.6 * wide, 0.6 * wide, wide, 0.5 * r],
-        [z0 + 0.72 * r, height - 0.25 * r, height - tube, height - tube, height - 0.25 * r, z0 + 0.72 * r],
-    )
-    inside, outside = ((0.985, (0.12, -0.12)), (1.012, (-0.12, -0.04, 0.04, 0.12)))
-    section = [(s * r * math.cos(a), z0 + s * r * math.sin(a)) for s, angles in (inside, outside) for a in angles]
-    band = lathe(section, 32, closed=True)
-    return {"body": lathe(profile, 32), "grip": bent(path, tube, 0.04, 10), "band": band}
-
-
 def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a spinning bike with bare flywheel, an upright bike with covered drive, or a recumbent one; bars at -x, saddle at +x."""
     if style == "recumbent":
@@ -386,6 +365,5 @@ MODELS = {
     "dumbbell_rack": Model(build_dumbbell_rack, ("hexagonal", "round")),
     "exercise_mat": Model(build_exercise_mat, ("ribbed",)),
     "gym_ball": Model(build_gym_ball, ("ball",)),
-    "kettlebell": Model(build_kettlebell, ("kettlebell",)),
     "exercise_bike": Model(build_exercise_bike, ("spinning", "upright", "recumbent")),
 }
