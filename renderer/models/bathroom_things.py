@@ -1,4 +1,4 @@
-"""What hangs and stands in bathrooms: cabinet, towel rail, mat, laundry basket, dispensers; wall things have the wall behind them (-x)."""
+"""What hangs and stands in bathrooms: cabinet, towel rail, laundry basket, dispensers; wall things have the wall behind them (-x)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands and lies on floors and about a home: coat racks, shoe racks, umbrella stands, rugs, shoes, clothes."""
+"""What stands and lies on floors and about a home: coat racks, shoe racks, rugs, shoes, clothes."""
 
 from __future__ import annotations
 
@@ -117,43 +117,6 @@ def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
         soles.append(moved(sole, -0.35 * depth, 0.0, levels[0]))
     spare = shoes[1] or [shoes[0].pop()] if len(shoes[0]) > 1 or shoes[1] else shoes[0]
     return {"frame": frame, "shelves": shelves, "shoes_0": [*shoes[0]], "shoes_1": spare, "soles": soles}
-
-
-def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a tall open vessel, or a frame of hoops on a tray, with two umbrellas."""
-    depth, width, height = size_m
-    r = 0.5 * min(depth, width)
-    rim = 0.66 * height
-    if style == "vessel":
-        wall = 0.006
-        profile = [(0.0, 0.0), (0.86 * r, 0.0), (0.88 * r, 0.01), (0.86 * r, 0.4 * rim), (r, rim - 0.006), (r, rim), (r - wall, rim)]
-        body = lathe([*profile, (0.86 * r - wall, 0.4 * rim), (0.86 * r - wall, 0.02), (0.0, 0.02)], 40)
-    else:
-        tray = lathe([(0.0, 0.0), (0.98 * r, 0.0), (r, 0.03), (0.96 * r, 0.03), (0.94 * r, 0.008), (0.0, 0.008)], 36)
-        hoops = [lathe([(0.95 * r, z), (r, z), (r, z + 0.012), (0.95 * r, z + 0.012)], 36, closed=True) for z in (0.45 * rim, rim - 0.012)]
-        bars = [
-            rod(
-                (0.975 * r * math.cos(a), 0.975 * r * math.sin(a), 0.01),
-                (0.975 * r * math.cos(a), 0.975 * r * math.sin(a), rim - 0.004),
-                0.005,
-                segments=6,
-            )
-            for a in np.arange(8) * (math.pi / 4)
-        ]
-        body = merged(tray, *hoops, *bars)
-    cloths, grips = [], []
-    for k, s in enumerate((-1.0, 1.0)):
-        top = height * (1.0 if k == 0 else 0.93)
-        start, end = np.array([-0.25 * s * r, -0.35 * s * r, 0.03]), np.array([0.25 * s * r, 0.42 * s * r, 0.82 * top])
-        t = np.array([0.0, 0.08, 0.2, 0.5, 0.8, 0.95, 1.0])
-        girth = np.array([0.004, 0.005, 0.016, 0.026, 0.022, 0.014, 0.005]) * min(1.0, r / 0.1)
-        cloths.append(sweep(start + t[:, None] * (end - start), girth, 10))
-        q = 0.03 * min(1.0, r / 0.1)
-        turn = np.linspace(0.0, math.pi, 7)
-        bow = points(end[0] - q + q * el.cos(turn), end[1], top - q - 0.006 + q * el.sin(turn))
-        path = np.vstack([end, bow, bow[-1] - (0.0, 0.0, 0.8 * q)])
-        grips.append(sweep(path, 0.22 * q, 8))
-    return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}
 
 
 _FOLDED_M = 0.02
@@ -284,7 +247,6 @@ def _medallions(half_d: float, half_w: float, height: float) -> list[Mesh]:
 MODELS = {
     "coat_rack": Model(build_coat_rack, ("feet", "plate", "tripod")),
     "shoe_rack": Model(build_shoe_rack, ("slats", "cabinet")),
-    "umbrella_stand": Model(build_umbrella_stand, ("vessel", "hoops")),
     "shoes": Model(build_shoes, ("pair", "kicked_off")),
     "clothes": Model(build_clothes, ("heap", "folded")),
     "rug": Model(build_rug, ("bordered", "striped", "round", "woven")),

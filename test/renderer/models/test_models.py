@@ -23,13 +23,12 @@ from renderer.models import FAMILIES, MODELS, build_model, shape_rows
 from scene_description.share import config_path
 
 SMALL = set(shape_rows.MODELS) | {
-    *("table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "vase", "picture", "wall_mirror", "waste_bin", "speaker"),
+    *("table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "vase", "picture", "wall_mirror", "speaker"),
     *(
         "photo_frame",
         "wall_clock",
         "wall_shelf",
         "wall_hooks",
-        "umbrella_stand",
         "toilet_paper_holder",
         "towel_rail",
     ),
