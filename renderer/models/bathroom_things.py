@@ -147,33 +147,8 @@ def _clothes(rng: np.random.Generator, half_x: float, half_y: float, rim: float)
     return heap(rng, (-half_x, -half_y, 0.74 * rim), (half_x, half_y, 0.95 * rim))
 
 
-def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a holder on the wall with a roll, its end hanging down in front; an open arm or one with a cover."""
-    depth, width, height, half_d, half_w = halved(size_m)
-    radius = min(0.42 * depth, 0.36 * height)
-    z, x = height - radius - 0.03 * (style == "cover") - 0.004, half_d - radius - 0.004
-    h = 0.5 * min(0.11, 0.78 * width)
-    core = 0.36 * radius
-    roll = [(core, -h), (0.985 * radius, -h), (radius, -h + 0.002), (radius, h - 0.002), (0.985 * radius, h), (core, h)]
-    paper = lying(lathe(roll, 32, closed=True), "y", (x, 0.0, z))
-    hanging = block((x + radius - 0.003, -0.98 * h, 0.0), (x + radius, 0.98 * h, z), 0.001)
-    side = half_w - 0.006
-    path = [(-half_d + 0.004, side, z), (x, side, z), (x, -h - 0.012, z)]
-    arm = [bent(path, 0.006, 0.02, 8), disc("x", (-half_d + 0.005, side - 0.014, z), 0.02, 0.01, 18, 0.002)]
-    arm.append(rod((x, -h - 0.014, z), (x, -half_w, z), 0.008))
-    if style == "cover":
-        lid = [(-half_d, height - 0.008), (x, height - 0.001), (x + 0.8 * radius, height - 0.02), (x + radius + 0.002, z + 0.4 * radius)]
-        strip = np.array([[(px, y, pz) for y in (-half_w, half_w)] for px, pz in lid])
-        arm += [
-            sheet(strip, strip - (0.002, 0.0, 0.003)),
-            block((-half_d, -half_w, z - 0.02), (-half_d + 0.006, half_w, height - 0.004), 0.002),
-        ]
-    return {"arm": arm, "paper": [paper, hanging]}
-
-
 MODELS = {
     "bathroom_cabinet": Model(build_bathroom_cabinet, ("mirrored", "towels")),
     "towel_rail": Model(build_towel_rail, ("bar", "ladder")),
     "laundry_basket": Model(build_laundry_basket, ("woven", "canvas")),
-    "toilet_paper_holder": Model(build_toilet_paper_holder, ("arm", "cover")),
 }

@@ -208,22 +208,6 @@ def build_dumbbell_rack(rng: np.random.Generator, size_m: Size, style: str) -> P
     return {"frame": frame, "grips": grips, "weights": heads}
 
 
-def build_exercise_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a mat that lies flat, with ribs across it."""
-    _, _, height, half_d, half_w = halved(size_m)
-    long = half_w >= half_d
-    wide, tall = (half_d, half_w) if long else (half_w, half_d)
-    body = loft([oval(wide - i, tall - i, z, power=30.0, points=40) for i, z in ((0.0, 0.0), (0.0, 0.8 * height), (0.003, 0.97 * height))])
-    count = int(rng.integers(14, 24))
-    ys = np.linspace(-0.94, 0.94, count) * tall
-    step = 0.2 * (ys[1] - ys[0])
-    ribs = blocks([(-0.94 * wide, y - step, 0.5 * height) for y in ys], [(0.94 * wide, y + step, height) for y in ys], 0.1 * height)
-    parts = {"mat": body, "ribs": ribs}
-    if not long:
-        parts = {name: rotated(mesh, "z", 0.5 * math.pi) for name, mesh in parts.items()}
-    return parts
-
-
 def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an inflated ball with grooves round its equator and a plug."""
     r = 0.5 * float(min(size_m))
@@ -363,7 +347,6 @@ MODELS = {
     "treadmill": Model(build_treadmill, ("straight", "curved", "compact")),
     "weight_bench": Model(build_weight_bench, ("flat", "incline", "rollers")),
     "dumbbell_rack": Model(build_dumbbell_rack, ("hexagonal", "round")),
-    "exercise_mat": Model(build_exercise_mat, ("ribbed",)),
     "gym_ball": Model(build_gym_ball, ("ball",)),
     "exercise_bike": Model(build_exercise_bike, ("spinning", "upright", "recumbent")),
 }

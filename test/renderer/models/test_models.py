@@ -29,10 +29,9 @@ SMALL = set(shape_rows.MODELS) | {
         "wall_clock",
         "wall_shelf",
         "wall_hooks",
-        "toilet_paper_holder",
         "towel_rail",
     ),
-    *("globe", "desk_lamp", "printer", "whiteboard", "shoes", "gym_ball", "exercise_mat", "cardboard_box", "plastic_crate"),
+    *("globe", "desk_lamp", "printer", "whiteboard", "shoes", "gym_ball", "cardboard_box", "plastic_crate"),
 }
 TOPS = ("nightstand", "dresser", "desk", "bookshelf", "coffee_table", "tv_stand", "side_table", "sideboard", "dining_table")
 TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_shelf", "china_cabinet")
