@@ -93,7 +93,7 @@ def wrinkles(rng: np.random.Generator, u: Array, v: Array, waves: int = 7, low: 
 
 
 def creases(rng: np.random.Generator, u: Array, v: Array, spacing: float) -> Array:
-    """Return folds in [0, 1.2] over coordinates (u, v): narrow crests some ``spacing`` apart that wander, cross and die away."""
+    """Return folds in [0, 1] over coordinates (u, v): narrow crests some ``spacing`` apart that wander, cross and die away."""
     total = np.zeros_like(u)
     for _ in range(2):
         way = rng.uniform(0.0, math.pi)
@@ -101,7 +101,7 @@ def creases(rng: np.random.Generator, u: Array, v: Array, spacing: float) -> Arr
         across = (math.cos(way) * u + math.sin(way) * v) / spacing + 0.35 * wander(u, v)
         crest = (1.05 - np.sqrt(el.sin(math.pi * across) ** 2 + 0.09)) / 0.75
         total += np.clip(0.65 + 0.5 * strong(u, v), 0.0, 1.0) * el.power(np.maximum(crest, 0.0), 1.5)
-    return np.minimum(total, 1.2)
+    return np.minimum(total, 1.0)
 
 
 def _along_crests(height: Array) -> NDArray[np.bool_]:
@@ -131,7 +131,7 @@ def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 
     out = bend * el.sin(turn) + plan.flare * (0.05 + 0.95 * folds) * el.power(hang, 0.75)
     soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
     inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
-    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.1 + 0.2 * soft) + 0.45) + 1.2 * puff_m * creases(rng, ss, tt, 0.34)
+    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.1 + 0.2 * soft) + 0.45) + 0.85 * puff_m * creases(rng, ss, tt, 0.34)
     if quilt_m > 0.0:
         squares = el.power(np.abs(el.sin(math.pi * ss / quilt_m) * el.sin(math.pi * tt / quilt_m)), 0.4)
         puff += 0.5 * puff_m * (squares - 0.6)
