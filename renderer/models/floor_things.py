@@ -149,10 +149,10 @@ def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     count = max(3, round(height / _FOLDED_M))
     thick = height / count
     for k in range(count):
-        half_d, half_w = (0.5 * side * float(rng.uniform(0.88, 1.0)) for side in (depth, width))
+        half_d, half_w = (0.5 * side * float(rng.uniform(0.8, 1.0)) for side in (depth, width))
         low, high = (-half_d, -half_w, (k - 0.2) * thick), (half_d, half_w, (k + 1.2) * thick)
         piece = cushion(rng, low, high, 0.5 * thick, 0.25 * thick, 2, True, 4)
-        pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.04, 0.04))))
+        pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.08, 0.08))))
     return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
 
 
