@@ -13,7 +13,7 @@ import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.coordinates import grid_way
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import grid_faces, make_mesh, merged, sheet, smooth_normals, sweep
+from renderer.geometry.shapes import grid_faces, make_mesh, merged, smooth_normals, sweep
 
 
 def lined(top: Array, bottom: Array, crossed: NDArray[np.bool_] | None = None) -> Mesh:
@@ -92,6 +92,23 @@ def wrinkles(rng: np.random.Generator, u: Array, v: Array, waves: int = 7, low: 
     return wrinkle_field(rng, waves, low, high)(u, v)
 
 
+def creases(rng: np.random.Generator, u: Array, v: Array, spacing: float) -> Array:
+    """Return folds in [0, 1] over coordinates (u, v): narrow crests some ``spacing`` apart that wander, cross and die away."""
+    total = np.zeros_like(u)
+    for _ in range(2):
+        way = rng.uniform(0.0, math.pi)
+        wander, strong = (wrinkle_field(rng, 4, low / spacing, high / spacing) for low, high in ((0.15, 0.5), (0.12, 0.3)))
+        across = (math.cos(way) * u + math.sin(way) * v) / spacing + 0.35 * wander(u, v)
+        crest = (1.05 - np.sqrt(el.sin(math.pi * across) ** 2 + 0.09)) / 0.75
+        total += np.clip(0.65 + 0.5 * strong(u, v), 0.0, 1.0) * el.power(np.maximum(crest, 0.0), 1.5)
+    return np.minimum(total, 1.0)
+
+
+def _along_crests(height: Array) -> NDArray[np.bool_]:
+    """Return which quadrilaterals of a grid of heights (n, m) are cut along their other diagonal, so that no crest is cut across."""
+    return np.asarray(np.abs(height[1:, 1:] - height[:-1, :-1]) > np.abs(height[1:, :-1] - height[:-1, 1:]))
+
+
 def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 61, puff_m: float = 0.03, quilt_m: float = 0.0) -> Cover:
     """Return cloth that lies on a box centred at the origin and falls in folds over its sides (y) and ends (front +x, back -x).
 
@@ -114,7 +131,7 @@ def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 
     out = bend * el.sin(turn) + plan.flare * (0.05 + 0.95 * folds) * el.power(hang, 0.75)
     soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
     inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
-    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.5 + 0.2 * soft) + 0.45)
+    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.1 + 0.2 * soft) + 0.45) + 0.85 * puff_m * creases(rng, ss, tt, 0.34)
     if quilt_m > 0.0:
         squares = el.power(np.abs(el.sin(math.pi * ss / quilt_m) * el.sin(math.pi * tt / quilt_m)), 0.4)
         puff += 0.5 * puff_m * (squares - 0.6)
@@ -137,7 +154,7 @@ def cloth(cover: Cover, thickness_m: float) -> Mesh:
     )
     share = np.clip(edge / 0.05, 0.0, 1.0)
     depth = thickness_m * (0.3 + 0.7 * np.sqrt(share * (2.0 - share)))
-    return lined(cover.points, cover.points - depth[..., None] * cover.normals)
+    return lined(cover.points, cover.points - depth[..., None] * cover.normals, _along_crests(cover.points[..., 2]))
 
 
 def layer(cover: Cover, along: tuple[float, float], fall_share: float, lift_m: float, thickness_m: float, rows: int = 11) -> Mesh:
@@ -184,17 +201,20 @@ def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Arr
 
 
 def heap(rng: np.random.Generator, low: ArrayLike, high: ArrayLike) -> Mesh:
-    """Return cloth in folds over a low dome between two corners (3,)."""
+    """Return cloth that was dropped, between two corners (3,): creased all over, its folds lean over, its edge lies in waves."""
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, 12), np.linspace(0.0, 2.0 * math.pi, 31), indexing="ij")
-    outline, folds = wrinkle_field(rng, 5, 0.25, 0.7), wrinkle_field(rng, 7, 0.5, 1.4)
-    x, y = u * el.cos(v), u * el.sin(v)
-    edge = 1.0 + 0.2 * np.clip(outline(el.cos(v), el.sin(v)), -1.3, 1.3)
-    dome = np.clip(1.0 - u**2, 0.0, 1.0)
-    z = 0.05 + 0.3 * dome + 0.4 * np.clip(0.5 + 0.5 * folds(x, y), 0.0, 1.2) * el.power(dome, 0.4)
+    s, t = np.meshgrid(*2 * (np.linspace(-1.0, 1.0, 27),), indexing="ij")
+    x, y = s * np.sqrt(1.0 - 0.5 * t**2), t * np.sqrt(1.0 - 0.5 * s**2)
+    angle = el.arctan2(y, x)
+    edge = 0.84 + 0.13 * np.clip(wrinkles(rng, el.cos(angle), el.sin(angle), 6, 0.3, 1.1), -1.2, 1.0)
+    folds = creases(rng, x, y, 0.55)
+    dome = np.sqrt(np.clip(1.0 - x**2 - y**2, 0.0, 1.0))
+    height = 0.05 + 0.35 * dome + (0.1 + 0.4 * dome) * folds
+    lean = 0.03 * folds * dome
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
-    top = np.dstack([middle[0] + half[0] * edge * x, middle[1] + half[1] * edge * y, a[2] + (b[2] - a[2]) * z])
-    return sheet(top, np.dstack([top[..., 0], top[..., 1], np.full_like(z, a[2])]))
+    x, y = middle[0] + half[0] * (edge * x + lean), middle[1] + half[1] * (edge * y + lean)
+    top = np.dstack([x, y, a[2] + (b[2] - a[2]) * height])
+    return lined(top, np.dstack([x, y, np.full_like(x, a[2])]), _along_crests(height))
 
 
 SHOULDERS = ((0.0, 0.12), (0.05, 0.3), (0.16, 0.62), (0.5, 0.8), (1.0, 1.0))
@@ -204,18 +224,17 @@ SHOULDERS = ((0.0, 0.12), (0.05, 0.3), (0.16, 0.62), (0.5, 0.8), (1.0, 1.0))
 def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: ArrayLike = SHOULDERS) -> Mesh:
     """Return a garment that hangs between two corners (3,): folds grow towards the hem; ``shape``: rows of way down and width."""
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
-    vv, aa = np.meshgrid(np.linspace(0.0, 1.0, 13), np.linspace(0.0, 2.0 * math.pi, 31), indexing="ij")
+    vv, aa = np.meshgrid(np.linspace(0.0, 1.0, 15), np.linspace(0.0, 2.0 * math.pi, 33), indexing="ij")
     spread = np.interp(vv, *np.asarray(shape, np.float64).T)
-    folds = 1.0 + 0.1 * vv * el.cos(7.0 * aa + rng.uniform(0.0, 6.28)) + 0.05 * vv * el.cos(12.0 * aa + 3.0 * vv)
-    soft = 1.0 + 0.04 * wrinkles(rng, el.cos(aa) + vv, el.sin(aa) + vv, 6, 0.5, 1.5)
-    radius = spread * folds * soft
+    folds = 1.0 + 0.1 * vv * el.cos(7.0 * aa + 3.0 * wrinkles(rng, el.cos(aa), vv, 4, 0.3, 0.8)) + 0.05 * vv * el.cos(12.0 * aa + 3.0 * vv)
+    folds -= 0.11 * np.minimum(4.0 * vv, 1.0) * creases(rng, el.cos(aa) + 0.7 * el.sin(aa), 3.0 * vv, 0.8)
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
     z = b[2] - (b[2] - a[2]) * vv - 0.02 * np.abs(el.cos(aa)) * (vv > 0.0)
-    rings = np.dstack([half[0] * radius * el.sin(aa), half[1] * radius * el.cos(aa), z])
+    rings = np.dstack([half[0] * spread * folds * el.sin(aa), half[1] * spread * folds * el.cos(aa), z])
     rings[:, -1] = rings[:, 0]
-    inner = rings * (0.9, 0.9, 1.0) - (0.0, 0.0, 0.004)
+    inner = rings * (0.8, 0.8, 1.0) - (0.0, 0.0, 0.004)
     centre = (middle[0], middle[1], 0.0)
-    return sheet(rings[:, ::-1] + centre, inner[:, ::-1] + centre)
+    return lined(rings[:, ::-1] + centre, inner[:, ::-1] + centre)
 
 
 _SLEEVE = ((0.0, 0.3, 0.93), (0.15, 0.52, 0.9), (0.3, 0.78, 0.78), (0.2, 0.9, 0.6), (0.35, 0.88, 0.46), (0.5, 0.82, 0.36))
@@ -235,6 +254,9 @@ def coat(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Array
     thick = min(0.62 * half[0], 0.3 * half[1])
     for side in (1.0, -1.0):
         way = np.array(_SLEEVE) * (1.0, side, 1.0) + rng.normal(0.0, 0.015, (len(_SLEEVE), 3))
-        pieces.append(sweep(origin + way * scale, np.linspace(thick, 0.62 * thick, len(_SLEEVE)), 8))
+        share = np.linspace(0.0, len(_SLEEVE) - 1.0, 12)
+        path = np.stack([np.interp(share, np.arange(len(_SLEEVE)), column) for column in way.T], axis=1)
+        girth = np.linspace(thick, 0.62 * thick, 12) * rng.uniform(0.86, 1.06, 12)  # creased across, most of all at the elbow
+        pieces.append(sweep(origin + path * scale, girth, 8))
     pieces.append(sweep(origin + np.array(_COLLAR) * scale, 0.14 * half[0], 6))
     return merged(*pieces)

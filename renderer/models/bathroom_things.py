@@ -1,4 +1,4 @@
-"""What hangs and stands in bathrooms: cabinet, towel rail, mat, laundry basket, dispensers; wall things have the wall behind them (-x)."""
+"""What hangs and stands in bathrooms: cabinet, towel rail, laundry basket, dispensers; wall things have the wall behind them (-x)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
-from renderer.geometry.cloth import wrinkles
+from renderer.geometry.cloth import heap, wrinkles
 from renderer.geometry.lofts import bent, disc, loft, lying, oval
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, rod, rounded_box, sheet
+from renderer.geometry.shapes import block, blocks, lathe, merged, rod, sheet
 from renderer.models.cabinets import Front, carcass, fronts, knob
 from renderer.models.model import Model, Pieces, Size, halved
 
@@ -103,29 +103,6 @@ def _hung_towel(
     return sheet((points + 0.5 * thick * normal)[::-1], (points - 0.5 * thick * normal)[::-1])
 
 
-def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a thick mat with rounded corners and stripes, or an oval one."""
-    _, _, height, half_d, half_w = halved(size_m)
-    power = 14.0 if style == "striped" else 2.3
-    shares = ((1.0, 0.0), (1.0, 0.55 * height), (0.975, 0.95 * height), (0.93, height), (0.88, 0.8 * height))
-    pile = [oval(half_d * s, half_w * s, z, power=power, points=48) for s, z in shares]
-    if style != "striped":
-        inner = [
-            oval(half_d * s, half_w * s, z, power=power, points=48)
-            for s, z in ((0.87, 0.5 * height), (0.87, 0.85 * height), (0.84, 0.97 * height))
-        ]
-        return {"pile": loft(pile), "pattern": loft(inner)}
-    count = int(rng.integers(3, 7))
-    long = half_w >= half_d
-    reach, span = (half_w, half_d) if long else (half_d, half_w)
-    stripes = []
-    for s in np.linspace(-0.8, 0.8, count) * reach:
-        w, e = 0.3 * reach / count, 0.85 * span
-        low, high = ((-e, s - w), (e, s + w)) if long else ((s - w, -e), (s + w, e))
-        stripes.append(rounded_box((*low, 0.5 * height), (*high, 0.98 * height), 0.2 * height, 1))
-    return {"pile": loft(pile), "pattern": stripes}
-
-
 def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a woven hamper with clothes under its rim, or a canvas bag in a wooden frame."""
     _, _, height, half_d, half_w = halved(size_m)
@@ -136,7 +113,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
         ]
         inside = oval(0.8 * half_d, 0.8 * half_w, 0.5 * height, power=4.0, points=48)
         body = loft([*_weave(half_d, half_w, 0.955 * height), *rim, inside])
-        return {"body": body, "clothes": _clothes(rng, 0.88 * half_d, 0.88 * half_w, 0.72 * height, 0.25 * height)}
+        return {"body": body, "clothes": _clothes(rng, 0.95 * half_d, 0.95 * half_w, height)}
     frame = []
     for y in (-half_w + 0.012, half_w - 0.012):
         frame += [rod((s * (half_d - 0.014), y, 0.0), (-s * (half_d - 0.014), y, height - 0.012), 0.011, segments=8) for s in (-1.0, 1.0)]
@@ -147,7 +124,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
     bag = [oval(0.55 * half_d, half_w - 0.05, 0.12 * height, power=6.0), oval(0.62 * half_d, half_w - 0.035, 0.16 * height, power=6.0)]
     bag += [oval(0.8 * half_d, half_w - 0.028, 0.55 * height, power=6.0), oval(half_d - 0.02, half_w - 0.028, height - 0.02, power=8.0)]
     bag += [oval(half_d - 0.026, half_w - 0.034, height - 0.02, power=8.0), oval(0.7 * half_d, half_w - 0.06, 0.4 * height, power=6.0)]
-    return {"frame": frame, "body": loft(bag), "clothes": _clothes(rng, 0.78 * half_d, half_w - 0.05, 0.74 * height, 0.2 * height)}
+    return {"frame": frame, "body": loft(bag), "clothes": _clothes(rng, 0.86 * half_d, half_w - 0.03, height)}
 
 
 def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]]:
@@ -165,46 +142,13 @@ def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]
     return rings
 
 
-def _clothes(rng: np.random.Generator, half_x: float, half_y: float, low: float, tall: float) -> Mesh:
-    """A crumpled heap that fills a basket from ``low`` up by at most ``tall``."""
-    share = np.linspace(1.0, 0.0, 9)[:-1]
-    rings = [oval(half_x, half_y, low - 0.05, power=3.5, points=30)]
-    for s in share:
-        flat = oval(half_x * s, half_y * s, low, power=3.5, points=30)
-        folds = wrinkles(rng, flat[:, 0], flat[:, 1], 6, 3.0, 9.0) if s < 1.0 else np.zeros(30)
-        flat[:, 2] += tall * np.clip((1.0 - el.power(s, 3)) * 0.7 + 0.11 * np.clip(folds, -1.5, 1.5), 0.0, 1.0)
-        rings.append(flat)
-    return loft(rings)
-
-
-def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a holder on the wall with a roll, its end hanging down in front; an open arm or one with a cover."""
-    depth, width, height, half_d, half_w = halved(size_m)
-    radius = min(0.42 * depth, 0.36 * height)
-    z, x = height - radius - 0.03 * (style == "cover") - 0.004, half_d - radius - 0.004
-    h = 0.5 * min(0.11, 0.78 * width)
-    core = 0.36 * radius
-    roll = [(core, -h), (0.985 * radius, -h), (radius, -h + 0.002), (radius, h - 0.002), (0.985 * radius, h), (core, h)]
-    paper = lying(lathe(roll, 32, closed=True), "y", (x, 0.0, z))
-    hanging = block((x + radius - 0.003, -0.98 * h, 0.0), (x + radius, 0.98 * h, z), 0.001)
-    side = half_w - 0.006
-    path = [(-half_d + 0.004, side, z), (x, side, z), (x, -h - 0.012, z)]
-    arm = [bent(path, 0.006, 0.02, 8), disc("x", (-half_d + 0.005, side - 0.014, z), 0.02, 0.01, 18, 0.002)]
-    arm.append(rod((x, -h - 0.014, z), (x, -half_w, z), 0.008))
-    if style == "cover":
-        lid = [(-half_d, height - 0.008), (x, height - 0.001), (x + 0.8 * radius, height - 0.02), (x + radius + 0.002, z + 0.4 * radius)]
-        strip = np.array([[(px, y, pz) for y in (-half_w, half_w)] for px, pz in lid])
-        arm += [
-            sheet(strip, strip - (0.002, 0.0, 0.003)),
-            block((-half_d, -half_w, z - 0.02), (-half_d + 0.006, half_w, height - 0.004), 0.002),
-        ]
-    return {"arm": arm, "paper": [paper, hanging]}
+def _clothes(rng: np.random.Generator, half_x: float, half_y: float, rim: float) -> Mesh:
+    """Clothes that fill a basket to a little below its rim."""
+    return heap(rng, (-half_x, -half_y, 0.74 * rim), (half_x, half_y, 0.95 * rim))
 
 
 MODELS = {
     "bathroom_cabinet": Model(build_bathroom_cabinet, ("mirrored", "towels")),
     "towel_rail": Model(build_towel_rail, ("bar", "ladder")),
-    "bath_mat": Model(build_bath_mat, ("striped", "oval")),
     "laundry_basket": Model(build_laundry_basket, ("woven", "canvas")),
-    "toilet_paper_holder": Model(build_toilet_paper_holder, ("arm", "cover")),
 }

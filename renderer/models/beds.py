@@ -106,7 +106,7 @@ def mattress(plan: BedPlan) -> Mesh:
     """Return a mattress with a tape round its upper and lower edge."""
     body = rounded_box((plan.head, -plan.half, plan.z_low), (plan.foot, plan.half, plan.z_top), 0.05, 2)
     half_x, center = 0.5 * (plan.foot - plan.head), 0.5 * (plan.foot + plan.head)
-    loop = rounded_loop(half_x - 0.010, plan.half - 0.010, 0.05)
+    loop = rounded_loop(half_x - 0.010, plan.half - 0.010, 0.05, 1)
     tapes = [piping(points(center + loop[:, 0], loop[:, 1], z), 0.006, 4) for z in (plan.z_low + 0.012, plan.z_top - 0.012)]
     return merged(body, *tapes)
 
@@ -141,7 +141,7 @@ def bedding(rng: np.random.Generator, plan: BedPlan, height: float, fall_m: floa
     layers = {
         "duvet": cloth(cover, DUVET_M),
         "sheet": layer(cover, (float(cover.s[0]), float(cover.s[0]) + rng.uniform(0.17, 0.26)), 0.95, 0.016, 0.014, 7),
-        "throw": layer(cover, (throw_end - rng.uniform(0.42, 0.58), throw_end), 0.97, 0.011, 0.009, 11),
+        "throw": layer(cover, (throw_end - rng.uniform(0.42, 0.58), throw_end), 0.97, 0.013, 0.01, 13),
     }
     parts = {name: moved(mesh, x=center) for name, mesh in layers.items()}
     return parts | _pillows(rng, plan, height, deep)
@@ -279,7 +279,7 @@ def _carved(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     rise = rng.uniform(0.1, 0.2) * height
     inner = half_w - 0.5 * post
     head_post = height - 0.5 * rise
-    head = relief_board(rng, inner, (low, height - rise, rise), (-half_d + 0.012, -half_d + 0.05), 47, 17)
+    head = relief_board(rng, inner, (low, height - rise, rise), (-half_d + 0.012, -half_d + 0.05), 41, 17)
     foot = relief_board(rng, inner, (low, foot_top - 0.07, 0.06), (half_d - 0.058, half_d - 0.022), 35, 9)
     x_head, x_foot = -half_d + 0.5 * post, half_d - 0.5 * post
     posts = [moved(turned_post(post, head_post, low), x_head, s * (half_w - 0.5 * post)) for s in (-1.0, 1.0)]

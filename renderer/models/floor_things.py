@@ -1,4 +1,4 @@
-"""What stands and lies on floors and about a home: coat racks, shoe racks, umbrella stands, rugs, shoes, clothes."""
+"""What stands and lies on floors and about a home: coat racks, shoe racks, rugs, shoes, clothes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import kernel_cache.elementary as el
 from renderer.geometry.cloth import coat, heap
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, sheet, slab, stretched, sweep
+from renderer.geometry.upholstery import cushion
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
 from renderer.models.wall_things import crook
 
@@ -118,44 +119,8 @@ def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     return {"frame": frame, "shelves": shelves, "shoes_0": [*shoes[0]], "shoes_1": spare, "soles": soles}
 
 
-def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a tall open vessel, or a frame of hoops on a tray, with two umbrellas."""
-    depth, width, height = size_m
-    r = 0.5 * min(depth, width)
-    rim = 0.66 * height
-    if style == "vessel":
-        wall = 0.006
-        profile = [(0.0, 0.0), (0.86 * r, 0.0), (0.88 * r, 0.01), (0.86 * r, 0.4 * rim), (r, rim - 0.006), (r, rim), (r - wall, rim)]
-        body = lathe([*profile, (0.86 * r - wall, 0.4 * rim), (0.86 * r - wall, 0.02), (0.0, 0.02)], 40)
-    else:
-        tray = lathe([(0.0, 0.0), (0.98 * r, 0.0), (r, 0.03), (0.96 * r, 0.03), (0.94 * r, 0.008), (0.0, 0.008)], 36)
-        hoops = [lathe([(0.95 * r, z), (r, z), (r, z + 0.012), (0.95 * r, z + 0.012)], 36, closed=True) for z in (0.45 * rim, rim - 0.012)]
-        bars = [
-            rod(
-                (0.975 * r * math.cos(a), 0.975 * r * math.sin(a), 0.01),
-                (0.975 * r * math.cos(a), 0.975 * r * math.sin(a), rim - 0.004),
-                0.005,
-                segments=6,
-            )
-            for a in np.arange(8) * (math.pi / 4)
-        ]
-        body = merged(tray, *hoops, *bars)
-    cloths, grips = [], []
-    for k, s in enumerate((-1.0, 1.0)):
-        top = height * (1.0 if k == 0 else 0.93)
-        start, end = np.array([-0.25 * s * r, -0.35 * s * r, 0.03]), np.array([0.25 * s * r, 0.42 * s * r, 0.82 * top])
-        t = np.array([0.0, 0.08, 0.2, 0.5, 0.8, 0.95, 1.0])
-        girth = np.array([0.004, 0.005, 0.016, 0.026, 0.022, 0.014, 0.005]) * min(1.0, r / 0.1)
-        cloths.append(sweep(start + t[:, None] * (end - start), girth, 10))
-        q = 0.03 * min(1.0, r / 0.1)
-        turn = np.linspace(0.0, math.pi, 7)
-        bow = points(end[0] - q + q * el.cos(turn), end[1], top - q - 0.006 + q * el.sin(turn))
-        path = np.vstack([end, bow, bow[-1] - (0.0, 0.0, 0.8 * q)])
-        grips.append(sweep(path, 0.22 * q, 8))
-    return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}
-
-
-_FOLDED = 4
+_FOLDED_M = 0.02
+"""Of a folded piece of clothing: about how thick it lies."""
 
 
 def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -181,11 +146,13 @@ def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
             "cloth_1": heap(rng, (-0.21 * depth, -0.39 * width, 0.28 * height), (0.41 * depth, 0.23 * width, 0.9 * height)),
         }
     pieces: list[list[Mesh]] = [[], []]
-    thick = height / _FOLDED
-    for k in range(_FOLDED):
-        half_d, half_w = (0.5 * side * float(rng.uniform(0.88, 1.0)) for side in (depth, width))
-        piece = rounded_box((-half_d, -half_w, k * thick), (half_d, half_w, (k + 1) * thick), 0.42 * thick, 2)
-        pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.04, 0.04))))
+    count = max(3, round(height / _FOLDED_M))
+    thick = height / count
+    for k in range(count):
+        half_d, half_w = (0.5 * side * float(rng.uniform(0.8, 1.0)) for side in (depth, width))
+        low, high = (-half_d, -half_w, (k - 0.2) * thick), (half_d, half_w, (k + 1.2) * thick)
+        piece = cushion(rng, low, high, 0.5 * thick, 0.25 * thick, 2, True, 4)
+        pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.08, 0.08))))
     return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
 
 
@@ -280,7 +247,6 @@ def _medallions(half_d: float, half_w: float, height: float) -> list[Mesh]:
 MODELS = {
     "coat_rack": Model(build_coat_rack, ("feet", "plate", "tripod")),
     "shoe_rack": Model(build_shoe_rack, ("slats", "cabinet")),
-    "umbrella_stand": Model(build_umbrella_stand, ("vessel", "hoops")),
     "shoes": Model(build_shoes, ("pair", "kicked_off")),
     "clothes": Model(build_clothes, ("heap", "folded")),
     "rug": Model(build_rug, ("bordered", "striped", "round", "woven")),

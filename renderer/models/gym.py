@@ -208,22 +208,6 @@ def build_dumbbell_rack(rng: np.random.Generator, size_m: Size, style: str) -> P
     return {"frame": frame, "grips": grips, "weights": heads}
 
 
-def build_exercise_mat(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a mat that lies flat, with ribs across it."""
-    _, _, height, half_d, half_w = halved(size_m)
-    long = half_w >= half_d
-    wide, tall = (half_d, half_w) if long else (half_w, half_d)
-    body = loft([oval(wide - i, tall - i, z, power=30.0, points=40) for i, z in ((0.0, 0.0), (0.0, 0.8 * height), (0.003, 0.97 * height))])
-    count = int(rng.integers(14, 24))
-    ys = np.linspace(-0.94, 0.94, count) * tall
-    step = 0.2 * (ys[1] - ys[0])
-    ribs = blocks([(-0.94 * wide, y - step, 0.5 * height) for y in ys], [(0.94 * wide, y + step, height) for y in ys], 0.1 * height)
-    parts = {"mat": body, "ribs": ribs}
-    if not long:
-        parts = {name: rotated(mesh, "z", 0.5 * math.pi) for name, mesh in parts.items()}
-    return parts
-
-
 def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an inflated ball with grooves round its equator and a plug."""
     r = 0.5 * float(min(size_m))
@@ -239,27 +223,6 @@ def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Pieces
     )  # pressed flat by its weight
     plug = rotated(moved(globe(0.02, 0.0, 0.4, 6), z=1.994 * r), "x", lean + 0.4, (0.0, 0.0, r))
     return {"ball": ball, "plug": plug}
-
-
-def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a ball with flat foot, a loop to grip, and a coloured ring that tells its weight."""
-    depth, width, height = size_m
-    r = min(0.5 * min(depth, width), 0.34 * height)
-    low = -0.86
-    shares = np.linspace(math.asin(low), 0.5 * math.pi, 15)
-    z0 = -low * r
-    profile = [(0.0, 0.0), *((r * max(math.cos(a), 0.0), z0 + r * math.sin(a)) for a in shares[:-1]), (0.0, z0 + r)]
-    tube = min(0.018, 0.2 * r)
-    wide = 0.62 * r
-    path = points(
-        0.0,
-        [-0.5 * r, -wide, -0.6 * wide, 0.6 * wide, wide, 0.5 * r],
-        [z0 + 0.72 * r, height - 0.25 * r, height - tube, height - tube, height - 0.25 * r, z0 + 0.72 * r],
-    )
-    inside, outside = ((0.985, (0.12, -0.12)), (1.012, (-0.12, -0.04, 0.04, 0.12)))
-    section = [(s * r * math.cos(a), z0 + s * r * math.sin(a)) for s, angles in (inside, outside) for a in angles]
-    band = lathe(section, 32, closed=True)
-    return {"body": lathe(profile, 32), "grip": bent(path, tube, 0.04, 10), "band": band}
 
 
 def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -384,8 +347,6 @@ MODELS = {
     "treadmill": Model(build_treadmill, ("straight", "curved", "compact")),
     "weight_bench": Model(build_weight_bench, ("flat", "incline", "rollers")),
     "dumbbell_rack": Model(build_dumbbell_rack, ("hexagonal", "round")),
-    "exercise_mat": Model(build_exercise_mat, ("ribbed",)),
     "gym_ball": Model(build_gym_ball, ("ball",)),
-    "kettlebell": Model(build_kettlebell, ("kettlebell",)),
     "exercise_bike": Model(build_exercise_bike, ("spinning", "upright", "recumbent")),
 }

@@ -1,4 +1,4 @@
-"""Small things: speakers, consoles, candles, photo frames, bowls, clocks, mugs, waste bins; fronts look along +x."""
+"""Small things: speakers, photo frames, clocks; fronts look along +x."""
 
 from __future__ import annotations
 
@@ -246,53 +246,9 @@ def _hand(x: float, z: float, angle: float, reach: float, half_width: float, sta
     return moved(rotated(bar, "x", angle), z=z)
 
 
-def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return an open tapered bin, a basket of hoops and rods, or a pedal bin with lid."""
-    depth, width, height = size_m
-    r = 0.5 * min(depth, width)
-    if style == "open":
-        return _open_bin(rng.uniform(0.7, 0.88) * r, r, height)
-    if style == "basket":
-        return {"body": _basket(r, height)}
-    body = lathe([(0.0, 0.012), (0.93 * r, 0.012), (0.95 * r, 0.02), (0.95 * r, 0.86 * height), (0.0, 0.86 * height)], 32)
-    rings = lathe([(0.0, 0.0), (0.965 * r, 0.0), (0.98 * r, 0.006), (0.98 * r, 0.03), (0.95 * r, 0.034), (0.0, 0.034)], 32)
-    radii, heights = r * np.array([0.0, 0.97, 0.98, 0.96, 0.75, 0.4, 0.0]), height * np.array([0.865, 0.865, 0.88, 0.91, 0.965, 0.992, 1.0])
-    pedal = block((0.85 * r, -0.03, 0.006), (0.5 * depth + 0.01, 0.03, 0.016), 0.003)
-    return {"body": body, "lid": lathe(points(radii, heights), 32), "pedal": [rings, pedal]}
-
-
-def _open_bin(foot: float, r: float, height: float) -> Parts:
-    """Return a bin that widens from the radius ``foot``, and the bag in it, folded over its rim."""
-    profile = points(
-        [0.0, foot, foot + 0.02 * r, 0.98 * r, r, 0.995 * r, 0.965 * r, 0.95 * r, foot - 0.004, 0.0],
-        [0.0, 0.0, 0.01, height - 0.012, height - 0.006, height, height, height - 0.012, 0.012, 0.012],
-    )
-    hem, rim, inside = height - 0.035, height + 0.002, height * np.array([0.25, 0.2, 0.195, 0.244])
-    liner = points(
-        r * np.array([0.97, 1.002, 1.006, 0.95, 0.9, 0.6, 0.0, 0.0, 0.61, 0.91, 0.96]),
-        [hem, hem, rim, rim, height - 0.3 * height, *inside, height - 0.302 * height, height - 0.002],
-    )
-    return {"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}
-
-
-def _basket(r: float, height: float) -> list[Mesh]:
-    """Return rods that lean outward, the hoops round them, and the bottom."""
-    bars = []
-    for a in (2.0 * math.pi * k / 26 for k in range(26)):
-        low, high = 0.74 * r, 0.97 * r
-        start, end = (low * math.cos(a), low * math.sin(a), 0.004), (high * math.cos(a), high * math.sin(a), height - 0.004)
-        bars.append(rod(start, end, 0.0022, segments=5))
-    for share in (0.02, 0.25, 0.5, 0.75, 0.975):
-        hoop, z = (0.745 + 0.235 * share) * r, share * height
-        section = [(hoop - 0.003, z - 0.004), (hoop + 0.004, z - 0.004), (hoop + 0.004, z + 0.004), (hoop - 0.003, z + 0.004)]
-        bars.append(lathe(section, 28, closed=True))
-    return [*bars, lathe([(0.0, 0.0), (0.75 * r, 0.0), (0.75 * r, 0.006), (0.0, 0.006)], 26)]
-
-
 MODELS = {
     "speaker": Model(build_speaker, ("cones", "cloth")),
     "photo_frame": Model(build_photo_frame, ("portrait", "view")),
     "wall_clock": Model(build_wall_clock, ("round", "rays")),
     "alarm_clock": Model(build_alarm_clock, ("digital", "bells")),
-    "waste_bin": Model(build_waste_bin, ("open", "basket", "pedal")),
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -371,26 +370,10 @@ def build_wall_hooks(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     return {"board": board, "hooks": pieces}
 
 
-def build_light_switch(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a plate with one rocker, or with two side by side."""
-    depth, width, height, half_d, half = halved(size_m)
-    face = -half_d + 0.6 * depth
-    plate = rounded_box((-half_d, -half, 0.0), (face, half, height), 0.3 * depth, 3)
-    edges = np.linspace(-0.72 * half, 0.72 * half, (1 if style == "one" else 2) + 1)
-    rockers = []
-    for a, b in itertools.pairwise(edges):
-        body = block((face - 0.3 * depth, a + 0.01 * width, 0.14 * height), (half_d, b - 0.01 * width, 0.86 * height), 0.12 * depth)
-        points = body.vertices.copy()
-        points[:, 0] -= np.where(points[:, 0] > face, 0.22 * depth * np.clip(points[:, 2] / height, 0.0, 1.0), 0.0).astype(np.float32)
-        rockers.append(body._replace(vertices=points))
-    return {"plate": plate, "rocker": rockers}
-
-
 MODELS = {
     "picture": Model(build_picture, ("landscape", "abstract", "circles", "print")),
     "wall_mirror": Model(build_wall_mirror, ("rectangular", "round", "arched")),
     "radiator": Model(build_radiator, ("panel", "column", "bars")),
     "curtain": Model(build_curtain, ("free", "tied", "pelmet")),
     "wall_hooks": Model(build_wall_hooks, ("hooks", "pegs")),
-    "light_switch": Model(build_light_switch, ("one", "two")),
 }

@@ -23,19 +23,15 @@ from renderer.models import FAMILIES, MODELS, build_model, shape_rows
 from scene_description.share import config_path
 
 SMALL = set(shape_rows.MODELS) | {
-    *("table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "vase", "picture", "wall_mirror", "waste_bin", "speaker"),
+    *("table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "vase", "picture", "wall_mirror", "speaker"),
     *(
         "photo_frame",
         "wall_clock",
         "wall_shelf",
         "wall_hooks",
-        "umbrella_stand",
-        "light_switch",
-        "toilet_paper_holder",
         "towel_rail",
-        "bath_mat",
     ),
-    *("globe", "desk_lamp", "printer", "whiteboard", "shoes", "kettlebell", "gym_ball", "exercise_mat", "cardboard_box", "plastic_crate"),
+    *("globe", "desk_lamp", "printer", "whiteboard", "shoes", "gym_ball", "cardboard_box", "plastic_crate"),
 }
 TOPS = ("nightstand", "dresser", "desk", "bookshelf", "coffee_table", "tv_stand", "side_table", "sideboard", "dining_table")
 TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_shelf", "china_cabinet")
