@@ -256,8 +256,8 @@ def _link_table(
 
 
 def _watching_seat(categories: Categories, items: Sequence[Item]) -> int:
-    """Return the index of the largest sofa or armchair, or bed or machine where there is none, that screens are watched from; -1: none."""
-    for role in ("lounge", "bed", "machine"):
+    """Return the index of the largest sofa or armchair, or bed where there is none, that screens are watched from; -1: none."""
+    for role in ("lounge", "bed"):
         seats = [item for item in items if role in categories[item.rule.category].roles]
         if seats:
             return max(seats, key=lambda item: item.size_m[0] * item.size_m[1]).id - 1
