@@ -210,12 +210,22 @@ def _valid(
         named = kept & {unit_of.get(key, 0) for key in at_fault} or apart or kept
         kept, dropped = kept - named, dropped | (named & apart)
         things, report, at_fault = judged(kept)
-    # add again what fits without the rest
-    for first in sorted(dropped):
-        more = judged({*kept, first})
-        if more[2] is None:
-            kept.add(first)
-            things, report = more[:2]
+
+    def add_again(part: Sequence[int], fails: bool) -> bool:
+        """Add what fits of some units, and return whether all do; ``fails``: they are known not to."""
+        nonlocal things, report
+        if part and not fails:
+            more, judgement, faulty = judged(kept.union(part))
+            if faulty is None:
+                kept.update(part)
+                things, report = more, judgement
+                return True
+        if len(part) > 1:
+            # where the first half passes, the second one holds what does not
+            add_again(part[len(part) // 2 :], add_again(part[: len(part) // 2], False))
+        return False
+
+    add_again(sorted(dropped), kept | dropped == set(units))
     return things, report
 
 
