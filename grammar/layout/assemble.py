@@ -166,7 +166,7 @@ def _item_parts(
         ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
     return _Parts(
-        solids=[Zone(*row, ACCESS, 0.0) for row in layout_solids(category, item.size_m).tolist()],
+        solids=[Zone._make((*row, ACCESS, 0.0)) for row in layout_solids(category, item.size_m).tolist()],
         zones=zones,
         strips=[Zone(x, y, 0.0, item.size_m[2], half_d, half_w, ACCESS, depth) for x, y, half_d, half_w in strips],
         wall_modes=_with_odds(at_walls, behind, [1] * len(at_walls), beta),
