@@ -17,7 +17,7 @@ from grammar.layout.columns import FIXED
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.mcmc import Chain, ChainRun, run_chain
 from grammar.layout.problem import move_settings
-from grammar.layout.schedule import run_stages
+from grammar.layout.schedule import begin, run_stages
 from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError
@@ -90,7 +90,8 @@ def _rate(grammar: Grammar, categories: Categories, objects: int, walks: bool) -
         rng = np.random.default_rng(seed)
         tree = derive(grammar, categories, SceneRequest(min_objects=objects, max_objects=objects), rng)
         problem, start = assemble(grammar, categories, tree)
-        state = run_stages(rng, Chain(problem, settings), start, grammar.schedule, grammar.schedule.beta).state
+        begun = begin(rng, [(problem, start)], settings, grammar.schedule, grammar.schedule.beta)
+        state = run_stages(rng, Chain(problem, settings), begun, grammar.schedule, grammar.schedule.beta).state
         chain = Chain(problem, settings, room_floor(grammar, tree.room) if walks else NO_FLOOR)
         movable = np.flatnonzero(problem.mount != FIXED)
         run_chain(rng, chain, state, ChainRun(1, 1.0, 1.0, tolerance, False), movable)

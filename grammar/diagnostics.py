@@ -14,7 +14,7 @@ from grammar.layout.assemble import assemble
 from grammar.layout.columns import ACCEPTED, FIXED, TRIED
 from grammar.layout.mcmc import Chain
 from grammar.layout.problem import move_settings
-from grammar.layout.schedule import run_stages
+from grammar.layout.schedule import begin, run_stages
 from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import TERMS
@@ -59,7 +59,8 @@ def record_chain(grammar: Grammar, categories: Categories, request: SceneRequest
     problem, start = assemble(grammar, categories, tree, beta)
     chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
     for _ in range(grammar.budget.layouts):
-        result = run_stages(rng, chain, start, grammar.schedule, beta)
+        begun = begin(rng, [(problem, start)], chain.moves, grammar.schedule, beta)
+        result = run_stages(rng, chain, begun, grammar.schedule, beta)
         if len(result.trace.energy):
             break
     each = int(np.count_nonzero(problem.mount != FIXED))

@@ -2,10 +2,10 @@
 
 A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
 the distribution of structures as little as possible.  Valid layouts that a person would find odd are passed over, so many as the budget
-has, while their chain runs on for a few rounds; then the least odd one is taken.  Furniture of a drawn size of room that finds no layout
-gets other doors and windows: of some draws those between which it fits best, as layouts that are begun tell.  Whether other structures take
-the place of one whose layouts are all odd is the budget's ``gate``: where they do, as in the grammars that come with the program, finished
-rooms have its structures with other probabilities than the grammar says; the parse graph tells those of the grammar.
+has, while their chain runs on for a few rounds; then the least odd one is taken.  Furniture gets, of some draws of doors and windows, those
+between which it fits best, as layouts that are begun tell.  Whether it does, and whether other structures take the place of one whose
+layouts are all odd, is the budget's ``gate``: where they do, as in the grammars that come with the program, finished rooms have structures
+and places of doors and windows with other probabilities than the grammar says; the parse graph tells those of the grammar.
 """
 
 from __future__ import annotations
@@ -32,10 +32,11 @@ from grammar.geometry.slopes import low_ceiling
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import empty_floor
 from grammar.layout.columns import TRIED, YAW, X, Y, Z
+from grammar.layout.entrants import Begun
 from grammar.layout.floor_raster import NO_FLOOR, Floor
 from grammar.layout.mcmc import Chain
 from grammar.layout.problem import Problem, State, move_settings
-from grammar.layout.schedule import fits_best, run_stages, run_together
+from grammar.layout.schedule import begin, run_stages, run_together
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
 from grammar.spec.grammar_file import room_needs
@@ -159,23 +160,22 @@ def _tries(
     grammar: Grammar, categories: Categories, request: SceneRequest, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[ParseTree, Problem, State | None, Floats]]:
     """Yield layouts of one structure after the other until the budget is spent, or no further structure is found."""
-    plan, kept = make_plan(grammar, categories, request), Kept()
+    plan, kept, moves = make_plan(grammar, categories, request), Kept(), move_settings(grammar.moves)
     for number in range(grammar.budget.structures):
         try:
-            trees = kept.reopened(plan, categories, rng) or [_structure(plan, categories, kept, rng)]
+            trees = [_structure(plan, categories, kept, rng), *kept.reopened(plan, categories, rng)]
         except RequestError as refused:
             if not number:
                 raise
             meter.refused = refused
             return
         rooms = [assemble(grammar, categories, tree, beta) for tree in trees]
-        with meter:
-            fitting, proposals = fits_best(rng, rooms, move_settings(grammar.moves), grammar.schedule, beta)
-        meter.proposals += proposals
-        tree, (problem, start) = trees[fitting], rooms[fitting]
-        chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
-        for layout, energy in _layouts(grammar, chain, start, beta, rng, meter):
-            yield tree, problem, layout, energy
+        for _ in range(grammar.budget.layouts):
+            with meter:
+                begun = begin(rng, rooms, moves, grammar.schedule, beta)
+            tree, problem = trees[begun.room], rooms[begun.room][0]
+            for layout, energy in _rounds(grammar, Chain(problem, moves, room_floor(grammar, tree.room)), begun, beta, rng, meter):
+                yield tree, problem, layout, energy
         if meter.valid and grammar.budget.gate == "layouts":
             return
 
@@ -190,26 +190,25 @@ def _structure(plan: Plan, categories: Categories, kept: Kept, rng: np.random.Ge
     return derive_from(plan, categories, rng, kept)
 
 
-def _layouts(
-    grammar: Grammar, chain: Chain, start: State, beta: float, rng: np.random.Generator, meter: _Meter
+def _rounds(
+    grammar: Grammar, chain: Chain, begun: Begun, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[State | None, Floats]]:
-    """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain.
+    """Yield layouts of a chain, one a round, until the budget is spent.
 
     There are more rounds after an odd layout as long as each has fewer objects at fault: what is wrong twice stays so.
     """
     schedule = grammar.schedule
-    for _ in range(grammar.budget.layouts):
+    with meter:
+        result = run_stages(rng, chain, begun, schedule, beta)
+    meter.proposals += int(result.counts[:, TRIED].sum())
+    yield result.layout, result.energy
+    left, mends, before = grammar.budget.rounds - 1, grammar.budget.mends, math.inf
+    while len(result.trace.energy) and (mends > 0 and meter.odd < before if meter.odd else left > 0):
+        left, mends, before = left - 1, mends - (meter.odd > 0), meter.odd or before
         with meter:
-            result = run_stages(rng, chain, start, schedule, beta)
+            result = run_together(rng, chain, result.state, schedule, beta, schedule.again, beta)
         meter.proposals += int(result.counts[:, TRIED].sum())
         yield result.layout, result.energy
-        left, mends, before = grammar.budget.rounds - 1, grammar.budget.mends, math.inf
-        while result.state.active.all() and (mends > 0 and meter.odd < before if meter.odd else left > 0):
-            left, mends, before = left - 1, mends - (meter.odd > 0), meter.odd or before
-            with meter:
-                result = run_together(rng, chain, result.state, schedule, beta, schedule.again, beta)
-            meter.proposals += int(result.counts[:, TRIED].sum())
-            yield result.layout, result.energy
 
 
 def _objects(tree: ParseTree, categories: Categories, problem: Problem, layout: State) -> tuple[SceneObject, ...]:

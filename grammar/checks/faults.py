@@ -69,7 +69,7 @@ FAULTS = (
     _fault(seats.seat_alone, "a sofa or armchair of a living room looks at no coffee table, television or other such seat"),
     _fault(seats.seat_cramped, "a sofa or armchair has no room for feet before it"),
     Fault("screen_before_window", "a television stands before a window", each(seats.before_window, "screen", on_floor=False)),
-    _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed, or machine"),
+    _fault(seats.screen_aside, "a television is more than 40 degrees aside of the largest sofa or bed"),
     _fault(seats.place_shared, "chairs of one table are too close to each other"),
     _fault(seats.chair_at_corner, "a chair is drawn up to a corner of its table"),
     _fault(seats.chair_wedged, f"what stands behind a chair is nearer than {seats.SEATED_M:g} m to its table"),

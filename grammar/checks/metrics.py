@@ -1,13 +1,11 @@
 """Metrics of sampled rooms under the names and definitions of the literature: of one room, and over many.
 
 Sources of the definitions: PhyScene (Yang et al., CVPR 2024: Col_obj, Col_scene, R_out, R_walkable, R_reach), SceneEval (accessibility of
-functional sides, opening clearance, support), ProcTHOR (reachable cells of 0.25 m), DiffuScene (pair IoU), Infinigen and SceneEval
-(scene-graph validity: relations satisfied over declared).
+functional sides, opening clearance, support).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,20 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.checks.faults import scene_faults
-from grammar.checks.relations import KINDS, RelationCounts, satisfied_relations
-from grammar.checks.validity import door_start_m
-from grammar.geometry.free_space import rasterize, reachable
-from grammar.geometry.slopes import low_ceiling
-from grammar.geometry.solids import object_solids
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Grammar
-from scene_description import SceneDescription, SceneObject
+from scene_description import SceneDescription
 
 Rooms = Sequence["RoomMetrics"]
-
-REACHABLE_CELL_M, LEAST_CELLS = 0.25, 5
-
-_RELATIONS = {"wall": "gap and turn against a wall", "group": "pose around the core", "support": "place on the supporter"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +34,7 @@ class RoomMetrics:
     """Metrics of one room.
 
     ``checks`` maps the name of a validity check to (value, limit, objects at fault), ``faults`` that of a fault of use to the objects at
-    fault, ``relations`` a kind to (satisfied, declared).
+    fault.
     """
 
     index: int
@@ -55,11 +44,6 @@ class RoomMetrics:
     checks: dict[str, tuple[float, float, int]]
     faults: dict[str, list[int]]
     to_be_reached: int
-    pair_iou: float
-    pairs_with_iou: float
-    reachable_m2: float
-    energy: float
-    relations: RelationCounts
     seconds: float
     cost: SamplingCost
 
@@ -79,7 +63,6 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
     """Return the metrics of a finished room with its validity report; ``seconds``: processor time of the whole synthesis."""
     symbol = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal" and node.object is not None}
     rules = [grammar.objects.get(symbol.get(item.id, "")) for item in scene.objects]
-    mean_iou, share = _pair_iou(scene.objects)
     return RoomMetrics(
         index=scene.index,
         room_type=scene.category,
@@ -88,40 +71,9 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         checks={check.name: (check.value, check.limit, len(check.objects)) for check in scene.validity.checks},
         faults=scene_faults(scene, categories),
         to_be_reached=sum(rule is not None and bool(rule.reach_any) for rule in rules),
-        pair_iou=mean_iou,
-        pairs_with_iou=share,
-        reachable_m2=_reachable_area(grammar, categories, scene),
-        energy=scene.parse_graph.energy,
-        relations=satisfied_relations(grammar, categories, scene.room, scene.objects, scene.parse_graph),
         seconds=seconds,
         cost=cost,
     )
-
-
-def _pair_iou(objects: Sequence[SceneObject]) -> tuple[float, float]:
-    """Return the mean IoU of the axis-aligned boxes of all pairs, and the share of pairs whose boxes share space."""
-    low, high = [], []
-    for item in objects:
-        c, s = abs(math.cos(item.yaw_rad)), abs(math.sin(item.yaw_rad))
-        half = np.array([item.size_m[0] * c + item.size_m[1] * s, item.size_m[0] * s + item.size_m[1] * c, 0.0]) / 2
-        position = np.array(item.position_m)
-        low.append(position - half)
-        high.append(position + half + (0.0, 0.0, item.size_m[2]))
-    if len(objects) < 2:
-        return 0.0, 0.0
-    a, b = np.array(low), np.array(high)
-    shared = np.clip(np.minimum(b[:, None], b) - np.maximum(a[:, None], a), 0.0, None).prod(2)
-    volume = (b - a).prod(1)
-    iou = (shared / (volume[:, None] + volume - shared))[np.triu_indices(len(objects), 1)]
-    return float(iou.mean()), float((iou > 1e-9).mean())
-
-
-def _reachable_area(grammar: Grammar, categories: Categories, scene: SceneDescription) -> float:
-    limits = grammar.validity
-    boxes = np.concatenate([object_solids(categories, scene.objects)[0], low_ceiling(scene.room, limits.robot_height_m)])
-    free = rasterize(scene.room.polygon_m, boxes, limits.grid_resolution_m, limits.robot_height_m)
-    cells = np.count_nonzero(reachable(free, limits.robot_radius_m, door_start_m(scene.room, limits.robot_radius_m)))
-    return float(cells * free.resolution_m**2)
 
 
 def summarise(rooms: Rooms, failures: int) -> list[Metric]:
@@ -162,14 +114,7 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
                "", ">= 1", _at_fault(rooms, "reachable") == 0),
         _side(rooms),
         _figure("odd rooms", "rooms with a fault of use, as docs/grammar.md lists them / rooms", _odd(rooms), ""),
-        _figure("room reachability", f"rooms with at least {LEAST_CELLS} reachable cells of {REACHABLE_CELL_M} m / rooms",
-                float(np.mean([room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms])), ""),
-        _figure("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
-        _figure("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
         _figure("objects", "mean number of objects in a room", items / len(rooms), ""),
-        _kept(rooms, "relation satisfaction", "relations whose object stands within the tolerance of a mode / relations declared", KINDS),
-        *(_kept(rooms, f"relations, {kind}", f"the same, {words}", (kind,)) for kind, words in _RELATIONS.items()),
-        _figure("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),
         _figure("time p50", "processor time of a room, everything included, median", float(np.median(seconds)), "s"),
         _figure("time p99", "the same, 99th percentile", float(np.quantile(seconds, 0.99)), "s"),
         _figure("attempts", "layouts tried for a room, mean", float(attempts.mean()), ""),
@@ -183,17 +128,8 @@ def _zero(name: str, definition: str, value: float) -> Metric:
     return Metric(name, definition, float(value), "", "0", value == 0.0)
 
 
-def _kept(rooms: Rooms, name: str, definition: str, kinds: Sequence[str]) -> Metric:
-    pairs = [room.relations[kind] for room in rooms for kind in kinds]
-    return _figure(name, definition, sum(satisfied for satisfied, _ in pairs) / max(sum(declared for _, declared in pairs), 1), "")
-
-
 def _figure(name: str, definition: str, value: float, unit: str) -> Metric:
     return Metric(name, definition, float(value), unit, "", None)
-
-
-def _mean(rooms: Rooms, field: str) -> float:
-    return float(np.mean([getattr(room, field) for room in rooms]))
 
 
 def _odd(rooms: Rooms) -> float:

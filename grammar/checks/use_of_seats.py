@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -47,8 +48,12 @@ BEFORE_M, FILLER_M = 0.4, 0.08
 
 
 def screen_unseen(found: Furnished) -> list[int]:
-    """Return screens that no seat looks at: within ``VIEW_RAD`` of the directions that both look in, and within ``VIEW_M``."""
-    seats = found.having("seat")
+    """Return screens that no seat looks at: within ``VIEW_RAD`` of the directions that both look in, and within ``VIEW_M``.
+
+    Who is on a machine looks over its console, at its back.
+    """
+    machines = {item.id for item in found.having("machine")}
+    seats = [replace(item, yaw_rad=item.yaw_rad + math.pi * (item.id in machines)) for item in found.having("seat")]
     return [item.id for item in found.having("screen") if not any(_face_each_other(item, seat) for seat in seats)]
 
 
@@ -151,11 +156,11 @@ def before_window(found: Furnished, item: SceneObject) -> bool:
 
 
 def screen_aside(found: Furnished) -> list[int]:
-    """Return screens further than ``ASIDE_RAD`` aside of the largest sofa or bed, or machine where there is none, or that of them.
+    """Return screens further than ``ASIDE_RAD`` aside of the largest sofa or bed.
 
     The chain's term ``screen_aside`` measures the same angle against a tighter bound; a sofa goes before a larger bed there.
     """
-    seats = found.standing("lounge", "bed") or found.standing("machine")
+    seats = found.standing("lounge", "bed")
     if not seats:
         return []
     best = max(item.size_m[0] * item.size_m[1] for item in seats)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -120,7 +121,7 @@ class Kept:
 
     def __init__(self) -> None:
         self._drawn: Extent | DrawnSize | None = None
-        self._tried = self._suited = self._opened = 0
+        self._tried = self._suited = 0
         self._furniture: Furniture | None = None
 
     def size(self, plan: Plan, rng: np.random.Generator) -> Extent | DrawnSize | None:
@@ -133,21 +134,20 @@ class Kept:
     def suit(self, furniture: Furniture | None) -> None:
         """Count furniture that covers as much as the size asks for, None if there is no room for it."""
         self._suited += 1 + (furniture is not None)
-        if isinstance(self._drawn, DrawnSize):
-            self._furniture, self._opened = furniture, 1
-        elif furniture is not None:
+        self._furniture = furniture
+        if furniture is not None and not isinstance(self._drawn, DrawnSize):
             self._tried = 0
 
     def reopened(self, plan: Plan, categories: Categories, rng: np.random.Generator) -> list[ParseTree]:
-        """Return the furniture in the same room with other doors and windows, all draws of them that are left; empty where none fit."""
+        """Return the last furniture in the same room with other doors and windows, of all draws but the first those that fit.
+
+        Without a size of a mixture it has none where the budget's gate keeps the odds that the grammar gives.
+        """
         found: list[ParseTree] = []
-        while self._furniture is not None and self._opened < _OPENINGS_TRIED:
-            self._opened += 1
-            try:
-                found.append(_opened(plan, categories, self._furniture, rng))
-            except RejectedError:
-                continue
-        self._furniture = None
+        if self._furniture is not None and (isinstance(self._drawn, DrawnSize) or plan.grammar.budget.gate == "structures"):
+            for _ in range(_OPENINGS_TRIED - 1):
+                with suppress(RejectedError):
+                    found.append(_opened(plan, categories, self._furniture, rng))
         return found
 
 

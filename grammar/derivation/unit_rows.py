@@ -166,6 +166,10 @@ def _at_walls(symbol: str, rule: UnitRowRule, shell: Shell, units: Sequence[Draf
         raise RejectedError(f"at most {MOST_LEGS - 1} units that turn in {symbol}")
     if juts and not turning:
         raise RejectedError(f"a unit that turns before those that jut out of {symbol}")
+    # the corners of one row are one model, or the smaller one would leave a gap
+    for unit in turning[1:]:
+        if unit.symbol == turning[0].symbol:
+            unit.size_m, unit.drawn_axes = turning[0].size_m, ()
     for unit in turning:
         if juts or abs(unit.size_m[1] - unit.size_m[0]) < _SQUARE_M:
             _set_width(unit, unit.size_m[0])

@@ -15,6 +15,7 @@ from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import (
+    ACCESS,
     Zone,
     apart_zone,
     footing_zone,
@@ -38,19 +39,6 @@ from scene_description.polygons import centroid_m
 
 _CHAIR_SPREAD, _DEEP_M = 2.5, 0.25
 _MOUNT = {"floor": col.FLOOR, "wall": col.WALL, "ceiling": col.CEILING, "object": col.OBJECT}
-
-
-class BoxRow(NamedTuple):
-    """A row of ``Problem.box``."""
-
-    x: float
-    y: float
-    z_low: float
-    z_high: float
-    half_depth: float
-    half_width: float
-    zone_kind: float = 0.0
-    zone_depth: float = 0.0
 
 
 class ModeRow(NamedTuple):
@@ -90,7 +78,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     at_beta = grammar.schedule.beta if beta is None else beta
     wished = wishes(tree, at_beta)
     parts = [
-        *(_opening_parts([_zone_row(zone) for zone in _zones_of(grammar, o)]) for o in openings),
+        *(_opening_parts(_zones_of(grammar, o)) for o in openings),
         *(_item_parts(grammar, categories, item, sizes, surfaces, at_beta, wished.get(item.id, [])) for item in items),
         *(_opening_parts([]) for _ in corners),
     ]
@@ -118,11 +106,11 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
 
 
 class _Parts(NamedTuple):
-    """The rows that an object adds to the tables, in the order in which these keep them."""
+    """The rows that an object adds to the tables, in the order in which these keep them; of its boxes only zones have a kind."""
 
-    solids: list[BoxRow]
-    zones: list[BoxRow]
-    strips: list[BoxRow]
+    solids: list[Zone]
+    zones: list[Zone]
+    strips: list[Zone]
     wall_modes: list[ModeRow]
     around_modes: list[ModeRow]
     placements: list[ModeRow]
@@ -130,7 +118,7 @@ class _Parts(NamedTuple):
     wishes: list[ModeRow]
 
     @property
-    def boxes(self) -> tuple[list[BoxRow], ...]:
+    def boxes(self) -> tuple[list[Zone], ...]:
         return self.solids, self.zones, self.strips
 
     @property
@@ -143,7 +131,7 @@ def _zones_of(grammar: Grammar, opening: Opening) -> list[Zone]:
     return [*clear, glare_zone(opening)] if opening.category == "window" else clear
 
 
-def _opening_parts(zones: list[BoxRow]) -> _Parts:
+def _opening_parts(zones: list[Zone]) -> _Parts:
     """Return the rows of an opening, or of a corner, which has no zones."""
     return _Parts([], zones, [], [], [], [], [], [])
 
@@ -172,13 +160,15 @@ def _item_parts(
     at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in behind]
     beside = _drawn_up(rule.around) if "pulled_up" in category.roles else rule.around
     around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in beside] if item.core else []
+    depth = grammar.validity.reach_depth_m
+    strips = [side_rectangle(side, depth, item.size_m) for side in rule.reach_any]
     places = [
         ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
     return _Parts(
-        solids=[BoxRow(*row) for row in layout_solids(category, item.size_m).tolist()],
-        zones=[_zone_row(zone) for zone in zones],
-        strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
+        solids=[Zone._make((*row, ACCESS, 0.0)) for row in layout_solids(category, item.size_m).tolist()],
+        zones=zones,
+        strips=[Zone(x, y, 0.0, item.size_m[2], half_d, half_w, ACCESS, depth) for x, y, half_d, half_w in strips],
         wall_modes=_with_odds(at_walls, behind, [1] * len(at_walls), beta),
         around_modes=_with_odds(around, beside, [1 if rule.mount == "wall" else 2] * len(around), beta),
         placements=_with_odds(places, rule.placements, [2 - math.isnan(row.x) - math.isnan(row.y) for row in places], beta),
@@ -195,15 +185,6 @@ def _drawn_up(modes: Sequence[AroundMode]) -> tuple[AroundMode, ...]:
 def _straight(modes: Sequence[WallMode]) -> tuple[WallMode, ...]:
     """Return places at walls of what stands straight there, however loosely single observed ones were turned."""
     return tuple(replace(mode, orientation_spread=min(mode.orientation_spread, 1.0)) for mode in modes)
-
-
-def _zone_row(zone: Zone) -> BoxRow:
-    return BoxRow(*(float(value) for value in zone))
-
-
-def _strip_row(side: str, depth_m: float, size: Size) -> BoxRow:
-    x, y, half_d, half_w = side_rectangle(side, depth_m, size)
-    return BoxRow(x, y, 0.0, size[2], half_d, half_w, 0.0, depth_m)
 
 
 def _sizes(tree: ParseTree) -> dict[int, Size]:
@@ -256,8 +237,8 @@ def _link_table(
 
 
 def _watching_seat(categories: Categories, items: Sequence[Item]) -> int:
-    """Return the index of the largest sofa or armchair, or bed or machine where there is none, that screens are watched from; -1: none."""
-    for role in ("lounge", "bed", "machine"):
+    """Return the index of the largest sofa or armchair, or bed where there is none, that screens are watched from; -1: none."""
+    for role in ("lounge", "bed"):
         seats = [item for item in items if role in categories[item.rule.category].roles]
         if seats:
             return max(seats, key=lambda item: item.size_m[0] * item.size_m[1]).id - 1
@@ -289,7 +270,7 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _radius(rows: Sequence[BoxRow]) -> float:
+def _radius(rows: Sequence[Zone]) -> float:
     """Return the radius of the circle about the origin around the footprints of boxes."""
     return max((math.hypot(abs(row.x) + row.half_depth, abs(row.y) + row.half_width) for row in rows), default=0.0)
 

@@ -5,6 +5,9 @@ reach.  All rounds take as many sweeps together, so that those which stay get tw
 and Somekh, Almost Optimal Exploration in Multi-Armed Bandits, ICML 2013).  A structure of which even the best begun layout keeps a deep
 overlap hardly ever finds a valid one later, and is given up.  What the chain samples from does not depend on where it begins.
 
+Where the same furniture may stand in several rooms, as between other doors and windows, the entrants are shared by these, and the best one
+of all tells which room it is.
+
 An object comes in at the best of some poses drawn from the relocation's mixture.
 """
 
@@ -90,44 +93,82 @@ class Stage(NamedTuple):
     proposals: int
 
 
+class Beginning(NamedTuple):
+    """What layouts of one room are begun with.
+
+    ``start``: what stays put and the rows of units; not changed.  ``stages`` bring in what stands and hangs; ``last``: what moves in every
+    further round.
+    """
+
+    chain: Chain
+    start: State
+    stages: Sequence[Stage]
+    last: Stage
+
+
 class Entrant(NamedTuple):
-    """A begun layout, its weighted energy, and its greatest loss of a hard term."""
+    """A begun layout, the number of its room, its weighted energy, and its greatest loss of a hard term."""
 
     state: State
+    room: int
     energy: float
     hard: float
 
 
-def best_entrant(
-    rng: np.random.Generator, chain: Chain, start: State, stages: Sequence[Stage], last: Stage, schedule: Schedule, beta: float
-) -> tuple[State | None, Ints]:
-    """Begin ``schedule.entrants`` layouts and return the best one, with the (m, 2) proposals of each move, tried and accepted.
+class Begun(NamedTuple):
+    """The best begun layout, the number of its room, and the (m, 2) proposals of each move, tried and accepted, in all of them.
 
-    ``start``: what stays put and the rows of units; not changed.  The proposals of ``stages``, which bring in what stands and hangs, and of
-    ``last``, what moves in every further round, are shared by the entrants that are left.  The state is None if an object could not come
-    in, or if no entrant of some round has all hard losses within ``schedule.hopeless``.
+    ``fits``: whether it is worth going on with; if not, the state has no more than what stays put where nothing came in anywhere.
+    """
+
+    state: State
+    room: int
+    fits: bool
+    counts: Ints
+
+
+def best_entrant(rng: np.random.Generator, rooms: Sequence[Beginning], schedule: Schedule, beta: float) -> Begun:
+    """Begin ``schedule.entrants`` layouts, in one room after the other, and return the best one.
+
+    The proposals of a room's stages, and of what moves in further rounds, are shared by the entrants that are left.  The structure fits
+    nowhere if in every room an object could not come in, or if no entrant of some round has all hard losses within ``schedule.hopeless``.
     """
     counts = empty_counts()
     found: list[Entrant] = []
-    for _ in range(schedule.entrants):
-        state = copy_state(start)
-        entrant = Entrant(state, 0.0, 0.0)
-        for stage in stages:
-            if not all(enter(rng, chain.problem, state, chain.moves, i, schedule.starts) for i in stage.entering):
-                return None, counts
-            entrant = _swept(rng, chain, entrant, stage.movable, stage.proposals // schedule.entrants, beta, counts)
-        found.append(entrant)
+    closed: set[int] = set()
+    for number in range(schedule.entrants):
+        k = number % len(rooms)
+        entrant = None if k in closed else _entered(rng, rooms[k], k, schedule, beta, counts)
+        if entrant is None:
+            closed.add(k)
+        else:
+            found.append(entrant)
+    if not found:
+        return Begun(copy_state(rooms[0].start), 0, False, counts)
     while len(found) > 1 and min(entrant.hard for entrant in found) <= schedule.hopeless:
         kept = sorted(found, key=lambda entrant: entrant.energy)[: len(found) // 2]
-        found = [_swept(rng, chain, entrant, last.movable, last.proposals // len(kept), beta, counts) for entrant in kept]
+        found = [_swept(rng, rooms[one.room].chain, one, rooms[one.room].last, len(kept), beta, counts) for one in kept]
     best = min(found, key=lambda entrant: entrant.energy)
-    return (best.state if best.hard <= schedule.hopeless else None), counts
+    return Begun(best.state, best.room, best.hard <= schedule.hopeless, counts)
 
 
-def _swept(rng: np.random.Generator, chain: Chain, entrant: Entrant, movable: Ints, sweeps: int, beta: float, counts: Ints) -> Entrant:
-    """Run a chain of so many sweeps in an entrant's state, and add its proposals to ``counts``."""
+def _entered(rng: np.random.Generator, room: Beginning, number: int, schedule: Schedule, beta: float, counts: Ints) -> Entrant | None:
+    """Return a layout into which all stages have brought their objects, None if one could not come in."""
+    entrant = Entrant(copy_state(room.start), number, 0.0, 0.0)
+    for stage in room.stages:
+        if not all(enter(rng, room.chain.problem, entrant.state, room.chain.moves, i, schedule.starts) for i in stage.entering):
+            return None
+        entrant = _swept(rng, room.chain, entrant, stage, schedule.entrants, beta, counts)
+    return entrant
+
+
+def _swept(rng: np.random.Generator, chain: Chain, entrant: Entrant, stage: Stage, sharing: int, beta: float, counts: Ints) -> Entrant:
+    """Run a chain with an entrant's share of a stage's proposals in its state, and add them to ``counts``."""
+    movable = stage.movable
     if not len(movable):
         return entrant
-    info = run_chain(rng, chain, entrant.state, ChainRun(max(sweeps, 1) * len(movable), beta, beta, 0.0, False), movable)
+    info = run_chain(
+        rng, chain, entrant.state, ChainRun(max(stage.proposals // sharing, 1) * len(movable), beta, beta, 0.0, False), movable
+    )
     counts += info.counts
-    return Entrant(entrant.state, float(matmul(info.energy, chain.problem.weight)), float(info.energy[_HARD].max()))
+    return entrant._replace(energy=float(matmul(info.energy, chain.problem.weight)), hard=float(info.energy[_HARD].max()))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +16,11 @@ from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.layout import columns as col
 from grammar.layout.circulation import circulation_losses
 from grammar.layout.energies import full_energy
-from grammar.layout.entrants import Stage, best_entrant, enter
+from grammar.layout.entrants import Beginning, Begun, Stage, best_entrant, enter
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, ChainRun, Trace, empty_counts, empty_trace, run_chain
-from grammar.layout.problem import MoveSettings, Problem, State, copy_state
+from grammar.layout.problem import MoveSettings, Problem, State
 from grammar.spec.energy_terms import TERM
 from grammar.spec.rules import Convergence, Schedule
 from scene_description.products import matmul
@@ -46,42 +45,31 @@ class ChainResult(NamedTuple):
     converged: bool
 
 
-def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: Schedule, beta: float) -> ChainResult:
-    """Run all stages once, at inverse temperature ``beta``, from a state that holds only the fixed objects, which is not changed."""
-    problem, without_floor = chain.problem, chain._replace(floor=NO_FLOOR)
-    state, counts, supported = _begun(rng, without_floor, start, schedule, beta)
-    if state is None or not all(enter(rng, problem, state, chain.moves, i, schedule.starts) for i in supported.entering):
-        return ChainResult(None, full_energy(problem, start), copy_state(start), counts, empty_trace(0), False)
+def begin(rng: np.random.Generator, rooms: Sequence[tuple[Problem, State]], moves: MoveSettings, schedule: Schedule, beta: float) -> Begun:
+    """Begin layouts of all that stands or hangs, and return the best one of all rooms.
+
+    ``rooms``: the same objects between other walls, doors or windows, each room with a state that holds only what stays put there, which is
+    not changed.
+    """
+    beginnings = []
+    for problem, start in rooms:
+        *stages, supported = _stages(problem, schedule)
+        standing = Stage(supported.entering[:0], np.setdiff1d(leaders(problem), supported.entering), schedule.unpaired // 2)
+        beginnings.append(Beginning(Chain(problem, moves), start, stages, standing))
+    return best_entrant(rng, beginnings, schedule, beta)
+
+
+def run_stages(rng: np.random.Generator, chain: Chain, begun: Begun, schedule: Schedule, beta: float) -> ChainResult:
+    """Bring in what stands on objects, then let all move, at inverse temperature ``beta``, in the state of a begun layout."""
+    problem, without_floor, state, counts = chain.problem, chain._replace(floor=NO_FLOOR), begun.state, begun.counts
+    supported = _stages(problem, schedule)[-1]
+    if not begun.fits or not all(enter(rng, problem, state, chain.moves, i, schedule.starts) for i in supported.entering):
+        return ChainResult(None, full_energy(problem, state), state, counts, empty_trace(0), False)
     if len(supported.movable):
         run = ChainRun(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
-        counts += run_chain(rng, without_floor, state, run, supported.movable).counts
+        counts = counts + run_chain(rng, without_floor, state, run, supported.movable).counts
     result = run_together(rng, chain, state, schedule, beta, schedule.together, min(schedule.anneal_from_beta, beta))
     return result._replace(counts=counts + result.counts)
-
-
-def fits_best(
-    rng: np.random.Generator, rooms: Sequence[tuple[Problem, State]], moves: MoveSettings, schedule: Schedule, beta: float
-) -> tuple[int, int]:
-    """Return in which of several rooms, as they are with their fixed objects only, the furniture fits best, and the proposals made for it.
-
-    That is where the best begun layout has the least energy, begun with a share of the schedule's proposals; one room is not tried.
-    """
-    shares = {name: max(getattr(schedule, name) // len(rooms), 1) for name in ("entrants", "cores", "associates", "unpaired", "walls")}
-    least, fitting, proposals = np.inf, 0, 0
-    for k, (problem, start) in enumerate(rooms if len(rooms) > 1 else ()):
-        state, counts, _ = _begun(rng, Chain(problem, moves), start, replace(schedule, **shares), beta)
-        proposals += int(counts[:, col.TRIED].sum())
-        energy = np.inf if state is None else float(matmul(full_energy(problem, state), problem.weight))
-        if energy < least:
-            least, fitting = energy, k
-    return fitting, proposals
-
-
-def _begun(rng: np.random.Generator, chain: Chain, start: State, schedule: Schedule, beta: float) -> tuple[State | None, Ints, Stage]:
-    """Return the best begun layout of all that stands or hangs, None if it is given up, its proposals, and the stage that is left."""
-    *stages, supported = _stages(chain.problem, schedule)
-    standing = Stage(supported.entering[:0], np.setdiff1d(leaders(chain.problem), supported.entering), schedule.unpaired // 2)
-    return *best_entrant(rng, chain, start, stages, standing, schedule, beta), supported
 
 
 def run_together(

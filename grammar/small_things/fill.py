@@ -182,20 +182,20 @@ class Filling:
     def _arrivals(self) -> Iterator[_Arrival]:
         """Yield what comes to each site; those to which something comes are prepared."""
         rules, grammar = self._source.rules, self._source.grammar
-        openings = opening_boxes(grammar, self._room, swings=False)
+        rows, openings = rules.rows_of(grammar), opening_boxes(grammar, self._room, swings=False)
         carried = Counter(item.support.id for item in self._objects if item.support.kind == "object")
         for item in self._objects:
             hung = rules.hooks.get(item.category)
             if hung is not None and item.support.kind == "wall":
                 yield from self._levels(Key(_HOOK, item.id), hung.count, 0.5 * hung.count, partial(HookSite, hung.things, openings, item))
-            stock = rules.stock(item.category, grammar.looks_like)
+            stock = rules.stock(item.category, rows)
             if stock is not None and item.id not in self._still:
                 yield from self._on_object(item, stock, carried[item.id])
-        tidy, strewn = rules.tidy_floor(grammar.looks_like), rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
+        tidy, strewn = rules.tidy_floor(rows), rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
         args = (grammar, self._source.categories, self._room, self._objects)
         yield from self._levels(FLOOR, tidy.count, strewn, lambda: floor_site(rules, *args))
         for key, stocks, more in ((WALLS, rules.walls, 0.25), (FITTINGS, rules.fittings, 0.0)):
-            stock = stocks.get(grammar.looks_like)
+            stock = stocks.get(rows)
             if stock is not None:
                 yield from self._levels(key, stock.count, more * stock.count, partial(wall_site, rules, stock.things, *args))
 

@@ -272,14 +272,13 @@ def by_wall(
     boxes = boxes.copy()
     boxes[boxes[:, Z_LOW] < _KNEE_HIGH_M, Z_LOW] = 0.0  # nothing is pushed under a radiator
     obstacles = Obstacles(boxes, owners)
-    free = [
+    drawn = [
         (_nearness(placed, wall, k, along, standing), n, placed)
         for n, (k, along, placed) in enumerate(_along_walls(rng, new.thing, new.item, wall))
-        if (not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M)
-        and fits(placed)
-        and clear_of(new, placed, obstacles)
+        if not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M
     ]
-    return min(free, key=lambda found: found[:2])[2] if free else None
+    nearest = (placed for _, _, placed in sorted(drawn, key=lambda found: found[:2]))
+    return next((placed for placed in nearest if fits(placed) and clear_of(new, placed, obstacles)), None)
 
 
 def _along_walls(rng: np.random.Generator, thing: Thing, item: SceneObject, wall: Floats) -> Iterator[tuple[int, float, SceneObject]]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from grammar.spec.categories import Categories
-from grammar.spec.rules import GrammarError
+from grammar.spec.rules import Grammar, GrammarError
 from grammar.spec.values import Extent, Radians, Spread
 from scene_description import FieldError, Limits, from_mapping
 from scene_description.yaml_text import read_yaml
@@ -149,6 +149,10 @@ class SmallThings:
     hooks: Mapping[str, Stock] = field(default_factory=dict)
     untidy: Untidy = Untidy()
     front_free: tuple[str, ...] = ()
+
+    def rows_of(self, grammar: Grammar) -> str:
+        """Return the room type whose rows the rooms of a grammar take: their own if some are known, else that which they are like."""
+        return grammar.room_type if grammar.room_type in self.floor.tidy else grammar.looks_like
 
     def stock(self, category: str, room_type: str) -> Stock | None:
         """Return what furniture of a category carries in rooms of a type, None if nothing."""

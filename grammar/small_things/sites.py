@@ -180,12 +180,13 @@ class HookSite(_OnWall):
 
 def floor_site(rules: SmallThings, grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject]) -> FloorSite:
     """Return the floor of a furnished room as a site."""
-    tidy = rules.tidy_floor(grammar.looks_like)
+    rows = rules.rows_of(grammar)
+    tidy = rules.tidy_floor(rows)
     rugs = [whole_box(item) for item in objects if categories[item.category].underlay]
     standing = [item for item in objects if item.support.kind == "floor" and not categories[item.category].underlay]
     return FloorSite(
         tidy=tidy.things,
-        late=rules.strewn(grammar.looks_like),
+        late=rules.strewn(rows),
         beside=tidy.beside,
         anchors=[item for item in standing if not set(_OPENED) & set(categories[item.category].roles)],
         doors=[opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"],

@@ -155,11 +155,11 @@ def _moves(source: Source, sampled: FurnishedRoom, root: int) -> list[Move]:
 def _kept_moves(source: Source, sampled: FurnishedRoom, gone: Collection[int], found: Sequence[Move]) -> Sequence[Move]:
     """Return of what moves up to the clutter asked for as much as leaves the room valid and in order no odder, the first ones first."""
     rules, moved = _rules(source, sampled), [move for move in found if move.level <= source.request.clutter]
-    before = _faults(source, sampled, _after(sampled.objects, gone, []))
+    before = len(_faults(source, sampled, _after(sampled.objects, gone, [])))
     for count in range(len(moved), 0, -1):
         now = _after(sampled.objects, gone, moved[:count])
         report = check_room(source.grammar, source.categories, sampled.room, now, rules, sampled.report.attempts)
-        if report.valid and _faults(source, sampled, _after(sampled.objects, gone, _in_order(moved[:count]))) <= before:
+        if report.valid and len(_faults(source, sampled, _after(sampled.objects, gone, _in_order(moved[:count])))) <= before:
             return moved[:count]
     return []
 
@@ -174,10 +174,10 @@ def _after(objects: Sequence[SceneObject], gone: Collection[int], found: Sequenc
     return [by_id.get(item.id, item) for item in objects if item.id not in gone]
 
 
-def _faults(source: Source, sampled: FurnishedRoom, objects: Sequence[SceneObject]) -> int:
-    """Return how many objects of a room are at fault of use."""
+def _faults(source: Source, sampled: FurnishedRoom, objects: Sequence[SceneObject]) -> list[int]:
+    """Return the ids of the objects of a room that are at fault of use, once for each fault."""
     found = find_faults(furnished(source.grammar.room_type, sampled.room, objects, source.categories), of_layout=True)
-    return sum(map(len, found.values()))
+    return [key for keys in found.values() for key in keys]
 
 
 def _valid(
@@ -187,50 +187,60 @@ def _valid(
 
     Those that come up to clutter 1 add no fault of use either to what is there then, ``in_order``; what comes later is a mess.
     """
-    rules, odd = _rules(source, sampled), _faults(source, sampled, in_order)
-    faults: dict[tuple[int, ...], int] = {(): odd}
+    rules, before = _rules(source, sampled), _faults(source, sampled, in_order)
+    units = _units(added)
+    unit_of = {thing.item.id: first for first, things in units.items() for thing in things}
 
-    def judged(things: Sequence[Placed]) -> tuple[bool, ValidityReport]:
-        objects = [*there, *(thing.item for thing in things)]
+    def judged(kept: Collection[int]) -> tuple[list[Placed], ValidityReport, Collection[int] | None]:
+        """Return the things of these units, the report of the room with them, and the ids of what is at fault; None: it passes."""
+        things = [thing for thing in added if unit_of[thing.item.id] in kept]
         known = rules | {thing.item.id: _plain_rule(thing.item) for thing in things}
+        objects = [*there, *(thing.item for thing in things)]
         report = check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
-        early = [thing.item for thing in things if thing.level <= TIDY]
-        ids = tuple(item.id for item in early)
-        if report.valid and ids not in faults:
-            faults[ids] = _faults(source, sampled, [*in_order, *early])
-        return report.valid and faults[ids] <= odd, report
+        if not report.valid:
+            return things, report, [key for check in report.checks if not check.passed for key in check.objects]
+        faults = _faults(source, sampled, [*in_order, *(thing.item for thing in things if thing.level <= TIDY)])
+        return things, report, None if len(faults) <= len(before) else faults
 
-    passes, report = judged(added)
-    if passes:
-        return list(added), report
-    apart = {thing.item.id for thing in added if thing.item.support.kind != "object"}
-    apart |= _above(added, apart)
-    kept = [thing for thing in added if thing.item.id not in apart]
-    passes, report = judged(kept)
-    if not passes:
-        named = {key for check in report.checks if not check.passed for key in check.objects}
-        named |= _above(added, named)
-        kept = [thing for thing in kept if thing.item.id not in named]
-        passes, report = judged(kept)
-    if not passes:
-        kept, (_, report) = [], judged([])
-    for first in (thing for thing in added if thing.item.support.kind != "object" and thing.core):
-        above = _above(added, {first.item.id})
-        with_it = [*kept, first, *(thing for thing in added if thing.item.id in above)]
-        passes, judgement = judged(with_it)
-        if passes:
-            kept, report = with_it, judgement
-    return sorted(kept, key=lambda thing: thing.item.id), report
+    # leave out what is at fault; where that is furniture alone, all that stands on nothing, or else all things
+    kept, dropped = set(units), set[int]()
+    things, report, at_fault = judged(kept)
+    while at_fault is not None and kept:
+        apart = {first for first in kept if units[first][0].item.support.kind != "object"}
+        named = kept & {unit_of.get(key, 0) for key in at_fault} or apart or kept
+        kept, dropped = kept - named, dropped | (named & apart)
+        things, report, at_fault = judged(kept)
+
+    def add_again(part: Sequence[int], fails: bool) -> bool:
+        """Add what fits of some units, and return whether all do; ``fails``: they are known not to."""
+        nonlocal things, report
+        if part and not fails:
+            more, judgement, faulty = judged(kept.union(part))
+            if faulty is None:
+                kept.update(part)
+                things, report = more, judgement
+                return True
+        if len(part) > 1:
+            # where the first half passes, the second one holds what does not
+            add_again(part[len(part) // 2 :], add_again(part[: len(part) // 2], False))
+        return False
+
+    add_again(sorted(dropped), kept | dropped == set(units))
+    return things, report
 
 
-def _above(things: Sequence[Placed], below: Collection[int]) -> set[int]:
-    """Return the ids of the things that stand on others of these ids, or on what stands on these, and of the members of their groups."""
-    found, core = set(below), 0
-    for thing in things:
+def _units(added: Sequence[Placed]) -> dict[int, list[Placed]]:
+    """Return things by the first one of each unit, with all that stands on it, or on what stands on it, and the members of their groups."""
+    first_of: dict[int, int] = {}
+    units: dict[int, list[Placed]] = {}
+    core = 0
+    for thing in added:
         core = thing.item.id if thing.core else core
-        if thing.item.support.id in found or (not thing.core and core in found):
-            found.add(thing.item.id)
-    return found - set(below)
+        below = thing.item.support.id or 0
+        first = first_of.get(below, core if thing.core else first_of[core])
+        first_of[thing.item.id] = first
+        units.setdefault(first, []).append(thing)
+    return units
 
 
 def _rules(source: Source, sampled: FurnishedRoom) -> dict[int, ObjectRule]:

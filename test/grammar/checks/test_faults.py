@@ -281,14 +281,14 @@ def test_what_opens_has_the_whole_width_of_its_front_and_doors_have_their_way() 
     assert faults({"plant": replace(plant, position_m=(1.3, 0.3, 0.0))}, room=outwards) == {}
 
 
-def test_no_mirror_hangs_over_a_bed_and_screens_face_machines() -> None:
+def test_no_mirror_hangs_over_a_bed_and_who_runs_has_the_screen_over_the_console() -> None:
     mirror = thing(123, "wall_mirror", 3.99, 3.0, WEST, (0.02, 0.6, 0.8), 1.3)
     assert faults({"bed": GOOD["bed"], "mirror": mirror}) == {"mirror_over_bed": [123]}
     assert faults({"bed": GOOD["bed"], "mirror": replace(mirror, position_m=(3.99, 4.2, 1.3))}) == {}
-    screen = thing(124, "television", 2.8, 2.0, NORTH, (0.1, 0.9, 0.6), 1.0)
+    screen = thing(124, "television", 3.5, 5.9, SOUTH, (0.1, 0.9, 0.6), 1.5)
     assert faults(EXERCISE | {"screen": screen}, "gym") == {}
-    turned = replace(screen, position_m=(0.1, 5.0, 1.0), yaw_rad=0.0)
-    assert "screen_aside" in faults(EXERCISE | {"screen": turned}, "gym")
+    behind = replace(screen, position_m=(3.0, 2.0, 1.5), yaw_rad=NORTH)
+    assert faults(EXERCISE | {"screen": behind}, "gym") == {"screen_unseen": [124]}
 
 
 def test_hooks_for_coats_hang_over_no_radiator() -> None:

@@ -1,6 +1,7 @@
 """How units stand in a run: end-on, with joints, with light from the side; and how runs meet at corners."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -127,6 +128,17 @@ def test_the_deepest_unit_does_not_stand_before_a_front_round_the_corner():
         corner = order.index("turn")
         assert corner not in (0, 3)  # something stands on both sides of the corner
         assert "deep" not in order[corner - 1 : corner + 2]
+
+
+def test_the_corners_of_one_row_are_one_model():
+    """Of two sizes, the smaller one would leave a gap beside it."""
+    grammar = read_room_type("kitchen", CATEGORIES, "learned")
+    bent = tuple(replace(branch, probability=float(branch.symbol == "u_shaped")) for branch in grammar.nodes["rows"].branches)
+    grammar = replace(grammar, nodes=dict(grammar.nodes) | {"rows": replace(grammar.nodes["rows"], branches=bent)})
+    for seed in range(4):
+        tree = derive(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), np.random.default_rng(seed))
+        first, second = (item.size_m for item in tree.items if item.symbol == "corner_unit")
+        assert first == second
 
 
 def test_unit_rows_keep_free_what_hangs_at_windows():
