@@ -1,7 +1,5 @@
 """Runs of ``generate`` that are timed, killed and resumed, and where the time of a shard goes."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import random

@@ -1,7 +1,5 @@
 """Speed tables of messages: streams and bags of 640x480 frames, and the start of the suite to its first image."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Rows of the speed tables, and the parts of pages that a bench writes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from pathlib import Path

@@ -5,8 +5,6 @@ sky an ``envmap``.  For gloss, metal, coats and sheen no plugin of Mitsuba's has
 ours in Mitsuba's terms.  Light, paths and their weights are Mitsuba's own throughout.
 """
 
-from __future__ import annotations
-
 import glob
 import multiprocessing
 import os
@@ -85,7 +83,7 @@ class Mitsuba:
             raise RuntimeError(f"Mitsuba: {value}")
         return value
 
-    def __enter__(self) -> Mitsuba:
+    def __enter__(self) -> "Mitsuba":
         """Return the process itself."""
         return self
 

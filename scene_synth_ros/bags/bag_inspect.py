@@ -8,8 +8,6 @@ other recorders, those from the bag's first frame on must be there.  A bag that 
 run's parameters, which it holds, promise and it does not have.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

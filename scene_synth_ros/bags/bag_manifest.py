@@ -4,8 +4,6 @@ The digest of a topic runs over its messages as they stand in the file: for each
 then the CDR bytes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import struct

@@ -1,7 +1,5 @@
 """``metadata.yaml`` of a rosbag2 bag, written as versions 9 (Jazzy) or 5 (Humble) and read in any version."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

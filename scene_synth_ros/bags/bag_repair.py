@@ -1,7 +1,5 @@
 """Makes a whole bag of what can be read of a cut or damaged one."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections import Counter

@@ -1,7 +1,5 @@
 """Offered QoS profiles as bags store them: names since metadata version 9, the integers of ``rmw/types.h`` before."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol

@@ -1,7 +1,5 @@
 """Lines that commands print: results on stdout, progress on a terminal's stderr."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """Options that several commands have, and numbers with their ranges: each is declared in one place, here or by a dataclass's field."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -3,8 +3,6 @@
 A task returns what its completion file says; pixels never pass through Ray.  Extra ``ray``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import logging

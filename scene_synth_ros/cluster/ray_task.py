@@ -4,8 +4,6 @@ Processes of a machine take processors for themselves without knowing each other
 once the process is on its processors: numba, Embree and BLAS count them.
 """
 
-from __future__ import annotations
-
 import os
 from typing import Any
 

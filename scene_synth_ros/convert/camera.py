@@ -5,8 +5,6 @@ Pixel coordinates have the centre of the upper left pixel at (0, 0), as CameraIn
 formats have one pose a frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Files of frames: pictures and depth as PNG, arrays as NPY and NPZ, points and meshes as PLY, JSON."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

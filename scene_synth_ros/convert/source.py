@@ -1,7 +1,5 @@
 """Chooses what is converted: the layers that play the roles of a format, cameras, rooms, every n-th frame."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from collections.abc import Sequence as Items
 from dataclasses import dataclass

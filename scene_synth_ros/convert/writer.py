@@ -12,8 +12,6 @@ thread, ``take`` in the order of the frames.  What an encoder needs of its seque
 frames of the sequence before are still encoded.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping

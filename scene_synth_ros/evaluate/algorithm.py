@@ -1,7 +1,5 @@
 """A user's Python algorithm: how it is loaded, what it is given, and how what it raises is told in one line."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 import traceback
@@ -99,7 +97,7 @@ class Algorithm:
         self._made: Callable[..., Any] = made
         self._call: Callable[[AlgorithmFrame], Any] = made
 
-    def __reduce__(self) -> tuple[type[Algorithm], tuple[str]]:
+    def __reduce__(self) -> "tuple[type[Algorithm], tuple[str]]":
         """Let another process load its own."""
         return Algorithm, (self.words,)
 

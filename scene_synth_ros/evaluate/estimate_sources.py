@@ -1,7 +1,5 @@
 """Where the estimates of a bag come from: topics of a bag, or a Python algorithm that is given the images of the bag."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 

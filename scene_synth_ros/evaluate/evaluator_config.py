@@ -1,7 +1,5 @@
 """The evaluator node's parameters, and the topics that they mean."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The node that judges an algorithm while it runs."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections import Counter

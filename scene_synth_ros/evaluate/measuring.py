@@ -1,7 +1,5 @@
 """What :mod:`evaluation` measures, made of readings of messages: the layers of truth that a task needs, and its estimate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

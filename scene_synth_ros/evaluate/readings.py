@@ -4,8 +4,6 @@ A reader takes the bytes of a message and returns a :class:`Reading`.  Images co
 dtype that their encoding says.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

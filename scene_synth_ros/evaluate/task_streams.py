@@ -1,7 +1,5 @@
 """How the truth and the estimates of each task come as messages: one row a task."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Which topics of bags hold the truth, the estimates and an algorithm's images of each task."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

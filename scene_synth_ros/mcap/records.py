@@ -3,8 +3,6 @@
 Format: https://mcap.dev/spec; the records are those of the ``mcap`` library.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Mapping
 from io import BytesIO

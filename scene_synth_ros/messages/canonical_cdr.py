@@ -3,8 +3,6 @@
 CDR aligns fields (OMG DDS-RTPS 2.5, section 10.2), and serialisers leave what was in memory in the gaps; here these are zero.
 """
 
-from __future__ import annotations
-
 import importlib
 import struct
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Plain CDR aligns every primitive to its own size, counted from behind the encapsulation header (OMG DDS-RTPS 2.5, section 10).
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Mapping

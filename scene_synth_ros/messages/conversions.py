@@ -1,7 +1,5 @@
 """Core values to messages.  No node here; stamps and frames are passed in, pixels are copied in one piece."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

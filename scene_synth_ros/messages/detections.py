@@ -5,8 +5,6 @@ decimal, a key of the LabelInfo on ``semantic/label_info``, and whose pose is th
 bounds the visible pixels, in image coordinates (see ``scene_description.annotations``); a Detection3D is the oriented box.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -5,8 +5,6 @@ metres is stored as ``A / depth + B`` in 16 bits, which loses some of it: a step
 is stored as it is.
 """
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, NamedTuple

@@ -3,8 +3,6 @@
 ``compressedDepth`` has twelve bytes before its PNG, see :mod:`scene_synth_ros.messages.image_codec`.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ The message maps ids of 16 bits to names.  Colours and, of objects, classes are 
 drops what it has found, is 0: nothing was dropped.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Serialised poses: what a camera's topic says, read, and transforms, written; ``tf2_msgs`` is not installed everywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

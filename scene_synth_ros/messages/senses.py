@@ -1,7 +1,5 @@
 """What a run senses beside its camera's frames, at rates of its own: laser scanner, body, inertial measurement unit, wheels, lidar."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple, Protocol
 
 from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig

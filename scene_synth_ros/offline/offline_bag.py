@@ -4,8 +4,6 @@
 found its topics.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -151,7 +149,7 @@ class OfflineBag:
             self._recording.close()
         self._folder.discard()
 
-    def __enter__(self) -> OfflineBag:
+    def __enter__(self) -> "OfflineBag":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

@@ -1,7 +1,5 @@
 """A renderer of the suite without its node: the messages of the frames of room after room."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The parameters of a run as its nodes would read them, where no node runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

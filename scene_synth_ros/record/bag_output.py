@@ -1,7 +1,5 @@
 """What is written: bags one after the other, their files, and snapshots beside them."""
 
-from __future__ import annotations
-
 import threading
 from collections import Counter
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What the recorder is asked to do while it runs: start, stop, split, snapshot."""
 
-from __future__ import annotations
-
 from concurrent.futures import Future, TimeoutError
 from pathlib import Path
 

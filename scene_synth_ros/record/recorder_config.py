@@ -1,7 +1,5 @@
 """Parameters of the recorder node beside those of splitting and image compression."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

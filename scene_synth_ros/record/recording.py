@@ -1,7 +1,5 @@
 """One life of the recorder: from messages that arrive to bags."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future

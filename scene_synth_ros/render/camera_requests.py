@@ -1,7 +1,5 @@
 """Poses that are asked for and velocities that arrive while a room is rendered."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

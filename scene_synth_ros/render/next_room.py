@@ -1,7 +1,5 @@
 """The room that is made while the one before it is shown."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Which topics of a bag are published again, and with which message classes."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Plays a bag: hands out its messages when their time has come.  No ROS; the caller publishes."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections import deque

@@ -4,8 +4,6 @@ A completion file is written last, so that a shard is done when it is there; the
 bytes whoever has made the shards, when, on what machine, in whatever order and however often interrupted.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Makes one shard by itself: its rooms, each sampled while the one before is rendered, their bag, and last its completion file."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import time
@@ -69,7 +67,7 @@ class RoomsAhead:
     def _sample(self, index: int) -> SceneDescription:
         return sample_room(self._rules, self._settings, index)
 
-    def __enter__(self) -> RoomsAhead:
+    def __enter__(self) -> "RoomsAhead":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

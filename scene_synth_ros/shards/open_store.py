@@ -1,7 +1,5 @@
 """The store of a dataset by what a user says, a folder or a URL."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path

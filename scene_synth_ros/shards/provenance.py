@@ -1,7 +1,5 @@
 """What the bytes of a dataset depend on beside the words of its plan: the program, what it has read, its libraries, the processor."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import platform
@@ -66,7 +64,7 @@ class Provenance:
     versions: _Facts
     processor: _Facts
 
-    def difference(self, other: Provenance, named: int = 4) -> str:
+    def difference(self, other: "Provenance", named: int = 4) -> str:
         """Return in words in what another one differs, so many of them by name: here and there; empty if in nothing."""
         told = []
         for field in fields(self):

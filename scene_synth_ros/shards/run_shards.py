@@ -1,7 +1,5 @@
 """Makes what is missing of a dataset with worker processes on this machine; begins it, checks it, finishes it."""
 
-from __future__ import annotations
-
 import re
 import signal
 from collections import Counter

@@ -5,8 +5,6 @@ shard counts without its completion file, which comes last.  What is uploaded tw
 still lived, is replaced by the same bytes.  Extra ``cloud``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 from collections.abc import Collection, Iterator

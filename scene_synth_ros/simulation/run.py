@@ -1,7 +1,5 @@
 """The run that a simulator's services steer, and the words of their answers.  No ROS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, NamedTuple, Protocol
 from urllib.parse import parse_qsl, urlsplit

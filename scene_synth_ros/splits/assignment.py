@@ -9,8 +9,6 @@ number of types in the run, or what the indices of its rooms of one type tell to
 the end or in between, moves none once a room of every type is there.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Iterable, Mapping

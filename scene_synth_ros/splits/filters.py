@@ -1,7 +1,5 @@
 """Which frames stay: one row of a table for each thing that is asked of a frame."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Positions are kept in a grid of cells as wide as the greatest distance, so a vie
 grows with the number of views, not with its square, as long as views that look different do not crowd at one place.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from itertools import product

@@ -1,7 +1,5 @@
 """Work in a thread of its own that a process need not wait for when it ends."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, wait

@@ -4,8 +4,6 @@ A node declares groups: the fields of the dataclass under the prefix ``camera`` 
 bare names.  Overrides that no group knows are refused by name; whole numbers are taken where a real number is asked for.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import re

@@ -1,7 +1,5 @@
 """How a node's process starts and ends: one line for bad input, quick and orderly ends on signals, a status of its own for faults."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import re

@@ -1,7 +1,5 @@
 """The variants of a sweep: base rooms, the values of every factor, and what makes each again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

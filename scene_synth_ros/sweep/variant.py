@@ -1,7 +1,5 @@
 """What a sweep makes: variants of base rooms, and what is said of them in files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shlex

@@ -1,7 +1,5 @@
 """The grammar node's own parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

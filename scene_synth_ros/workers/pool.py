@@ -1,7 +1,5 @@
 """Worker processes that share the tasks of a run: each does one at a time, on processors of its own."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle
@@ -173,7 +171,7 @@ class WorkerPool:
             del self._busy[worker.connection]
             worker.connection.close()
 
-    def __enter__(self) -> WorkerPool:
+    def __enter__(self) -> "WorkerPool":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

@@ -1,7 +1,5 @@
 """``scene_synth convert``: the frames of a bag, a shard folder or a dataset in the form that other programs read."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys

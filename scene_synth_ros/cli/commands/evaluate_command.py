@@ -1,7 +1,5 @@
 """``scene_synth evaluate``: how good an algorithm's estimates are, judged by the truth of a bag, a dataset or a sweep."""
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import os

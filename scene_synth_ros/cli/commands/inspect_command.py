@@ -1,7 +1,5 @@
 """``scene_synth inspect``: what a bag, or a dataset of bags, holds and what is wrong with it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """``scene_synth render``: the frames of a scene description as files, by the same core as the renderer node."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -1,7 +1,5 @@
 """``scene_synth run``: the node suite as separate processes, and what is said of the bag afterwards."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

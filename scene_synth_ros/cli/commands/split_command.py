@@ -1,7 +1,5 @@
 """``scene_synth split``: which rooms and frames of a dataset are for training, validation and testing."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys

@@ -1,7 +1,5 @@
 """``scene_synth sweep``: variants of rooms that differ in what a file says, and in nothing else; a bag for each."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

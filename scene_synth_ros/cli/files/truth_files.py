@@ -5,8 +5,6 @@ cell occupied above ``occupied_thresh``, free below ``free_thresh``, unknown bet
 OccupancyGrid with that of the lowest; ``origin`` is the pose of the image's lower left corner.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

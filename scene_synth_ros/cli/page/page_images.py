@@ -4,8 +4,6 @@ Numbers up to 16 bits are PNG with the high byte in red and the low byte in gree
 would not do for 16-bit PNG.  An image that is larger than asked loses whole rows and columns, so what stays is what the bag has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """A room from above as plain numbers, world metres: what the page's script draws, and the table of objects beside it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any

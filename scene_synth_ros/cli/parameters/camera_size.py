@@ -1,7 +1,5 @@
 """Another image size for a camera whose lens is given in pixels: the image is cut, which is told, or the lens is scaled with it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 

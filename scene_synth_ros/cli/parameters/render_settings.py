@@ -1,7 +1,5 @@
 """The settings of ``scene_synth render``: a preset, overlays as for ``scene_synth run``, then single values."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Run profiles: one YAML file in ROS parameter-file form for all nodes of a run, and overrides from the command line."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How far a dataset has come: a line on a terminal, plain lines elsewhere; rate and time left are of this run."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from time import monotonic
@@ -77,7 +75,7 @@ class DatasetProgress:
         self._bar.write(text, file=sys.stderr)
         sys.stderr.flush()
 
-    def __enter__(self) -> DatasetProgress:
+    def __enter__(self) -> "DatasetProgress":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

@@ -1,7 +1,5 @@
 """Samples the rooms of ``scene_synth sample``, in one process or several, and writes the files of each."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Callable, Iterator

@@ -5,8 +5,6 @@
 walls, floor and ceiling ``STUFF`` plus their class; as in every panoptic PNG it is R + 256 G + 65536 B.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Mapping

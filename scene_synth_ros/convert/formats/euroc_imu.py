@@ -3,8 +3,6 @@
 What the device reads is made again from the room's motion and the settings of a frame: the same numbers as on ``imu/data``.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

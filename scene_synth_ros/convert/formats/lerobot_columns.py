@@ -7,8 +7,6 @@ shape (channels, 1, 1); ``count`` is the number of frames.  Quantiles here are v
 function), there they are read off histograms.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter
