@@ -58,11 +58,7 @@ class ManifestBuilder:
 
 
 def read_manifest(data: bytes) -> dict[str, TopicDigest]:
-    """Read a manifest.
-
-    Raises:
-        ManifestError: it does not fit.
-    """
+    """Read a manifest."""
     try:
         document = json.loads(data)
         topics = document["topics"]

@@ -68,12 +68,7 @@ class Lens(NamedTuple):
 
 
 def lens_of(camera: Camera) -> Lens:
-    """Return the lens of a camera.
-
-    Raises:
-        ConvertError: its distortion model is none of ours, has coefficients that ours has no place for, or it is not calibrated; or its
-            images are larger than any.
-    """
+    """Return the lens of a camera."""
     width, height = int(camera.width), int(camera.height)
     if not 0 < width * height <= MAX_PIXELS:
         raise ConvertError(f"camera {camera.name}: expected an image of 1 to {MAX_PIXELS} pixels, got {width}x{height}")
@@ -146,11 +141,7 @@ def row_time_s(frame: Frame) -> float:
 
 
 def refuse_rolling_shutter(frame: Frame, camera: str, form: str) -> None:
-    """Refuse a camera whose frames have no single pose.
-
-    Raises:
-        ConvertError: its shutter rolls.
-    """
+    """Refuse a camera whose frames have no single pose."""
     told = row_time_s(frame)
     if told:
         raise ConvertError(

@@ -119,11 +119,7 @@ class Algorithm:
                 self._refuse(error, f"when it was constructed for room {room}")
 
     def estimate(self, frame: AlgorithmFrame) -> Mapping[str, Any]:
-        """Return task -> estimate of a frame; empty if there is none.
-
-        Raises:
-            EvaluateError: the algorithm raised something, or returned no mapping.
-        """
+        """Return task -> estimate of a frame; empty if there is none."""
         where = f"at stamp {frame.stamp_ns} of room {frame.room}"
         found: Any = None
         try:

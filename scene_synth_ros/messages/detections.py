@@ -37,11 +37,7 @@ def annotations_to_msg(role: Role, annotations: FrameAnnotations, frame_id: str)
 
 
 def read_annotations(data: bytes) -> FrameAnnotations:
-    """Return what serialised JSON annotations say.
-
-    Raises:
-        AnnotationsReadError: they do not fit their schema.
-    """
+    """Return what serialised JSON annotations say."""
     try:
         return annotations_from_json(read_text(data))
     except SceneSynthError as error:

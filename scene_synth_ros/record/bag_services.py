@@ -55,11 +55,7 @@ class BagServices:
 
 
 def wait_for(future: Future[str]) -> str:
-    """Return what the thread that writes answers.
-
-    Raises:
-        BagWriteError: it refuses, or the disk has not answered in time.
-    """
+    """Return what the thread that writes answers."""
     try:
         return future.result(ANSWER_TIMEOUT_S)
     except TimeoutError:

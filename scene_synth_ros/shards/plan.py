@@ -61,11 +61,7 @@ class DatasetPlan:
         return [range(*ends) for ends in pairwise((0, *self.extended_from, self.rooms))]
 
     def rooms_of(self, shard: int) -> range:
-        """Return the indices of a shard's rooms.
-
-        Raises:
-            PlanError: there is no such shard.
-        """
+        """Return the indices of a shard's rooms."""
         if not 0 <= shard < self.shards:
             raise PlanError(f"shard {shard}: expected 0 to {self.shards - 1}")
         for rooms in self._runs():
@@ -185,9 +181,6 @@ def read_plan(data: bytes, where: str) -> DatasetPlan:
     Args:
         data: of the file.
         where: its name, for errors.
-
-    Raises:
-        PlanError: it does not fit.
     """
     try:
         document = json.loads(data)

@@ -122,9 +122,6 @@ def admit(known: tuple[Provenance, ...], made_by: Iterable[Provenance], where: s
         made_by: of shards that are there, or will be made.
         where: name of the dataset, for errors.
         accept: whether there may be several.
-
-    Raises:
-        ProvenanceError: there is another one, which is not accepted; the line tells in what it differs.
     """
     for one in made_by:
         if one not in known:

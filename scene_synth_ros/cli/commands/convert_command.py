@@ -65,11 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def read_range(text: str | None) -> tuple[int, int] | None:
-    """Return the rooms that ``A:B`` names, None for all.
-
-    Raises:
-        UsageError: it has another form, or names none.
-    """
+    """Return the rooms that ``A:B`` names, None for all."""
     if text is None:
         return None
     found = re.fullmatch(r"(\d*):(\d*)", text)

@@ -271,11 +271,7 @@ class Share:
 
 
 def read_share(text: str) -> Share:
-    """Return the share that ``I/N`` means.
-
-    Raises:
-        UsageError: it is none.
-    """
+    """Return the share that ``I/N`` means."""
     found = _FORM.fullmatch(text)
     index, count = (int(number) for number in found.groups()) if found else (0, 0)
     if not 0 <= index < count:
