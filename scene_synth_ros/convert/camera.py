@@ -93,15 +93,7 @@ def lens_of(camera: Camera) -> Lens:
 
 
 def refuse_lens(lens: Lens, camera: str, form: str, expected: str, instead: str) -> ConvertError:
-    """Return the refusal of a lens that a format has no place for.
-
-    Args:
-        lens: what the camera has.
-        camera: its name.
-        form: the format.
-        expected: lenses that it can carry.
-        instead: what to do.
-    """
+    """Return the refusal of a lens that a format has no place for."""
     told = f" {lens.coefficients}" if lens.coefficients else ""
     return ConvertError(f"{form}: camera {camera}: expected a lens {expected}, got {lens.model}{told}; {instead}")
 

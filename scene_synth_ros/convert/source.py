@@ -49,11 +49,7 @@ class Chosen(NamedTuple):
 def open_source(place: str, name: str, form: Format, choice: Choice) -> Source:
     """Open what is converted.
 
-    Args:
-        place: path or URL of a bag, a folder of bags or a dataset.
-        name: of the format.
-        form: its row.
-        choice: what the options ask for.
+    ``place``: path or URL of a bag, a folder of bags or a dataset.
 
     Raises:
         ConvertError: a layer is not recorded, the format has no place for one, or no frame is left.
@@ -82,12 +78,7 @@ def choose_cameras(
 ) -> tuple[dict[str, Chosen], tuple[str, ...]]:
     """Return the cameras that have what a format needs, each with the same layers, and lines about the others.
 
-    Args:
-        name: of the format.
-        form: its row.
-        recorded: camera -> its layers.
-        asked: layers that are asked for.
-        source: name of the source, for messages.
+    ``recorded``: camera -> its layers.
 
     Raises:
         ConvertError: no camera has it.

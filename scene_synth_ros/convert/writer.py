@@ -183,12 +183,8 @@ def convert(
 ) -> tuple[str, ...]:
     """Write a source into a folder; return lines for people, the source's and the writer's.
 
-    Args:
-        out: the folder, empty.
-        source: what is converted.
-        writer: of the format.
-        threads: that decode and encode frames; the output is the same with any number.
-        progress: called after every frame with how many are done.
+    ``threads``: that decode and encode frames; the output is the same with any number.
+    ``progress``: called after every frame with how many are done.
 
     Raises:
         SceneSynthError: the source has what the format cannot carry, or a frame cannot be read.

@@ -195,10 +195,8 @@ def seconds_on(work: Interval, shards: int, machines: int, workers: int, start_s
 def sample_indices(rooms: int, count: int, types: int) -> tuple[int, ...]:
     """Return indices of rooms spread evenly over a dataset, as many of each room type; all where there are no more.
 
-    Args:
-        rooms: of the dataset; room ``i`` is of type ``i % types``.
-        count: how many to choose; rounded up to whole rounds of types.
-        types: room types that take turns.
+    ``rooms``: of the dataset; room ``i`` is of type ``i % types``.
+    ``count``: how many to choose; rounded up to whole rounds of types.
     """
     rounds = math.ceil(rooms / types)
     wanted = min(rounds, math.ceil(count / types))

@@ -55,13 +55,7 @@ def measure_rooms(
 ) -> Measured:
     """Make some rooms of a dataset and measure them.
 
-    Args:
-        settings: of the dataset.
-        indices: of the rooms, at least one.
-        most_frames: of a room that are rendered.
-        workers: processes at work at once.
-        threads: processors of each.
-        tell: called with every room that is measured.
+    ``most_frames``: of a room that are rendered.
 
     Raises:
         WorkerError: a room cannot be made, or a worker was killed.

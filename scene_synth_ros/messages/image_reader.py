@@ -43,11 +43,8 @@ class ReadImage(NamedTuple):
 def read_image(type_name: str, data: bytes | memoryview, topic: str, size: tuple[int, int] | None = None) -> ReadImage:
     """Return the image in a serialised message; ``bgr8`` as red, green, blue.
 
-    Args:
-        type_name: of the message, Image or CompressedImage.
-        data: the message.
-        topic: says of a compressed image whether it is depth.
-        size: height and width that it must have, those of its camera; None for any of up to ``MAX_PIXELS``.
+    ``topic``: says of a compressed image whether it is depth.
+    ``size``: height and width that it must have, those of its camera; None for any of up to ``MAX_PIXELS``.
     """
     try:
         reader = CdrReader(data)
@@ -91,13 +88,8 @@ def _read_raw(reader: CdrReader, size: tuple[int, int] | None) -> ReadImage:
 def raw_pixels(encoding: str, height: int, width: int, octets: Any, step: int = 0, order: str = "<") -> NDArray[Any]:
     """Return the pixels of an Image, (height, width) or (height, width, channels), as it has them; a view where rows have no gaps.
 
-    Args:
-        encoding: key of ``ENCODINGS``.
-        height: rows.
-        width: columns.
-        octets: its data, a buffer of bytes.
-        step: bytes of a row; 0 for as many as its pixels have.
-        order: of the bytes of a number, ``<`` or ``>``.
+    ``step``: bytes of a row; 0 for as many as its pixels have.
+    ``order``: of the bytes of a number, ``<`` or ``>``.
     """
     if encoding not in ENCODINGS:
         raise CodecError(f"expected an image encoded as one of {', '.join(ENCODINGS)}, got '{encoding[:40]}'")

@@ -67,10 +67,7 @@ class OfflineRenderer:
     ) -> RenderedRoom:
         """Take a room, and return it as it is rendered until it ends.
 
-        Args:
-            scene: the room.
-            metered: returns its exposure as it is metered, where that is asked for; None meters the room.
-            former: as of :class:`RenderedRoom`.
+        ``metered``: returns its exposure as it is metered, where that is asked for; None meters the room.
 
         Raises:
             SceneSynthError: the room cannot be made.

@@ -96,12 +96,7 @@ class Manifest(TypedDict):
 def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], failed: Sequence[FailedRow], bag: Path | None) -> Completion:
     """Return what a completion file says.
 
-    Args:
-        plan: of the dataset.
-        shard: its number.
-        rooms: that are in it.
-        failed: that are not.
-        bag: its folder; None where it has no room.
+    ``bag``: its folder; None where it has no room.
     """
     layers, messages, files = {}, 0, []
     if bag is not None:

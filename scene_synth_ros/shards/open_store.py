@@ -28,10 +28,6 @@ def open_store(where: str) -> Store:
 def held(where: str, name: str) -> Iterator[Sequence[int]]:
     """Hold a dataset for this run (:func:`folder_lock`); yield the descriptors of its lock: none in an object store, which cannot be held.
 
-    Args:
-        where: folder or URL.
-        name: of the lock.
-
     Raises:
         FolderInUseError: another run is at work there.
     """

@@ -176,12 +176,7 @@ def default_rooms_per_shard(rooms: int) -> int:
 
 
 def read_plan(data: bytes, where: str) -> DatasetPlan:
-    """Read ``dataset.json``.
-
-    Args:
-        data: of the file.
-        where: its name, for errors.
-    """
+    """Read ``dataset.json``."""
     try:
         document = json.loads(data)
     except (ValueError, RecursionError):

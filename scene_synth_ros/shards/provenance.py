@@ -117,11 +117,8 @@ def read_provenance(document: object) -> Provenance:
 def admit(known: tuple[Provenance, ...], made_by: Iterable[Provenance], where: str, *, accept: bool) -> tuple[Provenance, ...]:
     """Return the provenances of a dataset with further ones.
 
-    Args:
-        known: those of its plan, the first of which began it.
-        made_by: of shards that are there, or will be made.
-        where: name of the dataset, for errors.
-        accept: whether there may be several.
+    ``known``: those of its plan, the first of which began it.
+    ``made_by``: of shards that are there, or will be made.
     """
     for one in made_by:
         if one not in known:

@@ -26,11 +26,7 @@ _ROOMS_TRIED = 5
 def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) -> None:
     """Write the plan of a new dataset, or see that it is the plan of one that goes on, perhaps with more rooms or makers.
 
-    Args:
-        plan: of the dataset.
-        store: where it goes.
-        where: its name, for errors.
-        resume: whether it may be there already.
+    ``resume``: whether it may be there already.
     """
     data = store.read(PLAN_NAME)
     if data is None and (strangers := store.names("")):
@@ -64,14 +60,8 @@ def run_shards(
 
     A worker that ends by what it does is replaced; a room that ends it ``MAX_ATTEMPTS`` times is given up.
 
-    Args:
-        plan: of the dataset.
-        store: where it goes.
-        shards: to make.
-        workers: how many.
-        threads: processors of each.
-        locks: descriptors of the folder's lock, which workers hold, too.
-        told: called with ``{"what", "room", "error"}`` as shards proceed (:class:`Progress`), and ``{"what": "done", "shard"}``.
+    ``locks``: descriptors of the folder's lock, which workers hold, too.
+    ``told``: called with ``{"what", "room", "error"}`` as shards proceed (:class:`Progress`), and ``{"what": "done", "shard"}``.
     """
     deaths: Counter[int] = Counter()
     given_up: dict[int, str] = {}
@@ -96,13 +86,7 @@ def run_shards(
 
 
 def check_shards(plan: DatasetPlan, store: Store, shards: Sequence[int]) -> Iterator[str]:
-    """Read the files of complete shards; yield a line for each that is not what was made, and let its shard count as missing.
-
-    Args:
-        plan: of the dataset.
-        store: where it is.
-        shards: to check.
-    """
+    """Read the files of complete shards; yield a line for each that is not what was made, and let its shard count as missing."""
     for shard in shards:
         completion = read_completion(store, plan, shard)
         faults = list(faults_of(store, completion)) if completion is not None else []
@@ -131,11 +115,7 @@ def read_size(text: str) -> int:
 def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, locks: Sequence[int]) -> DatasetPlan:
     """Return a plan whose shards are about as large as its ``shard_bytes``: the first room that can be made is made to know its bytes.
 
-    Args:
-        plan: with ``shard_bytes``.
-        store: of the dataset; the room is made in a workspace of it.
-        threads: processors of the worker that makes it.
-        locks: descriptors of the folder's lock.
+    ``locks``: descriptors of the folder's lock.
     """
     single = replace(plan, rooms_per_shard=1)
     with store.workspace("size") as folder:

@@ -28,9 +28,6 @@ class UrlStore:
 
     Credentials and endpoints come from where the file system's own library takes them, from ``AWS_ACCESS_KEY_ID`` and
     ``AWS_ENDPOINT_URL_S3``, say.
-
-    Args:
-        url: of the folder.
     """
 
     url: str

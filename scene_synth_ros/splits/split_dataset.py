@@ -106,14 +106,9 @@ def split_dataset(
 
     Pixels are read only where ``wanted`` asks for something, and then once.
 
-    Args:
-        data: all of it, not a split.
-        rule: which room goes where.
-        asked: of frames.
-        near: which views are nearly equal; None: none is left out.
-        wanted: of a frame, as :func:`layers_of` has it.
-        threads: that read frames; the splits are the same with any number.
-        progress: called after every frame that was read.
+    ``near``: which views are nearly equal; None: none is left out.
+    ``wanted``: of a frame, as :func:`layers_of` has it.
+    ``threads``: that read frames; the splits are the same with any number.
 
     Raises:
         SplitError: what a filter needs was not recorded, or no room has a type that is asked for.

@@ -161,11 +161,7 @@ RoomSettings = Callable[[Mapping[str, object]], OfflineSettings]
 def base_rooms(spec: SweepSpec, where: str, settings_of: RoomSettings, rules: SceneSynthesizer) -> Iterator[BaseRoom]:
     """Yield the base rooms: those of every type and seed, then the descriptions.
 
-    Args:
-        spec: the sweep.
-        where: the sweep's file; descriptions are looked for beside it, then in the working directory.
-        settings_of: returns the parameters of a room's run.
-        rules: that rooms are sampled by.
+    ``where``: the sweep's file; descriptions are looked for beside it, then in the working directory.
     """
     for room_type in spec.base.room_types:
         for seed in spec.base.seeds:

@@ -38,12 +38,8 @@ def run_sweep(
 ) -> Outcome:
     """Make the variants of a sweep whose bags are not there; write ``sweep.json`` at the end, also of a run that is interrupted.
 
-    Args:
-        plan: the sweep.
-        folder: of the sweep; made if it is missing.
-        only: ids of the variants to make; empty: all.
-        workers: processes; each has its share of the processors.
-        tell: called with every variant that is made or refused, how many are done with, and of how many.
+    ``only``: ids of the variants to make; empty: all.
+    ``tell``: called with every variant that is made or refused, how many are done with, and of how many.
 
     Raises:
         SweepError: the folder holds something else.

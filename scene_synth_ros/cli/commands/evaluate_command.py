@@ -221,9 +221,7 @@ def _command(arguments: argparse.Namespace, plan: Plan, topics: Sequence[Mapping
 def table_lines(evaluation: Evaluation, by: Collection[str]) -> list[str]:
     """Return the lines of all tables.
 
-    Args:
-        evaluation: what was found.
-        by: ways of the summary, room_type, class, distance or names of factors, that get a table each.
+    ``by``: ways of the summary, room_type, class, distance or names of factors, that get a table each.
     """
     lines: list[str] = []
     for task in evaluation.tasks:

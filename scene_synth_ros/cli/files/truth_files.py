@@ -38,11 +38,8 @@ def truth_files(
 ) -> dict[str, bytes]:
     """Return file name -> content.
 
-    Args:
-        scene: the room.
-        catalog_dir: folder of the user's models.
-        floor: its free floor; None: no map is written.
-        recorded: camera -> its poses in the room, where they are known from a bag; the scene's own path is written anyway.
+    ``floor``: its free floor; None: no map is written.
+    ``recorded``: camera -> its poses in the room, where they are known from a bag; the scene's own path is written anyway.
 
     Raises:
         FlattenError: the scene cannot be made.

@@ -17,10 +17,8 @@ _PLAIN_EVERY_S = 10.0
 class DatasetProgress:
     """Counts the frames of rooms as workers tell of them; a room that begins again is counted anew.  A context manager.
 
-    Args:
-        plan: of the dataset.
-        shards: that this run is to complete, all or those of a share.
-        missing: those of them that are made in this run.
+    ``shards``: that this run is to complete, all or those of a share.
+    ``missing``: those of them that are made in this run.
     """
 
     def __init__(self, plan: DatasetPlan, shards: Sequence[int], missing: Sequence[int]) -> None:
