@@ -35,6 +35,15 @@ def first_of(prefix: str, texts: Sequence[str], rest: str = "more") -> list[str]
     return lines if len(texts) <= _MAX_NOTES else [*lines, f"{prefix}: {len(texts) - _MAX_NOTES} {rest}"]
 
 
+def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
+    """Return rows with columns of one width: the first ``left`` columns on the left, the others on the right."""
+    columns = []
+    for number, column in enumerate(zip(*rows, strict=True)):
+        width = max(map(len, column))
+        columns.append([cell.ljust(width) if number < left else cell.rjust(width) for cell in column])
+    return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
+
+
 def page_lines(written: str, notes: Sequence[str]) -> str:
     """Return the line of a page that was written, and its first notes, as text."""
     return printable([written, *first_of("note", notes, "more on the page")])
