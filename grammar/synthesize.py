@@ -4,8 +4,6 @@ Room ``index`` of a run depends on the run's seed, the index, the request and th
 from a stream of its own, so that a change of one leaves the others as they are.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -102,7 +100,7 @@ class SceneSynthesizer:
     """What carries the camera, and how it moves."""
 
     @classmethod
-    def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
+    def from_config(cls, grammar_files: Sequence[Path] = ()) -> "SceneSynthesizer":
         """Read the files of ``config/``, once in a process, and more grammars, which take the place of those of the same room types.
 
         The other grammars are read when a room asks for them.
@@ -118,7 +116,7 @@ class SceneSynthesizer:
         learned = GrammarTable((name for name in learned_types() if name not in own), "learned", shipped.categories, {})
         return replace(shipped, grammars=by_hand, learned=learned)
 
-    def with_catalog(self, catalog: Catalog) -> SceneSynthesizer:
+    def with_catalog(self, catalog: Catalog) -> "SceneSynthesizer":
         """Return a synthesizer that also takes models of a catalogue.
 
         Raises:

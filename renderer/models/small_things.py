@@ -1,7 +1,5 @@
 """Small things: speakers, consoles, candles, photo frames, bowls, clocks, mugs, waste bins; fronts look along +x."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
