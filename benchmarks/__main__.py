@@ -3,8 +3,6 @@
 python -m benchmarks [--json FILE] [--only NAME ...]
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import json

@@ -6,8 +6,6 @@ The bag has one room with the layers flow and occlusion beside depth, normals an
 room.  Needs the extra ``bench-alignment``, which has wheels for Python up to 3.12; Open3D 0.20 returns empty meshes here.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

@@ -14,8 +14,6 @@ same frames once more; *everywhere* is light for the whole room.  Pictures are c
 else: rates are by the clock.  A bench that fails does not keep the others from running.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import shlex

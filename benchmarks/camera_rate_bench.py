@@ -9,8 +9,6 @@ tracer with so many samples, denoised and as it is: FLIP of what is displayed, a
 mesh, textures, the renderer, metering and light of the first view follow.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -15,8 +15,6 @@ error at equal time.  Of two pictures each half their squared difference is the 
 beyond the variances of both, the squared bias; all relative to the pixels' luminance.  The variance counts by the time of a picture.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

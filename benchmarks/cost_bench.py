@@ -6,8 +6,6 @@ Rooms are made as ``scene_synth estimate`` makes them, on all processors at once
 the tables into ``docs/scale.md``.
 """
 
-from __future__ import annotations
-
 import argparse
 import heapq
 import math

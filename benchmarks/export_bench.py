@@ -7,8 +7,6 @@ that traces rays to glowing surfaces should (docs/export.md): parts with a lumin
 those of all other lamps.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

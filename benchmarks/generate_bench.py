@@ -3,8 +3,6 @@
 ``make bench`` has all but the long rows, of interruptions and memory, which ``--only resume memory`` measures.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """Runs of ``generate`` that are timed, killed and resumed, and where the time of a shard goes."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import random
@@ -207,7 +205,7 @@ def write_costs(bag: Path, rounds: int) -> WriteCosts:
         with tempfile.TemporaryDirectory(dir=bag.parent) as folder:
             ours.append(_spent(_write, Path(folder) / str(number), messages))
             hashes.append(_spent(_hash, messages))
-            bare.append(_spent(_write_bare, Path(folder) / "bare.mcap", messages))
+            bare.append(_spent(write_bare, Path(folder) / "bare.mcap", messages))
     return WriteCosts(min(ours), min(hashes), min(bare))
 
 
@@ -231,7 +229,7 @@ def _hash(messages: list[BagMessage]) -> None:
         builder.add(message.topic, message.log_ns, message.data)
 
 
-def _write_bare(path: Path, messages: list[BagMessage]) -> None:
+def write_bare(path: Path, messages: list[BagMessage]) -> None:
     """Write with the library's own writer, in chunks of the same size; sync once, at the end."""
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=DEFAULT_CHUNK_SIZE, compression=CompressionType.ZSTD)

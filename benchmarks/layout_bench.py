@@ -1,7 +1,5 @@
 """Layouts: seconds to a furnished, valid room of every type on one core, kernels warm; the chain's proposals by number of objects."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

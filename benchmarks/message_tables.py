@@ -1,7 +1,5 @@
 """Speed tables of messages: streams and bags of 640x480 frames, and the start of the suite to its first image."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -15,24 +13,24 @@ from statistics import median
 
 import numpy as np
 import rclpy
-from mcap.writer import CompressionType, Writer
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
+from sample_scene import sample_scene
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
+from benchmarks.generate_runs import write_bare
 from benchmarks.renderer_tables import VIEW, furnished_room
 from benchmarks.table import Row, at_least, at_most
 from renderer import LAYERS, CameraConfig, RenderConfig, Renderer
 from renderer.film.frame import Frame
 from scene_description import CameraPose
-from scene_description.labels import semantic_labels
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
+from scene_synth_ros.bags.bag_reader import BagMessage
+from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding
 from scene_synth_ros.messages.frame_messages import StreamConfig
-from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.topic_inputs import QUEUE_DEPTH
@@ -44,7 +42,7 @@ from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to
 STREAMED = ("color", "depth", "normals", "semantic", "instance")
 """The layers that a renderer publishes by default."""
 FRAMES, RECORDED_FRAMES = 300, 150
-RATE_HZ = 30.0
+RATE_HZ, PERIOD_NS = 30.0, 33_333_333
 SAMPLES = 4
 FRAMES_AHEAD = 8
 """As a renderer's default: so many frames may wait for the recorder."""
@@ -59,10 +57,10 @@ def measure_stream() -> list[Row]:
     init_ros([])
     node = Node("stream_bench", namespace="/bench")
     streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False), CameraConfig())
-    streams.messages.begin_labels({"semantic": semantic_labels(), "instance": {}})
+    streams.messages.begin_room(sample_scene())
     frame = make_frame()
     recorded = _recorded(node, streams, frame)  # before any frame is latched that the recorder would wait to see whole
-    rows = [*_subscribed(streams, frame, surroundings), *recorded]
+    rows = [*_subscribed(node, streams, frame, surroundings), *recorded]
     node.destroy_node()
     rclpy.shutdown()
     return rows
@@ -75,11 +73,13 @@ def make_frame() -> Frame:
         return renderer.render(VIEW, 0, STREAMED)
 
 
-def _subscribed(streams: StreamPublishers, frame: Frame, surroundings: dict[str, str]) -> list[Row]:
+def _subscribed(node: Node, streams: StreamPublishers, frame: Frame, surroundings: dict[str, str]) -> list[Row]:
     """Publish to an ordinary subscriber, which knows nothing of the transport that the nodes choose."""
     command = [sys.executable, "-c", f"from benchmarks.message_tables import listen; listen({FRAMES})"]
     subscriber = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=surroundings)
-    _wait_for_subscribers(streams)
+    while not all(node.count_subscribers(f"/bench/camera/{layer}/image_raw") for layer in STREAMED):
+        time.sleep(0.05)
+    time.sleep(DISCOVERY_S)
     sent_ns, spent_s = _publish(streams, frame, FRAMES)
     output, _ = subscriber.communicate(timeout=60)
     arrivals = json.loads(output)
@@ -177,12 +177,6 @@ class _RecorderLink:
             rclpy.spin_once(self._node, timeout_sec=0.1)
 
 
-def _wait_for_subscribers(streams: StreamPublishers) -> None:
-    while any(streams.subscribers(layer) == 0 for layer in streams.messages.layers):
-        time.sleep(0.05)
-    time.sleep(DISCOVERY_S)
-
-
 def _publish(
     streams: StreamPublishers, frame: Frame, count: int, wait_for: Callable[[int], None] = lambda _: None
 ) -> tuple[dict[int, int], float]:
@@ -192,7 +186,7 @@ def _publish(
     for index in range(count):
         wait_for(index)
         time.sleep(max(0.0, began + index / RATE_HZ - time.perf_counter()))
-        pose = CameraPose(stamp_ns=first_ns + index * 33_333_333, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
+        pose = CameraPose(stamp_ns=first_ns + index * PERIOD_NS, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
         before, sent_ns[pose.stamp_ns] = time.process_time(), time.monotonic_ns()
         streams.publish(frame, pose, json.dumps({"stamp_ns": pose.stamp_ns}))
         spent_s += time.process_time() - before
@@ -207,30 +201,23 @@ def _processor_seconds(pid: int) -> float:
 
 BAG_FRAMES, ROUNDS = 40, 5
 TYPE = "sensor_msgs/msg/Image"
-Frames = list[tuple[int, dict[str, bytes]]]
-"""Stamp (ns) -> topic -> serialised message."""
 
 
 def measure_bag() -> list[Row]:
     """Write frames of five layers both ways, in turns; medians of rounds are taken."""
     frame = make_frame()
-    stamps = [1 + index * 33_333_333 for index in range(BAG_FRAMES)]
-    frames: Frames = [
-        (
-            stamp,
-            {
-                f"/{name}": bytes(serialize_message(image_to_msg(image, layer_encoding(LAYERS[name]), stamp, "eye")))
-                for name, image in items
-            },
+    messages = [
+        BagMessage(
+            f"/{name}", TYPE, stamp, stamp, bytes(serialize_message(image_to_msg(image, layer_encoding(LAYERS[name]), stamp, "eye")))
         )
-        for stamp in stamps
-        for items in [frame.layers.items()]
+        for stamp in range(1, BAG_FRAMES * PERIOD_NS, PERIOD_NS)
+        for name, image in frame.layers.items()
     ]
-    size_mb = sum(map(len, frames[0][1].values())) / 1e6
+    size_mb = sum(len(message.data) for message in messages) / BAG_FRAMES / 1e6
     ours, bare = [], []
     for _ in range(ROUNDS):
-        ours.append(_timed(_record, frames))
-        bare.append(_timed(_write_bare, frames))
+        ours.append(_timed(_record, messages))
+        bare.append(_timed(write_bare, messages))
     return [
         Row(
             f"recorder, 5 layers ({size_mb:.1f} MB a frame), zstd, synced", BAG_FRAMES / median(seconds for seconds, _ in ours), "frames/s"
@@ -242,40 +229,24 @@ def measure_bag() -> list[Row]:
     ]
 
 
-def _timed(write: Callable[[Path, Frames], None], frames: Frames) -> tuple[float, float]:
+def _timed(write: Callable[[Path, list[BagMessage]], None], messages: list[BagMessage]) -> tuple[float, float]:
     """Return elapsed and processor seconds until everything is on disk."""
     with tempfile.TemporaryDirectory() as folder:
         cpu, began = time.process_time(), time.perf_counter()
-        write(Path(folder) / "bag", frames)
+        write(Path(folder) / "bag", messages)
         return time.perf_counter() - began, time.process_time() - cpu
 
 
-def _record(path: Path, frames: Frames) -> None:
+def _record(path: Path, messages: list[BagMessage]) -> None:
     """Do what the recorder does with messages that arrive: sort, sum up, compress, index, sync every chunk."""
-    recording = Recording(BagWriter)
-    for topic in frames[0][1]:
+    recording, topics = Recording(BagWriter), {message.topic for message in messages}
+    for topic in topics:
         recording.add_topic(topic, TYPE, [QoSProfile(depth=10)])
-    recording.expect(frames[0][1], {})
+    recording.expect(topics, {})
     recording.begin(path)
-    for _, messages in frames:
-        for topic, data in messages.items():
-            recording.add(topic, data)
+    for message in messages:
+        recording.add(message.topic, message.data)
     recording.close()
-
-
-def _write_bare(path: Path, frames: Frames) -> None:
-    """Write with the library's own writer, in chunks of the same size; sync once, at the end."""
-    with path.open("wb") as file:
-        writer = Writer(file, chunk_size=DEFAULT_CHUNK_SIZE, compression=CompressionType.ZSTD)
-        writer.start("ros2", "bench")
-        schema = writer.register_schema(TYPE, "ros2msg", message_definition(TYPE).text.encode())
-        channels = {topic: writer.register_channel(topic, "cdr", schema) for topic in frames[0][1]}
-        for stamp, messages in frames:
-            for topic, data in messages.items():
-                writer.add_message(channels[topic], stamp, data, stamp)
-        writer.finish()
-        file.flush()
-        os.fsync(file.fileno())
 
 
 TIMEOUT_S = 120.0

@@ -7,8 +7,6 @@ which a busy machine does not change; ``--clock`` measures frames a second of al
 Triangles are those of one room, cut into four where they are largest, so that it looks the same.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -6,8 +6,6 @@ measures conversions of a bag that is given, or of one 640x480 camera with the l
 gigabyte holds many frames; 4 samples a pixel without a denoiser make pictures that compress badly.  Two cores work 120 s in a minute.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import multiprocessing

@@ -24,8 +24,6 @@ all rooms.
 ``--recovery``: how well numbers of a known grammar come back from rooms that were sampled from it.
 """
 
-from __future__ import annotations
-
 import argparse
 import multiprocessing
 import re

@@ -1,7 +1,5 @@
 """Speed tables of the renderer: ground truth against bare Embree packets, layers of the hit record, geometry, light that presets lose."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Measures of furnished rooms with one definition for sampled rooms and for real ones of layout files."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

@@ -11,8 +11,6 @@ instead what clutter does: how many objects rooms have, whether they stay valid,
 type, the same ones at each level.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import json

@@ -4,8 +4,6 @@ FLIP (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2
 on what is displayed, at 67 pixels a degree.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import threading

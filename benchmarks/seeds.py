@@ -1,7 +1,5 @@
 """The seed of rooms that nobody has looked at."""
 
-from __future__ import annotations
-
 import argparse
 import time
 

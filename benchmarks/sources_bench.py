@@ -8,8 +8,6 @@ sampled from it.  A table for each type has a column for each source that has at
 together, with their weights, ``--shipped`` the grammar of ``config/learned``.  The last lines say what all the learning took.
 """
 
-from __future__ import annotations
-
 import argparse
 import multiprocessing
 import sys

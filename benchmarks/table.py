@@ -1,7 +1,5 @@
 """Rows of the speed tables, and the parts of pages that a bench writes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -67,11 +65,7 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 
 def write_section(page: Path, name: str, text: str) -> None:
-    """Put ``text`` in the place of what a page has between the marks of ``name``.
-
-    Raises:
-        ValueError: the page does not have both marks once.
-    """
+    """Put ``text`` in the place of what a page has between the marks of ``name``."""
     begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
     before = page.read_text(encoding="utf-8")
     after, count = re.subn(

@@ -8,8 +8,6 @@ itself; how they differ tells the reference's own error.  Light is mean luminanc
 path tracer sees light; *lone dark* ones have less than half the luminance of each of their eight neighbours, and not so in the reference.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterator, Sequence

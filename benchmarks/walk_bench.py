@@ -16,8 +16,6 @@ Alternative to SIFT or SURF", 2011, in OpenCV) are matched both ways by Hamming 
 pixels of the place to which true depth and poses lead.  Needs the extra ``bench-perception``, which has wheels for Python up to 3.12.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Iterator, Sequence

@@ -3,8 +3,6 @@
 A folder stands above all that it imports.  An arrow that others already imply is left out.
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from pathlib import Path

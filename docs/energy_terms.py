@@ -1,7 +1,5 @@
 """Puts the tables of the energy terms into docs/grammar.md.  ``make docs`` runs it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from grammar.layout.energies import terms_table

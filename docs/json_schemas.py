@@ -1,7 +1,5 @@
 """Writes docs/schemas: a JSON Schema (draft 2020-12) for each document on a topic or in a file.  ``make docs`` runs it."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Writes the pages of commands, parameters and topics from the code that defines them.  ``make docs`` runs it."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import sys

@@ -8,8 +8,6 @@ and, where the logarithms are not skewed to the left, Cox's for lognormal number
 docs/metrics.md shows how often the truth lies within.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -4,8 +4,6 @@ Frames of a room are alike and count as one sample.  Intervals are those of :mod
 within rooms.  They have no ends with fewer than two rooms.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple

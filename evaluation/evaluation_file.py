@@ -3,8 +3,6 @@
 What it holds is read strictly: what does not fit is refused with the path of the field.  Metrics that are undefined are null.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence

@@ -12,8 +12,6 @@ sameness is shown, as of a single room, a metric is unsure, and passes. Values t
 and fail the gate.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections import Counter, defaultdict

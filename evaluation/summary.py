@@ -1,7 +1,5 @@
 """From measurements of frames to an evaluation: metrics of each frame, and over all, by room type, class, distance and factor."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -70,7 +68,7 @@ class Gathered:
         self.lost += len(lost)
         self.parts += [_room_part(frames) for frames in rooms.values()]
 
-    def take(self, others: Gathered) -> None:
+    def take(self, others: "Gathered") -> None:
         """Take what was gathered of further bags."""
         self.rows += others.rows
         self.parts += others.parts

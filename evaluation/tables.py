@@ -1,7 +1,5 @@
 """An evaluation as CSV for spreadsheets."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Models that stretch are chosen like styles, after the layout, and shared as thei
 surfaces of its own decides the layout, so it is chosen before it: then all objects of its category in the room are this model.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

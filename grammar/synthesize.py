@@ -4,11 +4,10 @@ Room ``index`` of a run depends on the run's seed, the index, the request and th
 from a stream of its own, so that a change of one leaves the others as they are.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -106,27 +105,23 @@ class SceneSynthesizer:
     """What carries the camera, and how it moves."""
 
     @classmethod
-    def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
-        """Read the files of ``config/``, and more grammars, which take the place of those of the same room types.
+    def from_config(cls, grammar_files: Sequence[Path] = ()) -> "SceneSynthesizer":
+        """Read the files of ``config/``, once in a process, and more grammars, which take the place of those of the same room types.
 
         The other grammars are read when a room asks for them.
 
         Raises:
             GrammarError: a file does not fit; one line with file and field.
         """
-        categories = read_categories(config_path("categories.yaml"))
-        own = {grammar.room_type: grammar for grammar in (read_grammar(path, categories) for path in grammar_files)}
-        return cls(
-            categories=categories,
-            grammars=GrammarTable(room_types(), "by_hand", categories, own),
-            learned=GrammarTable((name for name in learned_types() if name not in own), "learned", categories, {}),
-            appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
-            lighting=read_lighting_config(config_path("lighting.yaml")),
-            camera=read_camera_path_config(config_path("camera.yaml")),
-            small_things=read_small_things(config_path("small_things.yaml"), categories),
-        )
+        shipped = _shipped()
+        own = {grammar.room_type: grammar for grammar in (read_grammar(path, shipped.categories) for path in grammar_files)}
+        if not own:
+            return shipped
+        by_hand = GrammarTable(room_types(), "by_hand", shipped.categories, own)
+        learned = GrammarTable((name for name in learned_types() if name not in own), "learned", shipped.categories, {})
+        return replace(shipped, grammars=by_hand, learned=learned)
 
-    def with_catalog(self, catalog: Catalog) -> SceneSynthesizer:
+    def with_catalog(self, catalog: Catalog) -> "SceneSynthesizer":
         """Return a synthesizer that also takes models of a catalogue.
 
         Raises:
@@ -330,3 +325,18 @@ def floor_map(scene: SceneDescription, categories: Categories, thresholds: Thres
     boxes = np.concatenate([object_solids(known, scene.objects)[0], low_ceiling(scene.room, thresholds.robot_height_m)])
     free = rasterize(scene.room.polygon_m, boxes, thresholds.grid_resolution_m, thresholds.robot_height_m)
     return FloorMap(occupancy_grid(free), free.resolution_m, free.origin_m)
+
+
+@cache
+def _shipped() -> SceneSynthesizer:
+    """Return the synthesizer of the configuration that comes with the program."""
+    categories = read_categories(config_path("categories.yaml"))
+    return SceneSynthesizer(
+        categories=categories,
+        grammars=GrammarTable(room_types(), "by_hand", categories, {}),
+        learned=GrammarTable(learned_types(), "learned", categories, {}),
+        appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
+        lighting=read_lighting_config(config_path("lighting.yaml")),
+        camera=read_camera_path_config(config_path("camera.yaml")),
+        small_things=read_small_things(config_path("small_things.yaml"), categories),
+    )

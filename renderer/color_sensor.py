@@ -13,8 +13,6 @@ The order is that of common image pipelines (R. Ramanath et al., "Color image pr
 until a setting asks for it, so an ideal sensor reads the ideal picture byte for byte.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Light metering: the exposure value at which the views of a room come out well, and the light that shall look white there."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

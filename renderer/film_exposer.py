@@ -1,7 +1,5 @@
 """Colour and its parts by sampling paths: rounds of samples into a film, until there are enough."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Collection, Iterator
 

@@ -1,7 +1,5 @@
 """A small stage for looking at materials: a ball and a tilted board of each, under a broad lamp on a grey floor."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

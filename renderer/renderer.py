@@ -3,8 +3,6 @@
 Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as renderer: renderer.render(pose, 0, ("color", "depth"))``.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
@@ -91,7 +89,7 @@ class Renderer:
         sensor: SensorConfig = IDEAL,
         depth_sensor: DepthSensorConfig = IDEAL_DEPTH,
         paths_per_piece: int = PATHS_PER_PIECE,
-        like: Renderer | None = None,
+        like: "Renderer | None" = None,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
 
@@ -132,7 +130,7 @@ class Renderer:
         label = np.ascontiguousarray(self.flat.parts.label)
         return TracedScene(self.flat, label, self._tables.surfaces, lights, self.tree, self._workers, scratch)
 
-    def _find_room_light(self, like: Renderer | None, same: Renderer | None) -> RoomLight:
+    def _find_room_light(self, like: "Renderer | None", same: "Renderer | None") -> RoomLight:
         """Return the light of ``same``, which is of the same scene, if it is computed in the same way, else with the nodes of ``like``."""
         config = self._config
         fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
@@ -357,7 +355,7 @@ class Renderer:
             self._trees.close()
         self._closed = True
 
-    def __enter__(self) -> Renderer:
+    def __enter__(self) -> "Renderer":
         """Return the renderer itself."""
         return self
 

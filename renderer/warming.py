@@ -4,8 +4,6 @@ Half of what cached colour compiles is the kernel that shades frames, and nothin
 not on disk yet, ``python -m renderer.warming`` compiles it in a process of its own.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Collection

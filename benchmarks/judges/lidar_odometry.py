@@ -11,8 +11,6 @@ the lidar is at its end, or in its middle where it is not deskewed.  Errors are 
 ``odom/ideal`` and ``/tf_static``.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import closing

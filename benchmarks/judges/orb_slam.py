@@ -8,8 +8,6 @@ as ORB-SLAM3 saves it at its end, and ``said.json``: how many frames had a pose,
 It imports nothing of this program, so that any interpreter that has pyorbslam3 (GPL 3) runs it.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import time

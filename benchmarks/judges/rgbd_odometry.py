@@ -5,8 +5,6 @@ python rgbd_odometry.py MODE ROOM DEPTH VOCABULARY OUT
 Pictures are those of the left camera, grey; DEPTH has 16-bit pictures as ``convert --to tum`` writes them.  Needs OpenCV 5.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

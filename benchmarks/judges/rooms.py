@@ -1,7 +1,5 @@
 """What judges begin and end with: the words of their command lines, bags of rooms, tables."""
 
-from __future__ import annotations
-
 import argparse
 import subprocess
 import sys

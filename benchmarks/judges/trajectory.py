@@ -1,7 +1,5 @@
 """The error of a trajectory, by evo (M. Grupp, https://github.com/MichaelGrupp/evo): absolute, after the best rotation and shift."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

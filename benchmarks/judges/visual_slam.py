@@ -10,8 +10,6 @@ its end.  Monocular trajectories are compared after the best scale.
 The extra is ``bench-visual``; pyorbslam3 (GPL 3) may be in the environment of another interpreter (``--python``).
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

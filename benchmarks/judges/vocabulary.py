@@ -4,8 +4,6 @@ The tree is that of D. Galvez-Lopez and J. D. Tardos ("Bags of Binary Words for 
 binary descriptors in groups about medians, level by level, words weighted by the logarithm of how few pictures have them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

@@ -7,8 +7,6 @@ and mats; walls and what hangs on them or on the ceiling, hung toilets too, are 
 every object that moved, not only how many of each category.  Needs the extra ``bench-physics``.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import sys

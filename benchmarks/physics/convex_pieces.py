@@ -1,7 +1,5 @@
 """Meshes as convex pieces: the hulls of their connected components, of parts of a component where that is hollow or bent."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A room as a model of MuJoCo: walls and what hangs fixed, all that stands or lies free, each part's pieces convex."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple

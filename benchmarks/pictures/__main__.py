@@ -8,8 +8,6 @@ reads (``color_sensed``), the camera at rest.  ``--of`` measures PNG files of a 
 many rooms of each type by primary rays, without light.  ``--page`` puts the pictures into docs/pictures and docs/gallery.md.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterator, Sequence

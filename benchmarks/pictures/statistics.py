@@ -6,8 +6,6 @@ flattest, the deviation that a plane leaves.  Corners: E. Rosten and T. Drummond
 detection", ECCV 2006, threshold 20.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What the views of a room show: how much of a picture its largest plane fills, and how many things are in it."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

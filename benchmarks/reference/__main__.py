@@ -5,8 +5,6 @@ python -m benchmarks.reference [--scenes NAME ...] [--passes N] [--samples N] [-
 Needs the extra ``bench-reference``; see docs/reference.md for what is compared and how.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import time

@@ -4,8 +4,6 @@ After the papers that :mod:`renderer.bsdf.bsdf` names, in Mitsuba's own distribu
 furnace tests hold.  Directions are sampled from the diffuse, the specular and the coat's lobe in proportion to what they reflect.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import drjit as dr

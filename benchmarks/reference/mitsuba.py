@@ -5,8 +5,6 @@ sky an ``envmap``.  For gloss, metal, coats and sheen no plugin of Mitsuba's has
 ours in Mitsuba's terms.  Light, paths and their weights are Mitsuba's own throughout.
 """
 
-from __future__ import annotations
-
 import glob
 import multiprocessing
 import os
@@ -85,7 +83,7 @@ class Mitsuba:
             raise RuntimeError(f"Mitsuba: {value}")
         return value
 
-    def __enter__(self) -> Mitsuba:
+    def __enter__(self) -> "Mitsuba":
         """Return the process itself."""
         return self
 
@@ -211,11 +209,7 @@ def _texture_of(flat: FlatScene, part: int) -> int:
 
 
 def bsdf_of(flat: FlatScene, part: int) -> dict[str, Any]:
-    """Return the plugin that scatters as a part does.
-
-    Raises:
-        ValueError: glass that is rough or coloured, cloth that lets light through, wear, or a texture that is no matt picture.
-    """
+    """Return the plugin that scatters as a part does."""
     table, row, name = flat.materials, int(flat.parts.material[part]), flat.part_names[part]
     if table.diffuse_transmission[row] > 0.0 or (len(flat.wear.layers) and table.wear[row] > 0.0):
         raise ValueError(f"{name}: expected an opaque surface without wear, got thin cloth or wear; take another material")
@@ -260,11 +254,7 @@ def _bitmap(texels: NDArray[np.uint8]) -> dict[str, Any]:
 
 
 def sky_image(sky: Sky) -> NDArray[np.float32]:
-    """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean.
-
-    Raises:
-        ValueError: the environment has bright parts that are sampled by direction, other than the sun.
-    """
+    """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean."""
     if sky.bright.size:
         raise ValueError("sky: expected a smooth sky and a sun, got bright parts of an environment map; take another sky")
     if sky.table.size:

@@ -1,7 +1,5 @@
 """Pixels by true class and by true distance, and tables of sums over these groups."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Any, NamedTuple

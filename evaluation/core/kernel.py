@@ -1,7 +1,5 @@
 """How kernels are compiled: cached on disk, IEEE arithmetic throughout, one thread."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -3,8 +3,6 @@
 Vectors of one task may differ in length, where classes that a frame does not know come last; the missing end counts as zeros.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

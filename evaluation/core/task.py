@@ -4,8 +4,6 @@ A task measures one frame (a trajectory: one room) into tallies: what is kept of
 without the images.  Tallies of dense tasks are sums, those of average precision are lists of matches.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """Which estimates match which true objects of a frame, by pycocotools; the one place that knows it."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 from collections.abc import Mapping

@@ -9,8 +9,6 @@ A pixel is valid where truth and estimate are finite and positive.  Coverage: of
 valid too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ Coverage is the share of true boxes that an estimated box of their class matches
 truth has the layer "depth" but the boxes tell none, is the median of the true depth in it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

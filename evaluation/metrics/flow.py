@@ -8,8 +8,6 @@ A pixel is valid where truth and estimate are finite.  Coverage: of the pixels w
 KITTI fills such holes before it counts; here they count in coverage alone.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from evaluation.core.groups import image, layer, measurement_of, pixel_groups

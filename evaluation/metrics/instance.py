@@ -7,8 +7,6 @@ is the share of the objects' pixels that any estimated object has.
 The distance of an object is the median of the true depth of its pixels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -43,7 +41,7 @@ class Instances:
     scores: NDArray[np.float64] | None = None
 
     @classmethod
-    def from_images(cls, ids: object, semantic: object | None = None, scores: Mapping[int, float] | None = None) -> Instances:
+    def from_images(cls, ids: object, semantic: object | None = None, scores: Mapping[int, float] | None = None) -> "Instances":
         """Return the objects of an image of ids.
 
         Args:

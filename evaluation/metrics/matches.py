@@ -5,8 +5,6 @@ ones so far and recall their share of the true objects.  Precision is made to fa
 ..., 1; ap is the mean of AP over the classes that the truth has and over the thresholds 0.5, 0.55, ..., 0.95.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -10,8 +10,6 @@ A pixel is valid where truth and estimate are finite and not zero.  Coverage: of
 valid too.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

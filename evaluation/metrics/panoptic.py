@@ -5,8 +5,6 @@ matches, FP estimates and FN objects left over: SQ = mean IoU of the matches, RQ
 means over the classes that have any object or estimate.  Only objects count, not the room's shell: the paper's "things".
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,8 +8,6 @@ Points with a coordinate that is not finite are left out.  An estimated point be
 is nearest to it; distances of bins are along z.  Coverage is the recall at 0.1 m.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree

@@ -7,8 +7,6 @@ its translation in m and its rotation in degrees; no alignment changes it.  Cove
 Over several rooms the squares of all poses are averaged.  Two poses or fewer have no ATE: they can always be aligned.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -8,8 +8,6 @@ Pixels whose true class is void (0) are left out.  An estimate of 0 where the tr
 the share of pixels with a true class whose estimate is not 0.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from evaluation.core.groups import NO_BIN, VOID, class_count, distance_bins, image, layer

@@ -3,8 +3,6 @@
 python -m examples.train_normals --out docs
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import json

@@ -1,7 +1,5 @@
 """The pictures of docs/training.md: curves with their intervals, and what networks see in rooms of unseen types."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A small U-Net (Ronneberger, Fischer and Brox, MICCAI 2015) from a colour image to surface normals, in plain JAX."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import jax

@@ -1,7 +1,5 @@
 """Small pictures of rooms with their true normals; a room that was rendered before is read from its file."""
 
-from __future__ import annotations
-
 import hashlib
 import multiprocessing
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The rooms: those to train on, those of other types to test on, and the same rooms with one look and one light for all."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

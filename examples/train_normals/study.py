@@ -1,7 +1,5 @@
 """What is compared: networks by the rooms that they were trained on, judged in rooms of other types by ``evaluation``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

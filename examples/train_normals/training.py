@@ -1,7 +1,5 @@
 """Training and use of the network: the same number of steps whatever the number of rooms, seeded."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ A room has a main and a second hue, and keeps a few materials of each family (tw
 match without being all alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 

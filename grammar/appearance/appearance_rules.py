@@ -1,7 +1,5 @@
 """How rooms look, as data: the palette, the styles and parts of every category, the room's surfaces, the families of materials."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -4,8 +4,6 @@ The condition outside (clear, overcast, dusk, night) is drawn first, then moment
 given, the moment is drawn first, then a condition among those that fit.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

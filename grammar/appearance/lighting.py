@@ -1,7 +1,5 @@
 """The state of a room's lamps, spots let into its ceiling, and the daylight outside.  Light is photometric."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -93,7 +91,7 @@ class LightingConfig:
     lamps: Annotated[Mapping[str, Lamp], Limits(max_length=256)]
     daylight: Annotated[Mapping[str, Condition], Limits(min_length=1, max_length=64)]
     moment: MomentConfig | None = None
-    downlights: Annotated[Mapping[str, DownlightConfig], Limits(max_length=256)] = field(default_factory=dict)
+    downlights: "Annotated[Mapping[str, DownlightConfig], Limits(max_length=256)]" = field(default_factory=dict)
     surroundings: Annotated[Mapping[Setting, SettingConfig], Limits(max_length=16)] = field(default_factory=dict)
 
 

@@ -4,8 +4,6 @@ They are laid over a finished room.  Each draws numbers of its own, seeded by it
 were.
 """
 
-from __future__ import annotations
-
 import re
 import zlib
 from collections.abc import Sequence

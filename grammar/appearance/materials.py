@@ -3,8 +3,6 @@
 Colours are converted to linear Rec. 709 RGB (B. Ottosson, "A perceptual color space for image processing", 2020).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """The rules of appearance given a request: with the styles and the palette that it asks for, without the materials that it excludes."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ is sampled once a frame.  The direction of view comes from dynamic programming o
 yaw and pitch are interpolated rather than quaternions, so that the horizon stays level.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

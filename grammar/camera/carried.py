@@ -1,7 +1,5 @@
 """Motions of what is carried or flies: along the walk of a camera, or on the spot, with sway, tremor and the tilt of a drone."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 Angles between keys follow monotone cubics (PCHIP), written out here because importing scipy.interpolate takes as long as the rest of scipy.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What every motion is planned from, and what all of them become."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

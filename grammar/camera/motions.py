@@ -1,7 +1,5 @@
 """The kinds of motion: what a body does in a room, and the camera's poses on it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 

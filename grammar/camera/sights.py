@@ -1,7 +1,5 @@
 """What a camera looks at in a room: its things as solids, its windows as slabs, and which of them are bright; doors are part of walls."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

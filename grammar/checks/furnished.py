@@ -1,7 +1,5 @@
 """A furnished room as the checks of use look at it, and what they measure: strips of floor, gaps behind backs, reach of doors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -48,7 +46,7 @@ class Furnished:
         """Return the room (0) if it needs objects of one of these roles and has none."""
         return [0] if any(role in self.needs.roles and not self.having(role) for role in roles) else []
 
-    def only(self, kept: Bools) -> Furnished:
+    def only(self, kept: Bools) -> "Furnished":
         """Return the room with those of its solids only that ``kept`` (m,) says."""
         return replace(self, boxes=self.boxes[kept], owner=self.owner[kept])
 

@@ -1,7 +1,5 @@
 """Faults of use about doors, windows and what hangs: switches, pictures, hooks, rugs, things before windows."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

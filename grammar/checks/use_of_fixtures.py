@@ -1,7 +1,5 @@
 """Faults of use of what is built in: bathroom fixtures out of reach or hemmed in, gaps in rows of kitchen units, what a room lacks."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Faults of use about furniture, machines and cars: blocked fronts and sides, backs off walls, small things astray or in the way."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

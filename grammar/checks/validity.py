@@ -10,8 +10,6 @@
 - side_clear: free share of a strip along the freest side by which a seat, bed or store is used, the least over these
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

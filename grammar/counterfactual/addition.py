@@ -1,7 +1,5 @@
 """Objects put into a room: of a category, at a place where the room stays valid."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The camera's path: height, tilt, speed, how far it goes, where it is, or another one through the same room."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

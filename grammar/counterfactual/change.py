@@ -1,7 +1,5 @@
 """A change of one attribute of a scene, and why one can be refused."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

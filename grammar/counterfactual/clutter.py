@@ -1,7 +1,5 @@
 """Clutter: how many small things stand on furniture."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from grammar.counterfactual.addition import MOST, next_id

@@ -1,7 +1,5 @@
 """The table of factors: every attribute of a scene that can be changed alone, by name."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

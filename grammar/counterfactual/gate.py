@@ -1,7 +1,5 @@
 """The validity gate: a change whose room fails a check that it passed before is refused, and it is said which check and where."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

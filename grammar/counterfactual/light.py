@@ -1,7 +1,5 @@
 """Lamps: how much they shine, in which colour, and whether they are on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """An object put where it is asked for: of a category and style, on what carries it there, if the room stays valid with it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace

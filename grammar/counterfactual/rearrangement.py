@@ -1,7 +1,5 @@
 """Objects moved about the room and replaced by others in their places, with what stands on them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

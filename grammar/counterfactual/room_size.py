@@ -5,8 +5,6 @@ on other things goes with these, and all else keeps its share of the floor.  Siz
 leaves the room invalid, single pieces are slid about until it is not.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 A changed material is a new one at the end of the scene's list, so that parts which are not targeted keep theirs and all indices stay.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -8,8 +8,6 @@ A target is a mapping with any of these keys; together they narrow it.  An empty
 - ``luminaire``: place of a luminaire in the scene's list, from 0
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from grammar.counterfactual.change import Change, ChangeError

@@ -1,7 +1,5 @@
 """Values of changes: read, checked, refused in one line."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Annotated
 

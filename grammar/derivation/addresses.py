@@ -3,8 +3,6 @@
 Cores, ties and places are drawn here once, before the layout.  Supporters are only listed with their probabilities: the chain chooses.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence

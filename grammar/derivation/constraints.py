@@ -5,8 +5,6 @@ it, and the probability of k copies to its own times the k-th power of that.  Bo
 they meet them, or by :mod:`grammar.derivation.structure`.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """How much of floor and walls furniture takes with the space to use it: rooms where that is too much hardly ever have a valid layout."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Truncated normal distributions and mixtures of them: sampling by inversion of the distribution function, and log-densities."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

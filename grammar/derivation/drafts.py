@@ -4,8 +4,6 @@ An address terminal draws its target among what this room holds; ``within`` narr
 target like a door or a window.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple

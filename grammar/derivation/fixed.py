@@ -4,8 +4,6 @@ A fixed object takes the place of an object of its category that the grammar dra
 a category that the room type does not know joins the room as an object of its own.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ What stays free follows the kitchen planning guidelines of the National Kitchen 
 behind what stands in the room and at its ends.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@ A row begins at an end of a free stretch of wall above low units, beside a tall 
 than the rest of it goes on to the next stretch, or is cut to the rest where its bounds allow that.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

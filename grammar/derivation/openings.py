@@ -5,8 +5,6 @@ Openings that come too close to each other or to the ceiling are rejected, as ar
 draws again.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ U, whose size is drawn in metres; an alcove is the middle arm of a T with such a
 the walls beside the front one stand at 45 degrees.  Notches are drawn within what leaves the arms of the floor wide enough.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise

@@ -4,8 +4,6 @@ Each is folded into the grammar before anything is drawn.  A range of sizes trun
 component of the mixture is multiplied by the component's mass within the range, which gives the distribution of sizes given the range.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """A request made ready for derivations: checked, folded into the grammar, and with the tables for conditional structures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Units of a row as it sees them: how they stand in it, how much of the wall they take, and how far they reach into the room."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The room as unit rows see it: walls, what doors and windows keep free, and the places of units against these."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

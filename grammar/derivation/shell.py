@@ -1,7 +1,5 @@
 """The shell of a room: its outline and height, its doors and windows, drawn from the grammar or taken from a request."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -4,8 +4,6 @@ The floor grows by what a low ceiling takes from it: of floor below 1 m nothing 
 WoFlV, section 4), and what counts is as large as the floor that was drawn.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The structure of a derivation: branches of Or nodes and multiplicities of Set nodes, drawn from the root down."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, NamedTuple, Protocol

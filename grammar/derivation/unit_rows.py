@@ -4,8 +4,6 @@ How a row begins is drawn among some ways that fit, the likelier the less they c
 change these; the chain goes on from there.  Rows that stand free come last.  Grammars call a row ``run``, as kitchen planners do.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -73,7 +71,7 @@ class _Taken(NamedTuple):
     aisles: tuple[Aisle, ...] = ()
     standing: tuple[Standing, ...] = ()
 
-    def and_row(self, rule: UnitRowRule, shell: Shell, unit_row: _Candidate) -> _Taken:
+    def and_row(self, rule: UnitRowRule, shell: Shell, unit_row: _Candidate) -> "_Taken":
         """Return what is taken with a row more."""
         pairs, standing = list(zip(unit_row.units, unit_row.poses, strict=True)), list(self.standing)
         for (unit, pose), width in zip(pairs, unit_row.widths, strict=True):

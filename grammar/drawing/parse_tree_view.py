@@ -7,8 +7,6 @@ depth, one row for each leaf, terminals in one column.  Attributes and addresses
 lines to the right of their terminal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

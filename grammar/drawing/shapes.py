@@ -1,7 +1,5 @@
 """Flat drawings as data: shapes in pixels, y downwards, painted in their order.  As SVG text here, as a raster by who has a painter."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

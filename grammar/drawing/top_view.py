@@ -6,8 +6,6 @@ covers what is below it, and supported objects cover all that stand on the floor
 colour.  Where a name does not fit, the object's id stands in its place, and the legend explains it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

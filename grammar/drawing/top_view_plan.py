@@ -1,7 +1,5 @@
 """The plan of a top view: scale and colours, world metres to pixels, outlines of walls and doors, places for names that cover no other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Matching observed objects with objects of the grammar, and finding their supporters and cores."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ wall, the nearer of its two sides tells what it stands beside.  The shares becom
 a room holds (Luce, Individual Choice Behavior 1959); the gaps become modes of its place there.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

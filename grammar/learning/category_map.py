@@ -1,7 +1,5 @@
 """The table from the names that layout files use to ours."""
 
-from __future__ import annotations
-
 import difflib
 import re
 from collections.abc import Collection, Mapping, Sequence

@@ -3,8 +3,6 @@
 The size of the room and the numbers of doors and windows are choices like branches.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -103,7 +101,7 @@ class Choices(NamedTuple):
     pull: Floats
 
     @classmethod
-    def of(cls, grammar: Grammar, branching: Branching, names: Sequence[str]) -> Choices:
+    def of(cls, grammar: Grammar, branching: Branching, names: Sequence[str]) -> "Choices":
         """Return the choices with these probabilities; ``names``: the categories of the data."""
         keys = tuple(sorted(branching))
         first = np.cumsum([0, *(len(branching[key]) for key in keys)])

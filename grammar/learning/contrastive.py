@@ -6,8 +6,6 @@ too little, so its weight must rise.  Steps are taken in the logarithm of the we
 losses are positive, in metres or radians, and their weights span orders of magnitude.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """How much floor furniture leaves free before doors: which doors can open into their room, and how deep it stays free before the others."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ terminals of a Set node below the root.  Their rules begin with what most of the
 are learned like all others.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet

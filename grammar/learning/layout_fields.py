@@ -1,7 +1,5 @@
 """Fields of layout files: numbers within bounds and outlines; what does not fit raises with its reason."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Objects of layout files: in our conventions, or as boxes by centre and [width, depth, height] whose front faces -y at yaw 0."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

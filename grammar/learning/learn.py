@@ -1,7 +1,5 @@
 """Observed rooms and a base grammar -> a learned grammar: structure, sizes, relations, then the weights of the energy."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections import Counter

@@ -6,8 +6,6 @@ middle.  Gaps have one dimension and are truncated at zero, where the wall is; w
 data makes it, all others are at least as wide as places are recorded.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

@@ -6,8 +6,6 @@ is the mean deviation of the data divided by that which the weight of the energy
 seen.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -46,7 +44,7 @@ class Scale(NamedTuple):
     angle_rad: float
 
     @classmethod
-    def of(cls, distance_weight: float, angle_weight: float, beta: float) -> Scale:
+    def of(cls, distance_weight: float, angle_weight: float, beta: float) -> "Scale":
         """Return that of a relation's weights; a weight of zero sets none, so its modes get no spread."""
         return cls(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 

@@ -4,8 +4,6 @@ Metres, radians, right-handed, z up, floor at z = 0.  An object's origin is the 
 its size is (depth along its front, width, height).
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence

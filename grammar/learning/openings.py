@@ -1,7 +1,5 @@
 """Doors and windows of observed rooms: their numbers, sizes, sills, and places along their walls."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ Two kinds of lines are read.  Those with ``"schema": "scene_synth.layout/1"`` ar
 yaw 0.  A room has the doors that other rooms of its house list and that lead into it too.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Relations of objects to walls, cores and supporters, learned symbol by symbol; only relations that the base grammar has are learned."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

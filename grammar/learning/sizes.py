@@ -1,7 +1,5 @@
 """Sizes of objects and rooms: kernel density estimates and truncated normal distributions of what was observed."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

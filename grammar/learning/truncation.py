@@ -10,8 +10,6 @@ rooms are sampled with the new probabilities, and again.  The wanted frequency o
 each category is as frequent as in the data.  The size of the room and the numbers of doors and windows are choices like all others.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet

@@ -1,7 +1,5 @@
 """What rooms say about unit rows: how far their units stand off the wall and apart, which of them side by side, how high worktops are."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """A learned grammar as YAML, with a comment at every part that says whether it was learned and from how much."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

@@ -1,7 +1,5 @@
 """Our own layout format: from scene descriptions to observed rooms, and those to lines of JSON."""
 
-from __future__ import annotations
-
 import json
 
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, wall_rows

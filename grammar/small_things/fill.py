@@ -3,8 +3,6 @@
 The things of a site are the events of a Poisson process whose time is the clutter, so every clutter contains what smaller ones have.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence

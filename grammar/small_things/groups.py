@@ -1,7 +1,5 @@
 """Groups as people leave them: a core in its place, and the things of its Set node beside it or, by address nodes, on each other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@ The numbers are in ``config/small_things.yaml``, one file for all room types.  W
 than on the grammar that put it into the room, so grammars learned from data need no copy of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Where small things find places: tops and boards of furniture, the floor, walls, hooks; one kind of site each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

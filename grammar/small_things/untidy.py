@@ -4,8 +4,6 @@ Every piece that may move has a level of clutter from which it has moved, and on
 asked for.  Small things keep off both places of it, so those of smaller clutters stay where they are.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace

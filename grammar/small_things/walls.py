@@ -1,7 +1,5 @@
 """Poses of small things on walls: anywhere at their height where the wall and the space before it are free, or below hooks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Consistency of a grammar: probabilities sum to 1, the And-Or graph and the addresses have no cycles, every symbol is defined."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 
 from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule

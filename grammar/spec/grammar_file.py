@@ -6,8 +6,6 @@ those, mapping by mapping, lists, numbers and mappings with the tag ``!whole`` w
 A section ``categories`` has sizes of categories, for the objects whose rules give none of their own.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping

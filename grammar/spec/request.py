@@ -1,7 +1,5 @@
 """What a user may ask of a room."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
@@ -143,11 +141,11 @@ class SceneRequest:
     ] = 179.0
     lamps: Annotated[Literal["any", "lit", "unlit"], Limits(description="all lamps lit or none; any: drawn")] = "any"
 
-    def by_type(self) -> tuple[SceneRequest, ...]:
+    def by_type(self) -> "tuple[SceneRequest, ...]":
         """Return the request for each of its room types."""
         return tuple(replace(self, room_type=name) for name in self.room_type.split(","))
 
-    def of_room(self, index: int) -> SceneRequest:
+    def of_room(self, index: int) -> "SceneRequest":
         """Return the request for the room of an index, which has one of the types."""
         requests = self.by_type()
         return requests[index % len(requests)]

@@ -4,8 +4,6 @@ The visible pixels are those of the instance image.  What an object would cover 
 that holds nothing else; what it would cover beyond the image's borders by its projected triangles.
 """
 
-from __future__ import annotations
-
 from types import TracebackType
 from typing import Any
 
@@ -144,7 +142,7 @@ class Annotator:
         """Release Embree's memory; harmless when repeated."""
         self._meshes.close()
 
-    def __enter__(self) -> Annotator:
+    def __enter__(self) -> "Annotator":
         """Return the annotator itself."""
         return self
 

@@ -4,8 +4,6 @@ Categories are the classes of the label standard that the frames were annotated 
 the number of visible pixels.  Beyond COCO's own keys an annotation has ``instance_id``, ``visible_fraction`` and ``truncation``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ A planar lens sees only what lies before it, so an object that reaches behind th
 the camera, its edges where they cross that plane.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The triangles of a flat scene by object, each object with an Embree scene of its own, made when it is first asked for."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where points of the world fall on the image plane of a frame, inside the image or not; with a rolling shutter, at their rows' times."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

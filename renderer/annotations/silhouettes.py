@@ -1,7 +1,5 @@
 """The whole silhouettes of objects, what others hide and what lies outside the image included, as a pinhole camera would see them alone."""
 
-from __future__ import annotations
-
 import math
 from threading import Lock
 from typing import NamedTuple

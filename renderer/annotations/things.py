@@ -1,7 +1,5 @@
 """What annotations know of a scene before any frame: the box of each object and opening, and how they are joined."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

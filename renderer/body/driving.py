@@ -6,8 +6,6 @@ obstacles as in the dynamic window approach (D. Fox, W. Burgard and S. Thrun, IE
 point is taken only if the base could still brake, within its limits, before its footprint comes too near to anything.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

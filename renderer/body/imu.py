@@ -5,8 +5,6 @@ is the truth through a matrix of scales and misalignments, plus a bias that walk
 number of noise depends on (scene, sensor, sample) only.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ the Laplacian of the colour that the pixel has, and so follows edges better (H. 
 interpolation for demosaicing of Bayer-patterned color images", ICASSP 2004; the coefficients are those of its figure 2, in eighths).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Blur along rows and columns by symmetric weights; what lies outside an image is taken to be as its edge."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

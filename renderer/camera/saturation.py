@@ -1,7 +1,5 @@
 """Saturation, which processors of cameras raise to make colours livelier: the distance from grey of equal luma, multiplied."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ Luma is that of ITU-R BT.601; the blurred image is its mean by binomial weights,
 What is no stronger than noise stays as it is (coring): detail d counts d^2 / (d^2 + c^2) of itself.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ Our own writer, because trimesh writes neither lights nor the extensions of mate
 accessors, buffer views and alignment would still be ours to get right.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Mapping

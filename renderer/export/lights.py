@@ -3,8 +3,6 @@
 Photometric units: flux in lumen, luminance in cd/m2 as linear RGB, illuminance in lux as linear RGB; places in the world, metres.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Materials of a scene as glTF materials with the KHR extensions that say what metallic-roughness alone cannot."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ In the extension's words a spot sends, at an angle t from its axis, the intensit
 outer)))^2; its ``intensity`` is the I on the axis, in candela.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

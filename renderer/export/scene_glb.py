@@ -3,8 +3,6 @@
 glTF has y up, so one root node turns our frame (z up): below it every object stands in the frame of the scene description.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

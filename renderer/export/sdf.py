@@ -4,8 +4,6 @@ SDFormat (sdformat.org, specification 1.9) has our frame: metres, z up, poses as
 AssimpLoader of gz-common) takes the coordinates of a GLB as they stand, y up, so visuals and collisions are rolled by a quarter turn.
 """
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Textures of parts as images for other programs: base colour, roughness and metalness, normals."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Models of the user's catalogue: sizes, parts and materials for the grammar, and what is wrong with one though it can be read."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The images of model files as textures of parts."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

@@ -5,8 +5,6 @@ denoised first, each for itself, so that the network may take them for clean and
 documentation of the filter RT: prefiltering, ``cleanAux``).
 """
 
-from __future__ import annotations
-
 import importlib.util
 from functools import cache
 from typing import Any

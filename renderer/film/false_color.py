@@ -1,7 +1,5 @@
 """Pictures for people of layers that hold numbers: distances, directions, ids, light, noise."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple

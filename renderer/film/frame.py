@@ -1,7 +1,5 @@
 """All buffers of one view."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The rows of the table of layers: what each is, and what it shares with others of its kind."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -6,8 +6,6 @@ A new layer is its computation, a row, a test, and the page made again: ``scene_
 Where class ids are those of another standard than NYU40, the rows of class, object, part and light ids differ (:func:`layers_in`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """What upholsterers make: piping, buttoned panels, cushions that bulge, pillows."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """All layers of the hit record: a row of ``renderer.film.layers.ROWS`` of the group "hit" has its function in one of these modules."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """What a laser scanner reads in one sweep."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

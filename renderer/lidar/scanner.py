@@ -1,7 +1,5 @@
 """The laser scanner of one room: its scans, each ray cast at its own time along the camera's path."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

@@ -4,8 +4,6 @@ Each family of furniture has a file; a new category is one function and one line
 ``config/models.yaml`` (:mod:`renderer.models.shape_rows`).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.models import (

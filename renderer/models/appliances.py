@@ -1,7 +1,5 @@
 """Large kitchen appliances: stoves, refrigerators, range hoods; fronts look along +x."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.geometry.lofts import points

@@ -1,7 +1,5 @@
 """Bathroom fixtures: toilet, bathtub, shower cabin, washbasin, washing machine; their fronts look along +x."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

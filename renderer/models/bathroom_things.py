@@ -1,7 +1,5 @@
 """What hangs and stands in bathrooms: cabinet, towel rail, laundry basket, dispensers; wall things have the wall behind them (-x)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Case furniture with drawers and doors: nightstands, dressers, china cabinets, wardrobes; fronts look along +x."""
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Low and high case furniture: media units, sideboards, wall shelves, bookshelves filled with books, stacks of books."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable
 

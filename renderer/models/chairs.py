@@ -1,7 +1,5 @@
 """Desk chairs, dining chairs, bar stools and low stools; the sitter looks along +x."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 Who uses a treadmill or bike mounts it from +x and looks towards its console at -x.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kitchen units: base and wall units, sinks, dishwashers, corners, tall units, islands; fronts look along +x and worktops are flat."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

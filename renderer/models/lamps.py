@@ -1,7 +1,5 @@
 """Lamps; the part ``shade`` is a closed hollow body that shines."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

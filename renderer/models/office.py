@@ -3,8 +3,6 @@
 Fronts look along +x.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Plants in pots and vases with flowers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ half its width, z of its height; radii are shares of half the shorter side of it
 :data:`SOLIDS` and any of the moves of :func:`_moved`; a name in place of an outline means one of the file's ``profiles``.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Small things: speakers, photo frames, clocks; fronts look along +x."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Armchairs, poufs, sofas and corner sofas; the sitters look along +x."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

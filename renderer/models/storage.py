@@ -1,7 +1,5 @@
 """What is stored: shelves, cardboard boxes, plastic crates, suitcases; and plain boxes for what is of no known kind."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -3,8 +3,6 @@
 Table tops are 4 cm thick and flat at the table's height; the side of who sits at a desk is +x, where the space for the knees is free.
 """
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -4,8 +4,6 @@ Lengths along a car are shares of its length from the tail, heights shares of it
 cars: hatchback, estate, saloon.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

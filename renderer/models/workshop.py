@@ -1,7 +1,5 @@
 """Garage and workshop: workbench, tool cabinet, toolbox, paint can, step ladder; fronts look along +x."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -4,8 +4,6 @@ Order is fixed: the room's surfaces, the openings, then the objects, each in the
 bytes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path

@@ -4,8 +4,6 @@ An open front is within the object's box: the body takes the rest of its depth. 
 fronts are blocks that share a rectangle of the front plane, and the handles in that rectangle go with them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 

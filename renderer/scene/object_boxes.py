@@ -4,8 +4,6 @@ These are the normalised object coordinates (NOCS) of Wang et al., "Normalized O
 Size Estimation" (CVPR 2019), but each axis is scaled by itself: x from the object's back to its front, y from its right to its left, z up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

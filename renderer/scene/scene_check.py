@@ -1,7 +1,5 @@
 """Refuses flat scenes that would make kernels read out of bounds or return NaN."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

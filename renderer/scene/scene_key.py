@@ -1,7 +1,5 @@
 """The number that keys a scene's random samples."""
 
-from __future__ import annotations
-
 import hashlib
 
 from scene_description import SceneDescription

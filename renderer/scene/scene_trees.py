@@ -1,7 +1,5 @@
 """The triangles of one scene as rays are traced through them, shared by renderers that see the same ones."""
 
-from __future__ import annotations
-
 import threading
 
 import numpy as np
@@ -50,7 +48,7 @@ class SceneTrees:
                 self._for_light = self._build(watertight=False)
             return self._for_light.handle
 
-    def shared(self, flat: FlatScene, *, portable: bool) -> SceneTrees | None:
+    def shared(self, flat: FlatScene, *, portable: bool) -> "SceneTrees | None":
         """Return these trees for one more renderer; None if they are of other triangles or panes, steady where it is not, or released."""
         mesh, panes = flat.mesh, flat.parts.portal[flat.face_part]
         pairs = ((mesh.vertices, self._mesh.vertices), (mesh.faces, self._mesh.faces), (panes, self._panes))

@@ -1,7 +1,5 @@
 """The semantic classes of a flat scene in another standard than NYU40: other numbers in one small table, nothing else."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.scene.flat_scene import FlatScene

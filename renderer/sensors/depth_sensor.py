@@ -1,7 +1,5 @@
 """A depth sensor in a scene: from the pose of its camera to the depth that it reads."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

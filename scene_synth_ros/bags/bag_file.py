@@ -1,7 +1,5 @@
 """One MCAP file of a bag while it is written; it is called ``<name>.active`` until it is whole."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

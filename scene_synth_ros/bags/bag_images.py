@@ -1,7 +1,5 @@
 """The layers in a bag: which topic holds each, the pixels of a message, compressed or not, and their picture for people."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 

@@ -8,8 +8,6 @@ other recorders, those from the bag's first frame on must be there.  A bag that 
 run's parameters, which it holds, promise and it does not have.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -296,31 +294,3 @@ def _types(topics: Iterable[TopicReport]) -> dict[str, str]:
 
 def _seconds(time_ns: int) -> str:
     return f"{time_ns // NANOSECONDS}.{time_ns % NANOSECONDS:09d} s"
-
-
-def render_report(report: InspectReport) -> str:
-    """Return the report as text for a terminal."""
-    duration_s = (report.end_ns - report.start_ns) / NANOSECONDS if report.start_ns is not None and report.end_ns is not None else 0.0
-    files = f"{report.files} file{'s' if report.files != 1 else ''}"
-    lines = [
-        f"{report.path}: {files}, {report.size / 1e6:.1f} MB, {report.message_count} messages, {report.rooms} rooms, {duration_s:.3f} s",
-        *(f"  {key}: {value}" for key, value in sorted(report.custom_data.items())),
-    ]
-    rows = [("topic", "type", "messages", "Hz", "gaps", "MB")]
-    for topic in sorted(report.topics, key=lambda topic: topic.name):
-        rate = f"{topic.rate_hz:.3g}" if topic.period_ns else "-"
-        rows.append((topic.name, topic.type_name, str(topic.count), rate, str(topic.gaps), f"{topic.size / 1e6:.2f}"))
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        left = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2], strict=True)]
-        right = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:], strict=True)]
-        lines.append("  " + "  ".join(left + right))
-    lines += [f"note: {note}" for note in report.notes]
-    lines += [f"lacking: {line}" for line in report.lacking]
-    lines += [f"fault: {fault}" for fault in report.faults] or ["no faults" + ", but not all that was promised" * bool(report.lacking)]
-    return "\n".join(_printable(line) for line in lines)
-
-
-def _printable(line: str) -> str:
-    """Return a line without control characters, which a damaged or hostile bag could send to the terminal."""
-    return "".join(character if character.isprintable() else "?" for character in line)[:1000]

@@ -4,8 +4,6 @@ The digest of a topic runs over its messages as they stand in the file: for each
 then the CDR bytes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import struct
@@ -60,11 +58,7 @@ class ManifestBuilder:
 
 
 def read_manifest(data: bytes) -> dict[str, TopicDigest]:
-    """Read a manifest.
-
-    Raises:
-        ManifestError: it does not fit.
-    """
+    """Read a manifest."""
     try:
         document = json.loads(data)
         topics = document["topics"]

@@ -1,7 +1,5 @@
 """``metadata.yaml`` of a rosbag2 bag, written as versions 9 (Jazzy) or 5 (Humble) and read in any version."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -123,11 +121,7 @@ def _file_item(file: FileInfo) -> dict[str, Any]:
 
 
 def read_metadata(path: Path) -> BagMetadata:
-    """Read a ``metadata.yaml`` of any version.
-
-    Raises:
-        BagMetadataError: the file cannot be read, or is no metadata of a bag.
-    """
+    """Read a ``metadata.yaml`` of any version."""
     document = read_yaml(path, BagMetadataError)
     try:
         return _read_mapping(_mapping(_mapping(document, "document").get(_WRAPPER), _WRAPPER))

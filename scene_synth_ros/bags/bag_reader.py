@@ -1,7 +1,5 @@
 """Reads rosbag2 bags of MCAP files, whole, unfinished or damaged: a folder or a single ``.mcap`` or ``.mcap.active`` file."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -95,7 +93,7 @@ class BagReader:
             self.types = {topic.name: topic.type_name for topic in self.summary.topics}
             self._stack = stack.pop_all()
 
-    def __enter__(self) -> BagReader:
+    def __enter__(self) -> "BagReader":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

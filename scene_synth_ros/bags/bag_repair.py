@@ -1,7 +1,5 @@
 """Makes a whole bag of what can be read of a cut or damaged one."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections import Counter
@@ -73,11 +71,7 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
 
 
 def refuse_taken_place(bag: Path) -> None:
-    """Refuse to put a repaired bag in the place of one beside which something has a name that is needed for that.
-
-    Raises:
-        BagWriteError: something has.
-    """
+    """Refuse to put a repaired bag in the place of one beside which something has a name that is needed for that."""
     needed = _aside(bag) if bag.is_dir() else _finished(bag)
     if needed != bag and os.path.lexists(needed):
         raise BagWriteError(f"{needed}: exists already; move it away, or repair with --out in place of --in-place")

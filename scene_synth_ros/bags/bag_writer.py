@@ -3,8 +3,6 @@
 While a file is written, it is called ``<name>_<n>.mcap.active``; its real name means that it is whole.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections import Counter, deque
@@ -313,7 +311,7 @@ class BagWriter:
         with contextlib.suppress(OSError):  # files that were finished, or that somebody else has put there, stay
             self.directory.rmdir()
 
-    def __enter__(self) -> BagWriter:
+    def __enter__(self) -> "BagWriter":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

@@ -1,7 +1,5 @@
 """One thread for jobs that are done in order beside the thread that hands them over."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import BoundedSemaphore

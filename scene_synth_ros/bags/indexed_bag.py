@@ -4,8 +4,6 @@ The recorder of this package logs messages at their stamps, so that the index of
 of later files are read, where latched messages are repeated.  Bags of others are read through, when a topic is asked for first.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -46,7 +44,7 @@ CACHE_SIZE = 64 * 2**20
 """Bytes of decompressed chunks that are kept."""
 
 
-def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> IndexedBag:
+def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> "IndexedBag":
     """Return the bag at a path, a folder or one of its files.
 
     Raises:
@@ -59,7 +57,7 @@ def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> I
         return open_files(reader, report)
 
 
-def open_files(reader: BagReader, report: Callable[[str], None]) -> IndexedBag:
+def open_files(reader: BagReader, report: Callable[[str], None]) -> "IndexedBag":
     """Return the files that a reader has, of one bag or of several shards; ``report`` is not told again what the reader knows.
 
     Raises:

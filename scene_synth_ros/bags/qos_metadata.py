@@ -1,7 +1,5 @@
 """Offered QoS profiles as bags store them: names since metadata version 9, the integers of ``rmw/types.h`` before."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -107,11 +105,7 @@ def qos_text(profiles: Sequence[OfferedQos], version: int) -> str:
 
 
 def read_qos(stored: object) -> tuple[OfferedQos, ...]:
-    """Read profiles of any metadata version, from a YAML text or from what a YAML reader returned.
-
-    Raises:
-        QosMetadataError: the text is no YAML sequence of profiles.
-    """
+    """Read profiles of any metadata version, from a YAML text or from what a YAML reader returned."""
     if isinstance(stored, str):
         stored = load_yaml(stored, "offered_qos_profiles", QosMetadataError)
     if stored is None or stored == "":

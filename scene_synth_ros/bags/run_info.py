@@ -1,7 +1,5 @@
 """What a bag says of the run that made it: versions, seed, and the parameters of every node as a file that repeats the run."""
 
-from __future__ import annotations
-
 import json
 import platform
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ The messages of a camera at one log time form a frame.  What it consists of is l
 every one has.  Cameras whose log times are not their stamps, as those of other recorders, teach nothing and keep all.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """The command ``scene_synth``: one row of a table a subcommand."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import signal

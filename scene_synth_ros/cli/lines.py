@@ -1,7 +1,5 @@
 """Lines that commands print: results on stdout, progress on a terminal's stderr."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Sequence
 
@@ -35,6 +33,15 @@ def first_of(prefix: str, texts: Sequence[str], rest: str = "more") -> list[str]
     """Return a line for each of the first texts, and one that counts the rest of them."""
     lines = [f"{prefix}: {text}" for text in texts[:_MAX_NOTES]]
     return lines if len(texts) <= _MAX_NOTES else [*lines, f"{prefix}: {len(texts) - _MAX_NOTES} {rest}"]
+
+
+def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
+    """Return rows with columns of one width: the first ``left`` columns on the left, the others on the right."""
+    columns = []
+    for number, column in enumerate(zip(*rows, strict=True)):
+        width = max(map(len, column))
+        columns.append([cell.ljust(width) if number < left else cell.rjust(width) for cell in column])
+    return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
 
 
 def page_lines(written: str, notes: Sequence[str]) -> str:

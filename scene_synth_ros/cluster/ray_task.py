@@ -4,8 +4,6 @@ Processes of a machine take processors for themselves without knowing each other
 once the process is on its processors: numba, Embree and BLAS count them.
 """
 
-from __future__ import annotations
-
 import os
 from typing import Any
 
@@ -18,11 +16,8 @@ _ALL = sorted(os.sched_getaffinity(0))
 def make_on_node(plan_text: str, where: str, shard: int, threads: int) -> dict[str, Any]:
     """Make a shard, put it where the dataset is, and return what its completion file says.
 
-    Args:
-        plan_text: ``dataset.json``.
-        where: URL of the dataset, or a folder that all nodes share.
-        shard: its number.
-        threads: processors to use.
+    ``plan_text``: ``dataset.json``.
+    ``where``: URL of the dataset, or a folder that all nodes share.
 
     Raises:
         SceneSynthError, OSError: it cannot be made; nothing of it counts.

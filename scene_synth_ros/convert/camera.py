@@ -5,8 +5,6 @@ Pixel coordinates have the centre of the upper left pixel at (0, 0), as CameraIn
 formats have one pose a frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -70,12 +68,7 @@ class Lens(NamedTuple):
 
 
 def lens_of(camera: Camera) -> Lens:
-    """Return the lens of a camera.
-
-    Raises:
-        ConvertError: its distortion model is none of ours, has coefficients that ours has no place for, or it is not calibrated; or its
-            images are larger than any.
-    """
+    """Return the lens of a camera."""
     width, height = int(camera.width), int(camera.height)
     if not 0 < width * height <= MAX_PIXELS:
         raise ConvertError(f"camera {camera.name}: expected an image of 1 to {MAX_PIXELS} pixels, got {width}x{height}")
@@ -100,15 +93,7 @@ def lens_of(camera: Camera) -> Lens:
 
 
 def refuse_lens(lens: Lens, camera: str, form: str, expected: str, instead: str) -> ConvertError:
-    """Return the refusal of a lens that a format has no place for.
-
-    Args:
-        lens: what the camera has.
-        camera: its name.
-        form: the format.
-        expected: lenses that it can carry.
-        instead: what to do.
-    """
+    """Return the refusal of a lens that a format has no place for."""
     told = f" {lens.coefficients}" if lens.coefficients else ""
     return ConvertError(f"{form}: camera {camera}: expected a lens {expected}, got {lens.model}{told}; {instead}")
 
@@ -148,11 +133,7 @@ def row_time_s(frame: Frame) -> float:
 
 
 def refuse_rolling_shutter(frame: Frame, camera: str, form: str) -> None:
-    """Refuse a camera whose frames have no single pose.
-
-    Raises:
-        ConvertError: its shutter rolls.
-    """
+    """Refuse a camera whose frames have no single pose."""
     told = row_time_s(frame)
     if told:
         raise ConvertError(

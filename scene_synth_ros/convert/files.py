@@ -1,7 +1,5 @@
 """Files of frames: pictures and depth as PNG, arrays as NPY and NPZ, points and meshes as PLY, JSON."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct
@@ -39,10 +37,7 @@ def picture_file(frame: Frame, layer: str, *, jpeg: bool = True) -> tuple[str, b
 
     The file of a picture that was recorded as PNG or JPEG is taken as it is; everything else becomes PNG.
 
-    Args:
-        frame: has the layer.
-        layer: its name.
-        jpeg: whether the format takes JPEG.
+    ``jpeg``: whether the format takes JPEG.
     """
     data, form = frame.encoded(layer) or (b"", "")
     if data and (jpeg or form != "jpeg"):
@@ -54,11 +49,7 @@ def picture_file(frame: Frame, layer: str, *, jpeg: bool = True) -> tuple[str, b
 def write_picture(frame: Frame, layer: str, base: Path, *, jpeg: bool = True) -> str:
     """Write the picture of a frame, uint8 (height, width, 3); return the file's name, that of ``base`` with its ending.
 
-    Args:
-        frame: has the layer.
-        layer: of the picture.
-        base: file without its ending.
-        jpeg: whether the format takes JPEG.
+    ``base``: file without its ending.
     """
     found = picture_file(frame, layer, jpeg=jpeg)
     assert found is not None
@@ -77,9 +68,7 @@ def depth_steps(depth_m: NDArray[np.float32], steps_a_metre: float) -> DepthFile
 
     Misses (+inf) and what is invalid (NaN) have none, 0, as has what lies beyond the last step.
 
-    Args:
-        depth_m: (height, width) float32, metres along the optical axis.
-        steps_a_metre: scale of the format.
+    ``depth_m``: (height, width) float32, metres along the optical axis.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         steps = np.rint(depth_m * np.float32(steps_a_metre))

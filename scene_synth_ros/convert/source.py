@@ -1,7 +1,5 @@
 """Chooses what is converted: the layers that play the roles of a format, cameras, rooms, every n-th frame."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
@@ -51,11 +49,7 @@ class Chosen(NamedTuple):
 def open_source(place: str, name: str, form: Format, choice: Choice) -> Source:
     """Open what is converted.
 
-    Args:
-        place: path or URL of a bag, a folder of bags or a dataset.
-        name: of the format.
-        form: its row.
-        choice: what the options ask for.
+    ``place``: path or URL of a bag, a folder of bags or a dataset.
 
     Raises:
         ConvertError: a layer is not recorded, the format has no place for one, or no frame is left.
@@ -84,12 +78,7 @@ def choose_cameras(
 ) -> tuple[dict[str, Chosen], tuple[str, ...]]:
     """Return the cameras that have what a format needs, each with the same layers, and lines about the others.
 
-    Args:
-        name: of the format.
-        form: its row.
-        recorded: camera -> its layers.
-        asked: layers that are asked for.
-        source: name of the source, for messages.
+    ``recorded``: camera -> its layers.
 
     Raises:
         ConvertError: no camera has it.
@@ -111,11 +100,7 @@ def choose_cameras(
 
 
 def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[str], source: str) -> Chosen:
-    """Return the layers for a format; a layer that is asked for and can play a role does so in place of the usual one.
-
-    Raises:
-        ConvertError: a layer is not recorded, or the format has no place for it.
-    """
+    """Return the layers for a format; a layer that is asked for and can play a role does so in place of the usual one."""
     roles: dict[str, str] = {}
     for role in form.roles:
         wanted = [layer for layer in role.layers if layer in asked] or [layer for layer in role.layers if layer in recorded]
@@ -137,11 +122,7 @@ def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[st
 
 
 def choose_frames(data: Mapping[str, Dataset], choice: Choice, source: str) -> tuple[Sequence, ...]:
-    """Return the sequences that are converted, by room, then camera.
-
-    Raises:
-        ConvertError: nothing is left.
-    """
+    """Return the sequences that are converted, by room, then camera."""
     found: dict[tuple[int, int], dict[str, tuple[int, ...]]] = {}
     for camera, frames in data.items():
         times: dict[int, int] = {}

@@ -5,8 +5,6 @@ projects into it and the depth there says that nothing stands before it.  Frames
 points and no images.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

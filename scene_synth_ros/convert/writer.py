@@ -12,8 +12,6 @@ thread, ``take`` in the order of the frames.  What an encoder needs of its seque
 frames of the sequence before are still encoded.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
@@ -185,12 +183,8 @@ def convert(
 ) -> tuple[str, ...]:
     """Write a source into a folder; return lines for people, the source's and the writer's.
 
-    Args:
-        out: the folder, empty.
-        source: what is converted.
-        writer: of the format.
-        threads: that decode and encode frames; the output is the same with any number.
-        progress: called after every frame with how many are done.
+    ``threads``: that decode and encode frames; the output is the same with any number.
+    ``progress``: called after every frame with how many are done.
 
     Raises:
         SceneSynthError: the source has what the format cannot carry, or a frame cannot be read.

@@ -1,7 +1,5 @@
 """The camera of a frame, as its ``sensor_msgs/CameraInfo`` says, and its pose, read without ROS."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A dataset: the frames of a bag, of many bags, or of shards, each found and decoded when it is asked for."""
 
-from __future__ import annotations
-
 import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +32,7 @@ def open_dataset(
     camera: str | None = None,
     transform: Callable[[Frame], Any] | None = None,
     damaged: Literal["refuse", "skip"] = "refuse",
-) -> Dataset:
+) -> "Dataset":
     """Open the frames of a bag, a dataset, a folder of bags or one MCAP file.
 
     >>> data = open_dataset("rooms", layers=("color", "depth"))  # doctest: +SKIP
@@ -117,7 +115,7 @@ class Dataset(Sequence[Any]):
     @overload
     def __getitem__(self, index: int) -> Any: ...
     @overload
-    def __getitem__(self, index: slice) -> Dataset: ...
+    def __getitem__(self, index: slice) -> "Dataset": ...
     def __getitem__(self, index: int | slice) -> Any:
         """Return a frame, or what ``transform`` makes of it; None of a damaged one that is skipped; of a slice the dataset of its frames.
 
@@ -163,7 +161,7 @@ class Dataset(Sequence[Any]):
         stamp = int(self.part(bag).stamps[whole - self._bag_starts[bag]])
         return Frame(self, bag, stamp, index, whole - int(self._room_starts[room]), self.rooms[room])
 
-    def frames_at(self, indices: Sequence[int] | NDArray[np.int64]) -> Dataset:
+    def frames_at(self, indices: Sequence[int] | NDArray[np.int64]) -> "Dataset":
         """Return the dataset of some frames, in their order; it reads through this one's bags."""
         chosen = np.asarray(indices, np.int64)
         view = object.__new__(type(self))
@@ -171,7 +169,7 @@ class Dataset(Sequence[Any]):
         view._chosen = chosen if self._chosen is None else self._chosen[chosen]
         return view
 
-    def shuffled(self, seed: int, bags: int = 64) -> Dataset:
+    def shuffled(self, seed: int, bags: int = 64) -> "Dataset":
         """Return the dataset with its frames in a random order that goes from bag to bag, so that few are open at a time.
 
         Args:

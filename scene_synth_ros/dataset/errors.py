@@ -1,7 +1,5 @@
 """What is wrong with a dataset that is read."""
 
-from __future__ import annotations
-
 from scene_description import SceneSynthError
 
 

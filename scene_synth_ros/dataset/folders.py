@@ -3,8 +3,6 @@
 Behind URLs, ``s3://``, ``gs://``, ``https://`` and others, files are read in pieces through fsspec (extra ``cloud``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,7 +20,7 @@ class Folder(Protocol):
     def name(self) -> str:
         """Last part of its path."""
 
-    def __truediv__(self, name: str) -> Folder:
+    def __truediv__(self, name: str) -> "Folder":
         """Return what lies in it."""
 
     def names(self) -> list[str] | None:
@@ -48,7 +46,7 @@ class LocalFolder:
     def __str__(self) -> str:
         return str(self.path)
 
-    def __truediv__(self, name: str) -> LocalFolder:
+    def __truediv__(self, name: str) -> "LocalFolder":
         return LocalFolder(self.path / name)
 
     @property
@@ -125,7 +123,7 @@ class UrlFolder:
     def __str__(self) -> str:
         return self.url
 
-    def __truediv__(self, name: str) -> UrlFolder:
+    def __truediv__(self, name: str) -> "UrlFolder":
         return UrlFolder(f"{self.url.rstrip('/')}/{name}")
 
     @property

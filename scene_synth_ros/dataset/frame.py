@@ -1,7 +1,5 @@
 """One frame of a dataset: its layers as arrays, decoded when they are asked for, and all that is known of it beside them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """One bag of a dataset: which frames it has, and where their messages are."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal

@@ -1,7 +1,5 @@
 """What lies at a path: a bag, a file of one, a folder of bags, or a dataset whose shards say what is in them, and its splits."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """The rooms of a dataset: what is known of each without reading its description as a whole."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass
 

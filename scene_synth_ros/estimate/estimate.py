@@ -1,7 +1,5 @@
 """The estimate of a dataset: figures with their intervals, as JSON and as text."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -43,18 +41,18 @@ class Estimate:
         return math.ceil(self.rooms / self.rooms_per_shard)
 
     @property
-    def processor_s(self) -> Interval:
+    def processor_s(self) -> "Interval":
         """Processor time of all rooms, s."""
         return total_of([cost.of_frames(self.frames).processor_s for cost in self.measured.rooms], self.rooms)
 
     @property
-    def bytes(self) -> Interval:
+    def bytes(self) -> "Interval":
         """Bytes of all shards."""
         rooms = total_of([cost.bytes_of_frames(self.frames) for cost in self.measured.rooms], self.rooms)
         bags = self.shards * max(cost.bytes_bag for cost in self.measured.rooms)
         return Interval(*(value + bags for value in rooms))
 
-    def seconds(self, machines: int) -> Interval:
+    def seconds(self, machines: int) -> "Interval":
         """Return the time by the wall clock on so many machines like this one, s."""
         work = total_of([cost.of_frames(self.frames).wall_s for cost in self.measured.rooms], self.rooms)
         return seconds_on(work, self.shards, machines, self.workers, self.measured.start_s)
@@ -124,7 +122,7 @@ def _row(name: str, mean: str, low: str, high: str) -> str:
     return f"{name:<34}{mean:>12}   {low} to {high}"
 
 
-def _values(interval: Interval) -> dict[str, float | None]:
+def _values(interval: "Interval") -> dict[str, float | None]:
     return {name: value if math.isfinite(value) else None for name, value in interval._asdict().items()}
 
 
@@ -150,7 +148,7 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def times(self, factor: float) -> Interval:
+    def times(self, factor: float) -> "Interval":
         """Return the interval of a multiple."""
         return Interval(self.mean * factor, self.low * factor, self.high * factor)
 
@@ -197,10 +195,8 @@ def seconds_on(work: Interval, shards: int, machines: int, workers: int, start_s
 def sample_indices(rooms: int, count: int, types: int) -> tuple[int, ...]:
     """Return indices of rooms spread evenly over a dataset, as many of each room type; all where there are no more.
 
-    Args:
-        rooms: of the dataset; room ``i`` is of type ``i % types``.
-        count: how many to choose; rounded up to whole rounds of types.
-        types: room types that take turns.
+    ``rooms``: of the dataset; room ``i`` is of type ``i % types``.
+    ``count``: how many to choose; rounded up to whole rounds of types.
     """
     rounds = math.ceil(rooms / types)
     wanted = min(rounds, math.ceil(count / types))

@@ -1,7 +1,5 @@
 """Measures rooms of a dataset as they will be made: in as many processes at once, each on its own processors."""
 
-from __future__ import annotations
-
 import resource
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -34,7 +32,7 @@ class Measured(NamedTuple):
         memory_bytes: the most that a process had.
     """
 
-    rooms: tuple[RoomCost, ...]
+    rooms: "tuple[RoomCost, ...]"
     start_s: float
     memory_bytes: int
 
@@ -42,7 +40,7 @@ class Measured(NamedTuple):
 class _Sample(NamedTuple):
     """A room's cost, and what the process that made it took to start and had of memory."""
 
-    cost: RoomCost
+    cost: "RoomCost"
     start_s: float
     memory_bytes: int
 
@@ -53,17 +51,11 @@ def measure_rooms(
     most_frames: int,
     workers: int,
     threads: int = 1,
-    tell: Callable[[RoomCost], object] = lambda _: None,
+    tell: "Callable[[RoomCost], object]" = lambda _: None,
 ) -> Measured:
     """Make some rooms of a dataset and measure them.
 
-    Args:
-        settings: of the dataset.
-        indices: of the rooms, at least one.
-        most_frames: of a room that are rendered.
-        workers: processes at work at once.
-        threads: processors of each.
-        tell: called with every room that is measured.
+    ``most_frames``: of a room that are rendered.
 
     Raises:
         WorkerError: a room cannot be made, or a worker was killed.
@@ -107,7 +99,7 @@ class Clocks(NamedTuple):
     processor_s: float
     wall_s: float
 
-    def since(self, before: Clocks) -> Clocks:
+    def since(self, before: "Clocks") -> "Clocks":
         """Return how much has passed since another reading."""
         return Clocks(self.processor_s - before.processor_s, self.wall_s - before.wall_s)
 
@@ -158,7 +150,7 @@ class RoomCost:
         return asdict(self) | {name: value._asdict() for name, value in clocks.items()}
 
     @classmethod
-    def from_mapping(cls, values: Mapping[str, Any]) -> RoomCost:
+    def from_mapping(cls, values: Mapping[str, Any]) -> "RoomCost":
         """Return what :meth:`to_mapping` has written."""
         fields: dict[str, Any] = {name: Clocks(**value) if isinstance(value, Mapping) else value for name, value in values.items()}
         return cls(**fields)

@@ -1,7 +1,5 @@
 """A user's Python algorithm: how it is loaded, what it is given, and how what it raises is told in one line."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 import traceback
@@ -99,7 +97,7 @@ class Algorithm:
         self._made: Callable[..., Any] = made
         self._call: Callable[[AlgorithmFrame], Any] = made
 
-    def __reduce__(self) -> tuple[type[Algorithm], tuple[str]]:
+    def __reduce__(self) -> "tuple[type[Algorithm], tuple[str]]":
         """Let another process load its own."""
         return Algorithm, (self.words,)
 
@@ -121,11 +119,7 @@ class Algorithm:
                 self._refuse(error, f"when it was constructed for room {room}")
 
     def estimate(self, frame: AlgorithmFrame) -> Mapping[str, Any]:
-        """Return task -> estimate of a frame; empty if there is none.
-
-        Raises:
-            EvaluateError: the algorithm raised something, or returned no mapping.
-        """
+        """Return task -> estimate of a frame; empty if there is none."""
         where = f"at stamp {frame.stamp_ns} of room {frame.room}"
         found: Any = None
         try:

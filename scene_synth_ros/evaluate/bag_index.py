@@ -1,7 +1,5 @@
 """What a bag holds for an evaluation, told from one reading without keeping any image: rooms, stamps of topics, poses, names of classes."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -92,11 +90,7 @@ def _take(index: BagIndex, topic: TypedTopic, bag: IndexedBag) -> None:
 
 
 def refuse_empty(index: BagIndex, topic: TypedTopic, what: str) -> None:
-    """Refuse a topic without a single stamped message.
-
-    Raises:
-        EvaluateError: it has none.
-    """
+    """Refuse a topic without a single stamped message."""
     if not index.stamps[topic.name]:
         frame = topic.name.partition("@")[2]
         what += f" with transforms of the frame '{frame}'" if frame else ""

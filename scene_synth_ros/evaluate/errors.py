@@ -1,7 +1,5 @@
 """What is wrong with an evaluation's inputs, and what is told of it beside the scores."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 from scene_description import SceneSynthError
@@ -48,7 +46,7 @@ class Notes:
         self._lines[line] += 1
         self._first.setdefault(line, where)
 
-    def take(self, others: Notes) -> None:
+    def take(self, others: "Notes") -> None:
         """Take what was noted of further frames."""
         self.missing.update(others.missing)
         self._missing_frames |= others._missing_frames

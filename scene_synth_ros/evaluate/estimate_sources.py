@@ -1,7 +1,5 @@
 """Where the estimates of a bag come from: topics of a bag, or a Python algorithm that is given the images of the bag."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -90,11 +88,7 @@ class AlgorithmEstimates:
         self._algorithm.begin_room(room)
 
     def of_frame(self, stamp_ns: int, frames: Frames) -> Estimates:
-        """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs for this stamp.
-
-        Raises:
-            EvaluateError: the algorithm raised something.
-        """
+        """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs for this stamp."""
         lacking = [name for name, topic in self._images.items() if topic.name not in frames.get(frame_of(name), {})]
         if lacking:
             beyond = frame_of(lacking[0]) not in frames

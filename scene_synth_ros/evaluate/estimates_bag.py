@@ -1,7 +1,5 @@
 """Writes estimates as a bag with the stamps of their frames, so that other programs, and a report, can show them beside the truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
@@ -36,7 +34,7 @@ class EstimatesBag:
     def __init__(self, folder: Path) -> None:
         self._writer = BagWriter(folder)
 
-    def __enter__(self) -> EstimatesBag:
+    def __enter__(self) -> "EstimatesBag":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

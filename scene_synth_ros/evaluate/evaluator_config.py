@@ -1,7 +1,5 @@
 """The evaluator node's parameters, and the topics that they mean."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
@@ -64,11 +62,7 @@ class EvaluatorConfig:
 
 
 def check_tasks(config: EvaluatorConfig) -> None:
-    """Refuse tasks that do not exist, and mappings that cannot be read.
-
-    Raises:
-        EvaluateError: there is one; the line names it.
-    """
+    """Refuse tasks that do not exist, and mappings that cannot be read."""
     unknown = [task for task in config.tasks if task not in TASKS]
     if unknown:
         raise EvaluateError(f"tasks: expected some of {', '.join(TASKS)}, got '{unknown[0]}'")

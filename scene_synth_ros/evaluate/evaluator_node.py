@@ -1,7 +1,5 @@
 """The node that judges an algorithm while it runs."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections import Counter
@@ -121,11 +119,7 @@ class EvaluatorNode(SuiteNode):
                     self.refuse(str(error))
 
     def _subscribe(self, topic: TypedTopic) -> None:
-        """Subscribe once, with a reliability that every publisher of now offers.
-
-        Raises:
-            EvaluateError: the package of the message's type is not installed.
-        """
+        """Subscribe once, with a reliability that every publisher of now offers."""
         if topic.name in self._subscribed:
             return
         try:

@@ -1,7 +1,5 @@
 """Whether estimates of flow answer another question than was asked: of the other neighbour, the stamp before, with the sign turned."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

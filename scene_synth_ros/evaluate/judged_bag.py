@@ -1,7 +1,5 @@
 """Measures the estimates of one bag against its truth, a frame at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field

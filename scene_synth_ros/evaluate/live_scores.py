@@ -1,7 +1,5 @@
 """What is known of an algorithm while it runs: measurements of the newest frames, scores, and what could not be measured."""
 
-from __future__ import annotations
-
 import threading
 from collections import Counter, deque
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """What the truth's camera, classes and run are, heard while an algorithm is judged."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

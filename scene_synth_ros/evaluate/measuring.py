@@ -1,7 +1,5 @@
 """What :mod:`evaluation` measures, made of readings of messages: the layers of truth that a task needs, and its estimate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -51,11 +49,7 @@ class TruthFrame:
         self._readings: dict[str, Reading] = {}
 
     def layer(self, name: str) -> Reading | None:
-        """Return a layer; None where the frame has none.
-
-        Raises:
-            EvaluateError: its message cannot be read.
-        """
+        """Return a layer; None where the frame has none."""
         topic = self._topics.get(name)
         if topic is None or topic.name not in self._messages:
             return None
@@ -67,11 +61,7 @@ class TruthFrame:
         return self._readings[name]
 
     def of_task(self, task: str) -> Reading:
-        """Return what a task's estimates are laid over.
-
-        Raises:
-            EvaluateError: the frame has none, or it cannot be read.
-        """
+        """Return what a task's estimates are laid over."""
         reading = self.layer(TASK_STREAMS[task].name)
         if reading is None:
             raise EvaluateError(f"{self._where}: expected truth of {task}, got none")

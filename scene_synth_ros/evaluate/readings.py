@@ -4,8 +4,6 @@ A reader takes the bytes of a message and returns a :class:`Reading`.  Images co
 dtype that their encoding says.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -205,11 +203,7 @@ READERS: dict[str, Callable[[bytes, str], Reading]] = {
 
 
 def read_message(type_name: str, data: CdrBytes, topic: str) -> Reading:
-    """Return what a message says.
-
-    Raises:
-        EstimateError: it is damaged, or of a form that no task takes; one line without the topic.
-    """
+    """Return what a message says."""
     try:
         return READERS[type_name](bytes(data), topic)
     except (RuntimeError, UnicodeDecodeError, CdrReadError, CodecError, PoseReadError) as error:  # the first two of Fast CDR

@@ -1,7 +1,5 @@
 """What waits while an algorithm is judged live: messages for the others of their stamp, and frames for the thread that measures."""
 
-from __future__ import annotations
-
 import queue
 import threading
 from collections import Counter, OrderedDict

@@ -1,7 +1,5 @@
 """Which topics of bags hold the truth, the estimates and an algorithm's images of each task."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -25,11 +23,7 @@ class TypedTopic(NamedTuple):
 
 
 def parse_mapping(words: Sequence[str]) -> dict[str, str]:
-    """Return task -> topic of words ``TASK:=TOPIC``; tasks that judge the same messages have the same topic, unless they have their own.
-
-    Raises:
-        EvaluateError: a word has another form, or names no task.
-    """
+    """Return task -> topic of words ``TASK:=TOPIC``; tasks that judge the same messages have the same topic, unless they have their own."""
     found = {}
     for word in words:
         task, separator, topic = word.partition(":=")
@@ -45,9 +39,6 @@ def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, w
     """Return layer -> topic of its truth, all of one camera.
 
     ``camera``: its name alone or with its namespace; empty takes the only one, or the first that has all that is asked for.
-
-    Raises:
-        EvaluateError: no camera has the truth of a layer.
     """
     by_camera: dict[str, dict[str, TypedTopic]] = {}
     for layer in layers:
@@ -84,9 +75,6 @@ def estimate_topic(
 
     Without a choice it is, of a bag of estimates, the default name of the task, then the truth's own name, then the only topic of a type
     that fits; of the truth's bag the default name, then what a modelled sensor has read.
-
-    Raises:
-        EvaluateError: there is none, or there are several, or it is of a type that is not taken.
     """
     stream = TASK_STREAMS[task]
     own = stream.own._replace(base=camera).topic if stream.own else ""
@@ -111,9 +99,6 @@ def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], wh
     """Return layer -> topic of the images that an algorithm asks for.
 
     ``names`` are layers of the truth's camera, ``color``, or of another, ``right/color``; ``color@next`` is on the topic of ``color``.
-
-    Raises:
-        EvaluateError: the bag lacks one.
     """
     found, images = {}, find_images(types)
     for name in names:

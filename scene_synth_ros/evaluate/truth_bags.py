@@ -1,7 +1,5 @@
 """The bags of truth that one evaluation judges: a single bag, the shards of a dataset, or every variant of a sweep with its factors."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What changes the meaning of a metric, told from messages and parameters of the truth: facts of a ``TruthRecord`` by name."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import chain

@@ -1,7 +1,5 @@
 """The contents of one MCAP file: by its index where it has a sound one, by reading through it where it is unfinished or damaged."""
 
-from __future__ import annotations
-
 import os
 import struct
 from collections import Counter
@@ -101,7 +99,7 @@ class McapContents:
                 raise McapReadError(f"{path}: {error.strerror or error}") from None
             undo.pop_all()
 
-    def __enter__(self) -> McapContents:
+    def __enter__(self) -> "McapContents":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

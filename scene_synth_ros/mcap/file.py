@@ -5,8 +5,6 @@ in a state from which the file cannot be finished.  Here a chunk is counted and 
 collected, and is cut off again if either fails.  Format: https://mcap.dev/spec.
 """
 
-from __future__ import annotations
-
 import contextlib
 import struct
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Where the messages of an MCAP file stand, so that each can be read alone: by its index, or by reading through a file without one."""
 
-from __future__ import annotations
-
 import struct
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -203,6 +201,6 @@ class BlockCache:
                 self._size -= len(self._kept.popitem(last=False)[1])
         return records
 
-    def __reduce__(self) -> tuple[type[BlockCache], tuple[int]]:
+    def __reduce__(self) -> "tuple[type[BlockCache], tuple[int]]":
         """Pickle without what is kept."""
         return BlockCache, (self._most,)

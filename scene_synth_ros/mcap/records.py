@@ -3,8 +3,6 @@
 Format: https://mcap.dev/spec; the records are those of the ``mcap`` library.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Mapping
 from io import BytesIO
@@ -107,11 +105,8 @@ def read_record(file: BinaryIO, offset: int, end: int) -> Record:
 def read_records(file: BinaryIO, start: int, end: int, most: Mapping[int, int] = MappingProxyType({})) -> Iterator[Record]:
     """Yield the records from ``start`` to ``end``.
 
-    Args:
-        file: open for reading.
-        start: offset of the first (bytes).
-        end: of the last byte and one.
-        most: opcode -> largest body (bytes); larger records are passed over without being read.
+    ``end``: of the last byte and one.
+    ``most``: opcode -> largest body (bytes); larger records are passed over without being read.
 
     Raises:
         RecordError: at the first byte that is no whole record.

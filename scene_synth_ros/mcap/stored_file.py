@@ -1,7 +1,5 @@
 """A file that is read in pieces, from wherever it is stored, without staying open."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A file that only grows, whose writer need not stand still while the disk works: one append is synced while the next is prepared."""
 
-from __future__ import annotations
-
 import errno
 import os
 from concurrent.futures import Future, ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """What the summary of an MCAP file needs of its chunks, packed because a long bag has many."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Mapping
 from typing import NamedTuple

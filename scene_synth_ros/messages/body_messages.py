@@ -4,8 +4,6 @@ Covariances are of what a message is wrong by.  Zero would mean that they are un
 means that there is no such quantity (sensor_msgs/Imu).
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

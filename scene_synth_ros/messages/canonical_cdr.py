@@ -3,8 +3,6 @@
 CDR aligns fields (OMG DDS-RTPS 2.5, section 10.2), and serialisers leave what was in memory in the gaps; here these are zero.
 """
 
-from __future__ import annotations
-
 import importlib
 import struct
 from collections.abc import Callable
@@ -36,11 +34,7 @@ _SIZES = {
 
 
 def canonical_cdr(message: Any) -> bytes:
-    """Return a message as plain little-endian CDR with its encapsulation header; bytes are such a message already.
-
-    Raises:
-        ValueError: it holds a kind of field that no message of this suite has.
-    """
+    """Return a message as plain little-endian CDR with its encapsulation header; bytes are such a message already."""
     writer = _WRITERS.get(type(message))
     if writer is not None:
         return writer(message)

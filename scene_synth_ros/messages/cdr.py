@@ -3,8 +3,6 @@
 Plain CDR aligns every primitive to its own size, counted from behind the encapsulation header (OMG DDS-RTPS 2.5, section 10).
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Mapping
@@ -129,11 +127,7 @@ class CdrWriter:
         self._payload += encoded
 
     def header(self, stamp_ns: int, frame_id: str) -> None:
-        """Append a ``std_msgs/Header``.
-
-        Raises:
-            ValueError: the stamp does not fit ``builtin_interfaces/Time``.
-        """
+        """Append a ``std_msgs/Header``."""
         sec, nanosec = divmod(stamp_ns, NANOSECONDS)
         if not -(2**31) <= sec < 2**31:
             raise ValueError(f"expected a stamp of 32-bit seconds, got {sec} s")

@@ -1,7 +1,5 @@
 """Core values to messages.  No node here; stamps and frames are passed in, pixels are copied in one piece."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence
@@ -63,11 +61,7 @@ def layer_encoding(layer: Layer) -> str:
 
 
 def image_step(image: NDArray[np.generic], encoding: str) -> int:
-    """Return how many bytes a row of an image has in an encoding, a key of ``ENCODING_CHANNELS``.
-
-    Raises:
-        ValueError: dtype, channels or memory layout do not fit the encoding.
-    """
+    """Return how many bytes a row of an image has in an encoding, a key of ``ENCODING_CHANNELS``."""
     dtype, channels = ENCODING_CHANNELS[encoding]
     shape_channels = image.shape[2] if image.ndim == 3 else 1
     if image.dtype != dtype or shape_channels != channels or not image.flags.c_contiguous:

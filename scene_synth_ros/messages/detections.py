@@ -5,8 +5,6 @@ decimal, a key of the LabelInfo on ``semantic/label_info``, and whose pose is th
 bounds the visible pixels, in image coordinates (see ``scene_description.annotations``); a Detection3D is the oriented box.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -39,11 +37,7 @@ def annotations_to_msg(role: Role, annotations: FrameAnnotations, frame_id: str)
 
 
 def read_annotations(data: bytes) -> FrameAnnotations:
-    """Return what serialised JSON annotations say.
-
-    Raises:
-        AnnotationsReadError: they do not fit their schema.
-    """
+    """Return what serialised JSON annotations say."""
     try:
         return annotations_from_json(read_text(data))
     except SceneSynthError as error:

@@ -1,7 +1,5 @@
 """The motion of a base that velocities drive, by what the settings of its frames tell of it; and how far ahead it must be known."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from renderer.body.driving import whole_motion

@@ -1,7 +1,5 @@
 """A frame as messages: one row of the layer table a stream, one namespace a stream, its own camera info in each.  No node here."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, make_dataclass
 from typing import Annotated, Any, Literal, NamedTuple
@@ -151,7 +149,7 @@ class CameraRole(NamedTuple):
     """How a role of a camera is filled: the layers that a frame must have for it, and what makes its message, or None of such a frame."""
 
     layers: Callable[[StreamConfig, Role], tuple[str, ...]]
-    make: Callable[[FrameMessages, Frame, CameraPose, Role], object]
+    make: "Callable[[FrameMessages, Frame, CameraPose, Role], object]"
 
 
 def _is_enabled(config: StreamConfig, role: Role) -> bool:

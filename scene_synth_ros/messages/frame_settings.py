@@ -1,7 +1,5 @@
 """What a frame was rendered with, as JSON beside every frame: enough to make its pixels again from the scene and the pose."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ metres is stored as ``A / depth + B`` in 16 bits, which loses some of it: a step
 is stored as it is.
 """
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, NamedTuple
@@ -98,9 +96,6 @@ def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
     """Return the serialised CompressedImage of a serialised Image.
 
     The topic, where it was published, says whether it is depth; ``form`` is ``png`` or ``jpeg``.
-
-    Raises:
-        CodecError: the image's encoding has no such form.
     """
     image = deserialize_message(cdr, Image)
     if image.encoding not in ENCODING_CHANNELS:
@@ -114,9 +109,6 @@ def compress_image(
     """Return the compressed form of an image for a compressed topic.
 
     The compressed topic says whether it is depth; ``form`` is ``png`` or ``jpeg``, ``coding`` that of depth in metres.
-
-    Raises:
-        CodecError: the image's encoding has no such form.
     """
     message = CompressedImage(header=image.header)
     if topic.endswith(TRANSPORTS[2]):

@@ -3,8 +3,6 @@
 ``compressedDepth`` has twelve bytes before its PNG, see :mod:`scene_synth_ros.messages.image_codec`.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 from collections.abc import Mapping
@@ -45,14 +43,8 @@ class ReadImage(NamedTuple):
 def read_image(type_name: str, data: bytes | memoryview, topic: str, size: tuple[int, int] | None = None) -> ReadImage:
     """Return the image in a serialised message; ``bgr8`` as red, green, blue.
 
-    Args:
-        type_name: of the message, Image or CompressedImage.
-        data: the message.
-        topic: says of a compressed image whether it is depth.
-        size: height and width that it must have, those of its camera; None for any of up to ``MAX_PIXELS``.
-
-    Raises:
-        CodecError: the message is cut off, its pixels cannot be decoded, or they are of another size.
+    ``topic``: says of a compressed image whether it is depth.
+    ``size``: height and width that it must have, those of its camera; None for any of up to ``MAX_PIXELS``.
     """
     try:
         reader = CdrReader(data)
@@ -96,16 +88,8 @@ def _read_raw(reader: CdrReader, size: tuple[int, int] | None) -> ReadImage:
 def raw_pixels(encoding: str, height: int, width: int, octets: Any, step: int = 0, order: str = "<") -> NDArray[Any]:
     """Return the pixels of an Image, (height, width) or (height, width, channels), as it has them; a view where rows have no gaps.
 
-    Args:
-        encoding: key of ``ENCODINGS``.
-        height: rows.
-        width: columns.
-        octets: its data, a buffer of bytes.
-        step: bytes of a row; 0 for as many as its pixels have.
-        order: of the bytes of a number, ``<`` or ``>``.
-
-    Raises:
-        CodecError: the encoding is none of these, or the data is too short.
+    ``step``: bytes of a row; 0 for as many as its pixels have.
+    ``order``: of the bytes of a number, ``<`` or ``>``.
     """
     if encoding not in ENCODINGS:
         raise CodecError(f"expected an image encoded as one of {', '.join(ENCODINGS)}, got '{encoding[:40]}'")
@@ -137,9 +121,6 @@ def decode_pixels(topic: str, data: bytes | memoryview, size: tuple[int, int] | 
     """Return the pixels of a compressed image.
 
     The compressed topic says whether it is depth; ``size`` is as :func:`read_image` has it.
-
-    Raises:
-        CodecError: it is neither PNG nor JPEG, damaged, or of another size, which is found before its pixels are decoded.
     """
     from PIL import Image as Picture  # nodes that read no pictures start without it
 
@@ -159,11 +140,7 @@ def decode_pixels(topic: str, data: bytes | memoryview, size: tuple[int, int] | 
 
 
 def split_depth(data: bytes | memoryview) -> tuple[float, float, bytes | memoryview]:
-    """Return A, B and the PNG of a ``compressedDepth``.
-
-    Raises:
-        CodecError: it is too short.
-    """
+    """Return A, B and the PNG of a ``compressedDepth``."""
     if len(data) <= _DEPTH_HEAD.size:
         raise CodecError(f"compressedDepth: expected more than {_DEPTH_HEAD.size} bytes, got {len(data)}")
     _, a, b = _DEPTH_HEAD.unpack_from(data)

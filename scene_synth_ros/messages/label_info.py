@@ -4,8 +4,6 @@ The message maps ids of 16 bits to names.  Colours and, of objects, classes are 
 drops what it has found, is 0: nothing was dropped.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -47,11 +45,7 @@ def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> Any:
 
 
 def read_labels(data: bytes) -> TimedLabels:
-    """Return what serialised JSON labels say.
-
-    Raises:
-        LabelReadError: they have no stamp, or no names by ids of 16 bits.
-    """
+    """Return what serialised JSON labels say."""
     try:
         stamp = stamp_ns(STRING_TYPE, data)
         table = json.loads(read_text(data))["labels"]

@@ -5,8 +5,6 @@ drivers: x, y, z (m), intensity, time (s after the stamp), and ring, the number 
 rings; with two returns, which of both a point is.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField

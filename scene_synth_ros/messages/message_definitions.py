@@ -5,8 +5,6 @@ installed whose messages the recorder writes all the same, the definition comes 
 ``tf2_msgs`` (BSD 3-Clause) and ``vision_msgs`` 4 (Apache-2.0) as published, without their comments.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

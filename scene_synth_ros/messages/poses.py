@@ -1,7 +1,5 @@
 """Serialised poses: what a camera's topic says, read, and transforms, written; ``tf2_msgs`` is not installed everywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -71,11 +69,7 @@ def _read(data: bytes | memoryview, *, child: bool) -> StampedTransform:
 
 
 def read_rig_frames(data: bytes | memoryview) -> tuple[StampedTransform, ...]:
-    """Return the frames that the settings of a frame, a serialised std_msgs/String of JSON, say are fixed to each other.
-
-    Raises:
-        PoseReadError: what it says of them is not what settings say.
-    """
+    """Return the frames that the settings of a frame, a serialised std_msgs/String of JSON, say are fixed to each other."""
     if b'"frames"' not in bytes(data):
         return ()
     settings = json_object(data)
@@ -99,11 +93,7 @@ def _four(values: Sequence[float]) -> Quaternion:
 
 
 def encode_tf_message(transforms: Sequence[StampedTransform]) -> bytes:
-    """Return a ``tf2_msgs/msg/TFMessage`` as little-endian plain CDR with its encapsulation header.
-
-    Raises:
-        ValueError: a stamp does not fit ``builtin_interfaces/Time``.
-    """
+    """Return a ``tf2_msgs/msg/TFMessage`` as little-endian plain CDR with its encapsulation header."""
     writer = CdrWriter()
     writer.numbers("I", len(transforms))
     for transform in transforms:

@@ -4,8 +4,6 @@
 is ``base_footprint``, on the floor between the wheels, with ``base_link`` in it; of any other it is ``base_link``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

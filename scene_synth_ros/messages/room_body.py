@@ -1,7 +1,5 @@
 """What the body of the room at work senses: which samples are due, and the message of each, in the order of time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial

@@ -1,7 +1,5 @@
 """Laser scans as messages, and the names of their topics.  No node here."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

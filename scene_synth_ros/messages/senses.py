@@ -1,7 +1,5 @@
 """What a run senses beside its camera's frames, at rates of its own: laser scanner, body, inertial measurement unit, wheels, lidar."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple, Protocol
 
 from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig
@@ -33,11 +31,7 @@ class Senses(NamedTuple):
         return self.body.clock_rate_hz or max(rates)
 
     def check(self) -> None:
-        """Refuse what does not go together.
-
-        Raises:
-            FieldError: a sensor of a body that is not published.
-        """
+        """Refuse what does not go together."""
         for name in ("imu", "wheels", "lidar"):
             if getattr(self, name).enabled and not self.tells_body:
                 raise FieldError(f"{name}.enabled", "body.enabled and body.publish with it", "neither" if not self.body.enabled else "one")

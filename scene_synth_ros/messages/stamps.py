@@ -4,8 +4,6 @@ A message with a ``std_msgs/Header`` as its first field has the stamp in the fir
 (OMG DDS-RTPS 2.5, section 10.2); others have a reader of their own in a table.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable, Mapping

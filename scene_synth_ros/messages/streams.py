@@ -4,8 +4,6 @@ A topic and its type say whose a stream is, its role and its layer (:func:`parse
 (:class:`Stream`).  Whatever writes, records or reads topics takes their names from here; nothing here needs ROS, numpy or a renderer.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -167,7 +165,7 @@ class Stream(NamedTuple):
         """Whether its messages come at a rate of their own, and not with every frame."""
         return self.role.own_stamps or (self.role is POSE and self.camera == LASER)
 
-    def beside(self, role: Role) -> Stream:
+    def beside(self, role: Role) -> "Stream":
         """Return the stream of another role of the same layer or camera."""
         return Stream(self.base, role, self.layer if role.of == "layer" else "")
 

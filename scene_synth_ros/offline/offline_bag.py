@@ -4,8 +4,6 @@
 found its topics.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -151,7 +149,7 @@ class OfflineBag:
             self._recording.close()
         self._folder.discard()
 
-    def __enter__(self) -> OfflineBag:
+    def __enter__(self) -> "OfflineBag":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -194,11 +192,7 @@ class OfflineBag:
         expect_frames(self._recording, {node: frame_topics(topics) for node, topics in published.items()}, self._takers.__contains__)
 
     def _write(self, messages: Iterable[tuple[str, object]]) -> None:
-        """Hand messages over to the thread that writes.
-
-        Raises:
-            BagWriteError: writing has ended.
-        """
+        """Hand messages over to the thread that writes."""
         for topic, message in messages:
             if topic in self._takers:
                 self._takers[topic](canonical_cdr(message))

@@ -1,7 +1,5 @@
 """A renderer of the suite without its node: the messages of the frames of room after room."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import NamedTuple
@@ -69,10 +67,7 @@ class OfflineRenderer:
     ) -> RenderedRoom:
         """Take a room, and return it as it is rendered until it ends.
 
-        Args:
-            scene: the room.
-            metered: returns its exposure as it is metered, where that is asked for; None meters the room.
-            former: as of :class:`RenderedRoom`.
+        ``metered``: returns its exposure as it is metered, where that is asked for; None meters the room.
 
         Raises:
             SceneSynthError: the room cannot be made.

@@ -1,7 +1,5 @@
 """The rooms of a run where no node runs: what they are sampled by, read once in a process, and each by its index."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The parameters of a run as its nodes would read them, where no node runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -44,11 +42,7 @@ class OfflineSettings:
 
 
 def read_settings(parameters: Mapping[str, Mapping[str, Any]], namespace: str = "/synth") -> OfflineSettings:
-    """Read the parameters of the nodes of a run, name -> parameter -> value.
-
-    Raises:
-        ParameterError: a parameter does not fit, or asks for the time of day, which nothing has that is not live.
-    """
+    """Read the parameters of the nodes of a run, name -> parameter -> value."""
     grammar = read_groups("grammar_node", GRAMMAR_GROUPS, parameters["grammar_node"])
     run: RunConfig = grammar[""]
     if run.clock != "simulated":

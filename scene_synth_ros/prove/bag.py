@@ -1,7 +1,5 @@
 """A bag on disk, and whether its files hold what they say they hold: SHA-256 of each topic, as ``manifest.json`` in a file has it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import struct

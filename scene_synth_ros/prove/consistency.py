@@ -1,7 +1,5 @@
 """Checks of stamps, frames and what messages say of each other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

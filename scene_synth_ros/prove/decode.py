@@ -1,7 +1,5 @@
 """Messages as rows of numbers, read field by field as their definitions say."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a bag says, room by room: tables of its streams, its rooms' meshes, and where the body is at any time."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
@@ -251,7 +249,7 @@ class Evidence:
         return found
 
     @cached_property
-    def rooms(self) -> tuple[Room, ...]:
+    def rooms(self) -> "tuple[Room, ...]":
         """The rooms of the bag by time; one without a description where there are none."""
         told: dict[str, tuple[int, str]] = {}
         for topic in self.streams(roles.SCENE):

@@ -1,7 +1,5 @@
 """The frames of a camera in a room, at some pixels each, and what becomes of these in the next frame."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Checks of inertial measurement units and of the body's own motion."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pixels and directions by what CameraInfo says (sensor_msgs/CameraInfo; REP 104; the formulas as in OpenCV's documentation)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Checks of what cameras see: depth, ids and normals against the room's mesh, and pictures against each other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 

@@ -1,7 +1,5 @@
 """All checks of a bag, room by room, and what they have found."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping

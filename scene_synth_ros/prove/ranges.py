@@ -1,7 +1,5 @@
 """Checks of laser scanner and lidar: each ray from where its device is at its own time, against the room's mesh."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

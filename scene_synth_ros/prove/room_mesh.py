@@ -1,7 +1,5 @@
 """A room as a mesh: its exported GLB, read and cast into by trimesh."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

@@ -1,7 +1,5 @@
 """Messages of one topic, read together: numbers of all of them at once, where they stand at the same places."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a check has found."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Checks of wheels and of the odometry that is made of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from xml.etree import ElementTree
 

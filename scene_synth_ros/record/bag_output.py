@@ -1,7 +1,5 @@
 """What is written: bags one after the other, their files, and snapshots beside them."""
 
-from __future__ import annotations
-
 import threading
 from collections import Counter
 from collections.abc import Callable
@@ -135,11 +133,7 @@ class BagOutput:
             self._add_channel(self._writer, topic)
 
     def begin(self, base: Path) -> str:
-        """Open the next bag, ``base``, then ``base_2`` and so on without names that are taken; return its folder.
-
-        Raises:
-            BagWriteError: one is open already, or it cannot be begun.
-        """
+        """Open the next bag, ``base``, then ``base_2`` and so on without names that are taken; return its folder."""
         if self._writer is not None:
             raise BagWriteError("a bag is open already")
         numbers = self._numbers
@@ -204,11 +198,7 @@ class BagOutput:
         self._written.add(topic)
 
     def snapshot(self, base: Path) -> str:
-        """Write the last seconds into a bag of their own, ``base_0`` and so on without names that are taken; return what it holds.
-
-        Raises:
-            BagWriteError: nothing is kept, or it cannot be written.
-        """
+        """Write the last seconds into a bag of their own, ``base_0`` and so on without names that are taken; return what it holds."""
         messages = list(self._ring.content())
         if not messages:
             raise BagWriteError("no snapshot: nothing is kept yet" if self._options.snapshot_s else "no snapshot: snapshot_s is 0")

@@ -1,7 +1,5 @@
 """What the recorder is asked to do while it runs: start, stop, split, snapshot."""
 
-from __future__ import annotations
-
 from concurrent.futures import Future, TimeoutError
 from pathlib import Path
 
@@ -57,11 +55,7 @@ class BagServices:
 
 
 def wait_for(future: Future[str]) -> str:
-    """Return what the thread that writes answers.
-
-    Raises:
-        BagWriteError: it refuses, or the disk has not answered in time.
-    """
+    """Return what the thread that writes answers."""
     try:
         return future.result(ANSWER_TIMEOUT_S)
     except TimeoutError:

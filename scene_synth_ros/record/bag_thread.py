@@ -1,7 +1,5 @@
 """The thread that writes bags, which no exception ends and whose faults nobody misses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import ParamSpec

@@ -3,8 +3,6 @@
 Bags have them also where ``tf2_msgs`` and ``vision_msgs`` are not installed, and whether or not anybody publishes them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 

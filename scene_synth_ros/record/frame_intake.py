@@ -1,7 +1,5 @@
 """Gives every message that arrives its time, and lets frames out when they are complete."""
 
-from __future__ import annotations
-
 from array import array
 from bisect import bisect_left
 from collections import deque

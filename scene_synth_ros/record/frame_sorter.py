@@ -8,8 +8,6 @@ stamped, or because they come at a rate of their own: a group that has nothing e
 never moves the clock beyond those.  A group may also wait until another topic has come up to a stamp (:meth:`FrameSorter.wait_for`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType

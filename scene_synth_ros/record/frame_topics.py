@@ -1,7 +1,5 @@
 """Which topics every frame has, what recorders wait for before they write one, and which topics they make themselves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from scene_synth_ros.messages.label_info import is_labels

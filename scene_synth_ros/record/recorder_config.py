@@ -1,7 +1,5 @@
 """Parameters of the recorder node beside those of splitting and image compression."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -105,11 +103,7 @@ RECORDER_GROUPS: dict[str, type] = {"": RecorderConfig, "split": SplitPolicy, "i
 
 
 def read_pairs(items: tuple[str, ...]) -> dict[str, str]:
-    """Return the notes of ``custom_data``.
-
-    Raises:
-        ParameterError: one is not KEY=VALUE.
-    """
+    """Return the notes of ``custom_data``."""
     pairs = {}
     for item in items:
         key, equals, value = item.partition("=")

@@ -1,7 +1,5 @@
 """The node that records the run into MCAP bags and accounts for every message."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack

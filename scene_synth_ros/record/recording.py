@@ -1,7 +1,5 @@
 """One life of the recorder: from messages that arrive to bags."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
@@ -211,9 +209,6 @@ class Recording:
 
         A frame of which only a part has come, as at an interruption, is left out.  Messages without stamps are logged at the time of the
         first frame; where none has come, by the wall clock when they arrived.
-
-        Raises:
-            BagWriteError: something was not written; the text is ``fault``.
         """
         if self._closed:
             return

@@ -1,7 +1,5 @@
 """Which rooms are in the bag, what makes their frames complete, and what of them was lost."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping

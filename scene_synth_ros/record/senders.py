@@ -1,7 +1,5 @@
 """Whose messages a topic has: only those of the suite are known to be stamped with the simulated time of the frames."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from enum import Enum

@@ -1,7 +1,5 @@
 """The last seconds of a run, kept in memory by whole frames: messages of equal log time stay or go together."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Collection, Iterator

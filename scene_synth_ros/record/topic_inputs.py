@@ -1,7 +1,5 @@
 """The topics that are recorded: found as they appear, subscribed to, judged by who publishes them."""
 
-from __future__ import annotations
-
 import fnmatch
 from collections import Counter
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The base of a room that velocities drive, frame by frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the rendering thread tells of its frames: how many a second, whether at their rate, and where they are seen from."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable

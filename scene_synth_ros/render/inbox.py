@@ -1,7 +1,5 @@
 """What a renderer's executor hands to its rendering thread: rooms, what the peers say, and the word to stop.  No ROS."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable, Collection

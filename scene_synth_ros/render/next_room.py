@@ -1,7 +1,5 @@
 """The room that is made while the one before it is shown."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading
@@ -55,9 +53,6 @@ class NextRoom:
 
         The step under way is waited for; what is left of the room is made when it is asked for, with all threads.  A room that could not be
         made is not told of: who makes it again will tell.
-
-        Raises:
-            RenderCancelled: ``cancelled`` returned True meanwhile.
         """
         if self._jobs.job is None:
             return None

@@ -1,7 +1,5 @@
 """Whether frames in real time are as fast as their rate asks for: decided by the first few that show it."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Collection, Iterator

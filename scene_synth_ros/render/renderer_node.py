@@ -1,7 +1,5 @@
 """The node that renders the rooms it is sent and publishes the streams of one camera."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait

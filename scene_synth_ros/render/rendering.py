@@ -1,7 +1,5 @@
 """One life of the rendering thread: it loads the kernels, then renders room after room until it is stopped."""
 
-from __future__ import annotations
-
 import time
 from contextlib import closing
 

@@ -1,7 +1,5 @@
 """One room and what its frames are made with."""
 
-from __future__ import annotations
-
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Collection
@@ -95,7 +93,7 @@ class RenderedRoom:
             taken where they are the same.
     """
 
-    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: RenderedRoom | None = None) -> None:
+    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: "RenderedRoom | None" = None) -> None:
         self.scene, self.settings = scene, settings
         self._held = ExitStack()
         self._former: RenderedRoom | None = former if former is None or former.made_renderer is not None else former._former

@@ -1,7 +1,5 @@
 """The loop of one room: its camera path, then what is asked for, until the next room comes."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable

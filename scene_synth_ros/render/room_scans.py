@@ -1,7 +1,5 @@
 """The laser scans of the room at work: which are due, by where the rig has gone, and the messages of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The topics of one camera, its scanner and its body: the renderer's publishers are made of them, and so are bags written offline."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from copy import copy
 from typing import NamedTuple

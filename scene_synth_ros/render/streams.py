@@ -1,7 +1,5 @@
 """The renderer's topics: publishers of one camera."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping

@@ -4,8 +4,6 @@ The floor is an occupancy grid (0 free, anything else not).  The camera is the a
 slides along what it meets.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
@@ -54,7 +52,7 @@ class FreeFloor(NamedTuple):
     origin_m: tuple[float, float]
 
     @classmethod
-    def from_cells(cls, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> FreeFloor:
+    def from_cells(cls, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> "FreeFloor":
         """Return the floor of an occupancy grid.
 
         The distance between two cells' centres bounds that between their points less one diagonal of a cell.

@@ -1,7 +1,5 @@
 """Plays a bag once from its beginning to its end: waits for subscribers, plays, waits until they have everything."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping

@@ -1,7 +1,5 @@
 """Plays a bag: hands out its messages when their time has come.  No ROS; the caller publishes."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections import deque
@@ -14,9 +12,7 @@ from scene_synth_ros.messages.stamps import NANOSECONDS
 class Timeline:
     """Log time as it passes, at a rate that may change, with pauses; drift-free because all is counted from one anchor.
 
-    Args:
-        rate: log time per clock time, > 0.
-        paused: whether log time stands still at first.
+    ``rate``: log time per clock time, > 0.
     """
 
     def __init__(self, rate: float, *, paused: bool = False) -> None:

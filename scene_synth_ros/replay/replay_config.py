@@ -1,7 +1,5 @@
 """The replay node's parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The node that publishes a bag again."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The factors of the evaluations that a report shows, their values as columns, and how the values were combined."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -3,8 +3,6 @@
 Estimates of another size are brought to that of the truth by taking the nearest pixel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Pictures of the worst frames: colour, truth, estimate and error, the error on one scale for all frames of a task."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field

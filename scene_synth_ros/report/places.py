@@ -1,7 +1,5 @@
 """Where the bags, the sweeps and the estimates of an evaluation are."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import shlex

@@ -1,7 +1,5 @@
 """How each metric reacts to each factor, as JSON values of the page: response curves, single variants, and the ranking of the factors."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 

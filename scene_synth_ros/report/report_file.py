@@ -1,7 +1,5 @@
 """The report of evaluations: what is told, what is missing, and the file."""
 
-from __future__ import annotations
-
 import dataclasses
 import shlex
 from collections import Counter

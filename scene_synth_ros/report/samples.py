@@ -1,7 +1,5 @@
 """Frames of an evaluation as arrays: the room, the column of each factor and the metrics of each frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What ``sweep.json`` beside the bags says: the design, the factors, and the command that makes each variant again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ A completion file is written last, so that a shard is done when it is there; the
 bytes whoever has made the shards, when, on what machine, in whatever order and however often interrupted.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -98,12 +96,7 @@ class Manifest(TypedDict):
 def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], failed: Sequence[FailedRow], bag: Path | None) -> Completion:
     """Return what a completion file says.
 
-    Args:
-        plan: of the dataset.
-        shard: its number.
-        rooms: that are in it.
-        failed: that are not.
-        bag: its folder; None where it has no room.
+    ``bag``: its folder; None where it has no room.
     """
     layers, messages, files = {}, 0, []
     if bag is not None:

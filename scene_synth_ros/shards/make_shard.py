@@ -1,7 +1,5 @@
 """Makes one shard by itself: its rooms, each sampled while the one before is rendered, their bag, and last its completion file."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import time
@@ -41,11 +39,6 @@ class RoomsAhead:
     On one processor nothing is sampled ahead: it would take from the frames what it saves.
 
     Threads: one calls every method; a room is sampled ahead in a thread of its own.
-
-    Args:
-        rules: that rooms are sampled by.
-        settings: of the run.
-        indices: of the rooms.
     """
 
     def __init__(self, rules: SceneSynthesizer, settings: OfflineSettings, indices: range) -> None:
@@ -69,7 +62,7 @@ class RoomsAhead:
     def _sample(self, index: int) -> SceneDescription:
         return sample_room(self._rules, self._settings, index)
 
-    def __enter__(self) -> RoomsAhead:
+    def __enter__(self) -> "RoomsAhead":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -103,12 +96,7 @@ def make_shard(
     fail again by the same random numbers; the bytes of the other rooms are the same.  Only what files and stores refuse is tried again, at
     most ``MAX_ATTEMPTS`` times in all.
 
-    Args:
-        plan: of the dataset.
-        shard: its number.
-        store: where it goes.
-        tell: called with what is done.
-        given_up: rooms that are not tried any more, because they have ended whole processes: index -> error.
+    ``given_up``: rooms that are not tried any more, because they have ended whole processes: index -> error.
 
     Raises:
         ParameterError, GrammarError: the parameters do not fit.

@@ -1,7 +1,5 @@
 """The store of a dataset by what a user says, a folder or a URL."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,11 +17,7 @@ def is_url(where: str) -> bool:
 
 
 def open_store(where: str) -> Store:
-    """Return the store of a dataset; a folder need not exist.
-
-    Raises:
-        StoreError: the URL is of no kind that can be used, or names no bucket.
-    """
+    """Return the store of a dataset; a folder need not exist."""
     kind, _, place = where.partition("://")
     if is_url(where) and not place.partition("/")[0]:
         raise StoreError(f"{where}: expected a bucket and a folder, {kind}://bucket/folder, got no bucket")
@@ -33,10 +27,6 @@ def open_store(where: str) -> Store:
 @contextlib.contextmanager
 def held(where: str, name: str) -> Iterator[Sequence[int]]:
     """Hold a dataset for this run (:func:`folder_lock`); yield the descriptors of its lock: none in an object store, which cannot be held.
-
-    Args:
-        where: folder or URL.
-        name: of the lock.
 
     Raises:
         FolderInUseError: another run is at work there.

@@ -1,7 +1,5 @@
 """The plan of a dataset, ``dataset.json``: which rooms with which parameters, and how they are cut into shards."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping
@@ -63,11 +61,7 @@ class DatasetPlan:
         return [range(*ends) for ends in pairwise((0, *self.extended_from, self.rooms))]
 
     def rooms_of(self, shard: int) -> range:
-        """Return the indices of a shard's rooms.
-
-        Raises:
-            PlanError: there is no such shard.
-        """
+        """Return the indices of a shard's rooms."""
         if not 0 <= shard < self.shards:
             raise PlanError(f"shard {shard}: expected 0 to {self.shards - 1}")
         for rooms in self._runs():
@@ -77,7 +71,7 @@ class DatasetPlan:
             shard -= -(-len(rooms) // self.rooms_per_shard)
         raise AssertionError("a shard lies in a run of rooms")
 
-    def extended(self, rooms: int) -> DatasetPlan:
+    def extended(self, rooms: int) -> "DatasetPlan":
         """Return the plan of a dataset with more rooms, which leaves the shards of this one as they are."""
         last = len(self._runs()[-1]) % self.rooms_per_shard
         return replace(self, rooms=rooms, extended_from=(*self.extended_from, self.rooms) if last else self.extended_from)
@@ -119,7 +113,7 @@ class DatasetPlan:
         """SHA-256 of the file, in hexadecimal."""
         return hashlib.sha256(self.to_json()).hexdigest()
 
-    def difference(self, other: DatasetPlan) -> str:
+    def difference(self, other: "DatasetPlan") -> str:
         """Return the first field in which another plan differs, with its values here and there; empty if none does."""
         for field in fields(self):
             if field.name not in _NOT_COMPARED and (own := getattr(self, field.name)) != (its := getattr(other, field.name)):
@@ -182,15 +176,7 @@ def default_rooms_per_shard(rooms: int) -> int:
 
 
 def read_plan(data: bytes, where: str) -> DatasetPlan:
-    """Read ``dataset.json``.
-
-    Args:
-        data: of the file.
-        where: its name, for errors.
-
-    Raises:
-        PlanError: it does not fit.
-    """
+    """Read ``dataset.json``."""
     try:
         document = json.loads(data)
     except (ValueError, RecursionError):

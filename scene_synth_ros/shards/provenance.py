@@ -1,7 +1,5 @@
 """What the bytes of a dataset depend on beside the words of its plan: the program, what it has read, its libraries, the processor."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import platform
@@ -66,7 +64,7 @@ class Provenance:
     versions: _Facts
     processor: _Facts
 
-    def difference(self, other: Provenance, named: int = 4) -> str:
+    def difference(self, other: "Provenance", named: int = 4) -> str:
         """Return in words in what another one differs, so many of them by name: here and there; empty if in nothing."""
         told = []
         for field in fields(self):
@@ -119,14 +117,8 @@ def read_provenance(document: object) -> Provenance:
 def admit(known: tuple[Provenance, ...], made_by: Iterable[Provenance], where: str, *, accept: bool) -> tuple[Provenance, ...]:
     """Return the provenances of a dataset with further ones.
 
-    Args:
-        known: those of its plan, the first of which began it.
-        made_by: of shards that are there, or will be made.
-        where: name of the dataset, for errors.
-        accept: whether there may be several.
-
-    Raises:
-        ProvenanceError: there is another one, which is not accepted; the line tells in what it differs.
+    ``known``: those of its plan, the first of which began it.
+    ``made_by``: of shards that are there, or will be made.
     """
     for one in made_by:
         if one not in known:

@@ -1,7 +1,5 @@
 """Makes what is missing of a dataset with worker processes on this machine; begins it, checks it, finishes it."""
 
-from __future__ import annotations
-
 import re
 import signal
 from collections import Counter
@@ -28,14 +26,7 @@ _ROOMS_TRIED = 5
 def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) -> None:
     """Write the plan of a new dataset, or see that it is the plan of one that goes on, perhaps with more rooms or makers.
 
-    Args:
-        plan: of the dataset.
-        store: where it goes.
-        where: its name, for errors.
-        resume: whether it may be there already.
-
-    Raises:
-        PlanError: there is a dataset, and it shall not go on, or has another plan; or there is something else.
+    ``resume``: whether it may be there already.
     """
     data = store.read(PLAN_NAME)
     if data is None and (strangers := store.names("")):
@@ -56,11 +47,7 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
 
 
 def refuse_another_plan(plan: DatasetPlan, there: DatasetPlan, where: str) -> None:
-    """Refuse a plan by which a dataset cannot go on; it may have more rooms.
-
-    Raises:
-        PlanError: the line names the first difference.
-    """
+    """Refuse a plan by which a dataset cannot go on; it may have more rooms."""
     difference = plan.difference(there.extended(plan.rooms) if plan.rooms > there.rooms else there)
     if difference:
         raise PlanError(f"{where}: holds a dataset of another plan: {difference}; repeat its options, or choose another folder")
@@ -73,17 +60,8 @@ def run_shards(
 
     A worker that ends by what it does is replaced; a room that ends it ``MAX_ATTEMPTS`` times is given up.
 
-    Args:
-        plan: of the dataset.
-        store: where it goes.
-        shards: to make.
-        workers: how many.
-        threads: processors of each.
-        locks: descriptors of the folder's lock, which workers hold, too.
-        told: called with ``{"what", "room", "error"}`` as shards proceed (:class:`Progress`), and ``{"what": "done", "shard"}``.
-
-    Raises:
-        ShardError: a shard could not be made, or a worker was killed.
+    ``locks``: descriptors of the folder's lock, which workers hold, too.
+    ``told``: called with ``{"what", "room", "error"}`` as shards proceed (:class:`Progress`), and ``{"what": "done", "shard"}``.
     """
     deaths: Counter[int] = Counter()
     given_up: dict[int, str] = {}
@@ -108,13 +86,7 @@ def run_shards(
 
 
 def check_shards(plan: DatasetPlan, store: Store, shards: Sequence[int]) -> Iterator[str]:
-    """Read the files of complete shards; yield a line for each that is not what was made, and let its shard count as missing.
-
-    Args:
-        plan: of the dataset.
-        store: where it is.
-        shards: to check.
-    """
+    """Read the files of complete shards; yield a line for each that is not what was made, and let its shard count as missing."""
     for shard in shards:
         completion = read_completion(store, plan, shard)
         faults = list(faults_of(store, completion)) if completion is not None else []
@@ -132,11 +104,7 @@ def finish_dataset(plan: DatasetPlan, store: Store, found: Survey) -> Manifest |
 
 
 def read_size(text: str) -> int:
-    """Return a size like ``1GB`` or ``256 MiB`` in bytes.
-
-    Raises:
-        PlanError: it is none.
-    """
+    """Return a size like ``1GB`` or ``256 MiB`` in bytes."""
     found = _SIZE.fullmatch(text.strip().upper())
     size = round(float(found[1]) * _UNITS[found[2]]) if found and found[2] in _UNITS else 0
     if size <= 0:
@@ -147,14 +115,7 @@ def read_size(text: str) -> int:
 def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, locks: Sequence[int]) -> DatasetPlan:
     """Return a plan whose shards are about as large as its ``shard_bytes``: the first room that can be made is made to know its bytes.
 
-    Args:
-        plan: with ``shard_bytes``.
-        store: of the dataset; the room is made in a workspace of it.
-        threads: processors of the worker that makes it.
-        locks: descriptors of the folder's lock.
-
-    Raises:
-        ShardError: none of the first rooms can be made.
+    ``locks``: descriptors of the folder's lock.
     """
     single = replace(plan, rooms_per_shard=1)
     with store.workspace("size") as folder:

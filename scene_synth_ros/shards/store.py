@@ -3,8 +3,6 @@
 What is temporary in a store has a name that begins with a dot.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import shutil

@@ -5,8 +5,6 @@ shard counts without its completion file, which comes last.  What is uploaded tw
 still lived, is replaced by the same bytes.  Extra ``cloud``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 from collections.abc import Collection, Iterator
@@ -30,9 +28,6 @@ class UrlStore:
 
     Credentials and endpoints come from where the file system's own library takes them, from ``AWS_ACCESS_KEY_ID`` and
     ``AWS_ENDPOINT_URL_S3``, say.
-
-    Args:
-        url: of the folder.
     """
 
     url: str
@@ -122,11 +117,7 @@ class UrlStore:
 
     @contextlib.contextmanager
     def _told(self, name: str) -> Iterator[tuple[Any, str]]:
-        """Give the file system and the path of a name; whatever its library says is told in one line.
-
-        Raises:
-            StoreError: the store cannot be used.
-        """
+        """Give the file system and the path of a name; whatever its library says is told in one line."""
         files, root = file_system(self.url)
         try:
             yield files, f"{root}/{name}".rstrip("/")
@@ -146,11 +137,7 @@ class UrlStore:
 
 
 def file_system(url: str) -> tuple[Any, str]:
-    """Return the fsspec file system of a URL, one a process, and the path in it.
-
-    Raises:
-        StoreError: fsspec or the library of the URL's kind is missing, or the URL is of no kind that is known.
-    """
+    """Return the fsspec file system of a URL, one a process, and the path in it."""
     try:
         core = importlib.import_module("fsspec.core")
         files, path = core.url_to_fs(url, use_listings_cache=False)  # others write there, too

@@ -3,8 +3,6 @@
 Answers are mappings with the fields of simulation_interfaces' messages.  An entity's link is the middle of its underside, x to its front.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping

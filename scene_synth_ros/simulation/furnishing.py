@@ -1,7 +1,5 @@
 """What services do with the objects of a room: they tell of them, and while the simulation is stopped they change them.  No ROS."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

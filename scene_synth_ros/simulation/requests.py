@@ -3,8 +3,6 @@
 A field that one version calls otherwise, or lacks, has both names and a default.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

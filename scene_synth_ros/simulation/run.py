@@ -1,7 +1,5 @@
 """The run that a simulator's services steer, and the words of their answers.  No ROS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, NamedTuple, Protocol
 from urllib.parse import parse_qsl, urlsplit
@@ -115,11 +113,7 @@ def result(code: int = DONE, line: str = "") -> dict[str, Any]:
 
 
 def scene_of(run: Run) -> SceneDescription:
-    """Return the room at work, or that comes first.
-
-    Raises:
-        Refusal: none is there.
-    """
+    """Return the room at work, or that comes first."""
     scene = run.scene
     if scene is None:
         raise Refusal(INCORRECT_STATE, "no room is there yet; ask again")

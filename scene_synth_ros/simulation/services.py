@@ -1,7 +1,5 @@
 """The services of simulation_interfaces, where that package is, and the same as JSON on topics and as std_srvs/Trigger everywhere."""
 
-from __future__ import annotations
-
 import importlib
 import json
 from collections.abc import Callable, Mapping

@@ -4,8 +4,6 @@ Answers are mappings with the fields of the package's responses.  One that has t
 answer is there.  Objects can be spawned, deleted and moved while the simulation is stopped: while it plays, furniture stands still.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What services do with a run as a whole: its state, its frames one by one, its beginning, and the room that it begins with.  No ROS."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from scene_description import SceneDescription, SceneSynthError, error_line, scene_from_json

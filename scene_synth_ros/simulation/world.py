@@ -1,7 +1,5 @@
 """The world before a simulation plays: the first room of the run, another one in its place, and what was changed in it.  No ROS."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from collections.abc import Mapping
@@ -47,15 +45,15 @@ class World:
             return scene
         return replace(scene, id=f"{scene.id[:100]}-{zlib.crc32(repr(self.changes).encode()):08x}")
 
-    def after(self, change: Change) -> World:
+    def after(self, change: Change) -> "World":
         """Return the world with one more change."""
         return replace(self, changes=(*self.changes, change))
 
-    def named(self, name: str, identifier: int) -> World:
+    def named(self, name: str, identifier: int) -> "World":
         """Return the world with a name for an object."""
         return replace(self, names={**self.names, name: identifier})
 
-    def reset(self, *, moved: bool, spawned: bool) -> World:
+    def reset(self, *, moved: bool, spawned: bool) -> "World":
         """Return the world with objects where they were, or without what was spawned and deleted, which takes moves along."""
         changes = () if spawned else tuple(change for change in self.changes if not moved or change.factor != MOVED)
         return replace(self, changes=changes, names={} if spawned else self.names)
@@ -66,11 +64,7 @@ UNCHANGED = World()
 
 
 def checked_world(scene: SceneDescription, rules: SceneSynthesizer) -> World:
-    """Return the world of a room that is loaded.
-
-    Raises:
-        SceneSynthError: it is no valid room; the line says which checks it fails.
-    """
+    """Return the world of a room that is loaded."""
     failed = [check.name for check in report_of(rules, scene).checks if not check.passed]
     if failed:
         raise SceneSynthError(f"world: expected a valid room, got one that fails {', '.join(failed)}; change what is at fault")

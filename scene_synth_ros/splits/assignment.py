@@ -9,8 +9,6 @@ number of types in the run, or what the indices of its rooms of one type tell to
 the end or in between, moves none once a room of every type is there.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Iterable, Mapping
@@ -96,11 +94,7 @@ def _in_range(index: int, rule: Ranges) -> str | None:
 
 
 def read_shares(words: str, seed: int = 0) -> Shares:
-    """Read ``train=0.8,val=0.1,test=0.1``.
-
-    Raises:
-        SplitError: a name or a number does not fit, or the shares do not add up to 1.
-    """
+    """Read ``train=0.8,val=0.1,test=0.1``."""
     shares: dict[str, Fraction] = {}
     for name, value in _pairs("--shares", words).items():
         try:
@@ -117,11 +111,7 @@ def read_shares(words: str, seed: int = 0) -> Shares:
 
 
 def read_ranges(words: str) -> Ranges:
-    """Read ``train=0:800,val=800:900``.
-
-    Raises:
-        SplitError: a name or a range does not fit, or two ranges share a room.
-    """
+    """Read ``train=0:800,val=800:900``."""
     ranges = {}
     for name, value in _pairs("--ranges", words).items():
         first, last = (whole_number(end) for end in value.partition(":")[::2])

@@ -6,8 +6,6 @@ that see it (Eigen and Fergus, "Predicting Depth, Surface Normals and Semantic L
 class))`` (Gupta, Dollar and Girshick, "LVIS", 2019).
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Which frames stay: one row of a table for each thing that is asked of a frame."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -119,11 +117,7 @@ def refused_by(facts: FrameFacts, asked: Asked) -> list[str]:
 
 
 def read_interval(option: str, words: str, lowest: float = -math.inf, highest: float = math.inf) -> Interval:
-    """Read ``LOW:HIGH``, either of which may be left out.
-
-    Raises:
-        SplitError: it is none, or lies outside what the option can be.
-    """
+    """Read ``LOW:HIGH``, either of which may be left out."""
     low, colon, high = words.partition(":")
     try:
         bounds = float(low or lowest), float(high or highest)

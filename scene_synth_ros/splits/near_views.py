@@ -4,8 +4,6 @@ Positions are kept in a grid of cells as wide as the greatest distance, so a vie
 grows with the number of views, not with its square, as long as views that look different do not crowd at one place.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from itertools import product
@@ -85,11 +83,7 @@ def turn_rad(one: FrameFacts, other: FrameFacts) -> float:
 
 
 def read_nearness(words: str) -> Nearness:
-    """Read ``DISTANCE:ANGLE``, metres and degrees, with ``:IDS:LUMA`` after it where the pictures' agreement is to be another.
-
-    Raises:
-        SplitError: it is none.
-    """
+    """Read ``DISTANCE:ANGLE``, metres and degrees, with ``:IDS:LUMA`` after it where the pictures' agreement is to be another."""
     try:
         values = [float(word) for word in words.split(":")]
     except ValueError:

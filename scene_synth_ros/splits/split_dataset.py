@@ -106,14 +106,9 @@ def split_dataset(
 
     Pixels are read only where ``wanted`` asks for something, and then once.
 
-    Args:
-        data: all of it, not a split.
-        rule: which room goes where.
-        asked: of frames.
-        near: which views are nearly equal; None: none is left out.
-        wanted: of a frame, as :func:`layers_of` has it.
-        threads: that read frames; the splits are the same with any number.
-        progress: called after every frame that was read.
+    ``near``: which views are nearly equal; None: none is left out.
+    ``wanted``: of a frame, as :func:`layers_of` has it.
+    ``threads``: that read frames; the splits are the same with any number.
 
     Raises:
         SplitError: what a filter needs was not recorded, or no room has a type that is asked for.
@@ -135,11 +130,7 @@ def split_dataset(
 
 
 def _placed_rooms(data: Dataset, rule: Shares | Ranges, asked: Asked, near: Nearness | None, refused: dict[str, _Refused]) -> list[_Room]:
-    """Return the rooms that go into a split, in their order; the others are counted in ``refused``.
-
-    Raises:
-        SplitError: no room has a type that is asked for.
-    """
+    """Return the rooms that go into a split, in their order; the others are counted in ``refused``."""
     types = {info.room_type for info in data.rooms}
     if unknown := [name for name in asked.room_types if name not in types]:
         raise SplitError(f"--room-types {','.join(unknown)}: expected types that the source has: {', '.join(sorted(types))}")

@@ -1,7 +1,5 @@
 """``splits.json``, which :func:`scene_synth_ros.dataset.open_dataset` reads: rooms and frames of each split, and how they were chosen."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass

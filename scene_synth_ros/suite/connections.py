@@ -1,7 +1,5 @@
 """Which renderers a recorder is connected to: a renderer that starts again must wait anew, or its first messages are lost."""
 
-from __future__ import annotations
-
 import uuid
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple

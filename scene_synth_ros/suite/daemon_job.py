@@ -1,7 +1,5 @@
 """Work in a thread of its own that a process need not wait for when it ends."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, wait
@@ -18,10 +16,7 @@ def start_daemon_job(name: str, work: Callable[[], T], after: Future[Any] | None
 
     The threads of a ``ThreadPoolExecutor`` are joined when the interpreter ends: a job that waits for messages would never let it end.
 
-    Args:
-        name: of the thread.
-        work: what to do.
-        after: an earlier job; the work begins when that has ended, and never if its own future is cancelled before.
+    ``after``: an earlier job; the work begins when that has ended, and never if its own future is cancelled before.
     """
     future: Future[T] = Future()
 

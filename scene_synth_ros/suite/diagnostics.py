@@ -1,7 +1,5 @@
 """Publishes what a node knows of itself on ``/diagnostics``, once a second and at once when its level changes."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path

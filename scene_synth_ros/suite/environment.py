@@ -1,7 +1,5 @@
 """Environment variables: for a while, and what processes of this package tell each other by them."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

@@ -3,8 +3,6 @@
 What a user can cause (``SceneSynthError``, ``OSError``) is one line and is handled where it comes up; everything else comes here.
 """
 
-from __future__ import annotations
-
 import shlex
 import sys
 import threading

@@ -1,7 +1,5 @@
 """The memory of a process: when Python looks for garbage, how many arenas the C heap has, when its free pages go back to the system."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 

@@ -1,7 +1,5 @@
 """Asks other nodes for their parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

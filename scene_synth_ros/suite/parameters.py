@@ -4,8 +4,6 @@ A node declares groups: the fields of the dataclass under the prefix ``camera`` 
 bare names.  Overrides that no group knows are refused by name; whole numbers are taken where a real number is asked for.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import re
@@ -35,11 +33,7 @@ def annotations_of(groups: Mapping[str, type]) -> dict[str, Any]:
 
 
 def read_groups(owner: str, groups: Mapping[str, type], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return prefix -> frozen dataclass, of values by parameter name over the defaults; no node here.
-
-    Raises:
-        ParameterError: a value is of no parameter, of the wrong type or out of range; the line begins with ``owner``.
-    """
+    """Return prefix -> frozen dataclass, of values by parameter name over the defaults; no node here."""
     annotations = annotations_of(groups)
     for name in overrides:
         if name not in annotations and not name.startswith(ROS_OWN):

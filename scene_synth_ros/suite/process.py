@@ -1,7 +1,5 @@
 """How a node's process starts and ends: one line for bad input, quick and orderly ends on signals, a status of its own for faults."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import re
@@ -114,11 +112,7 @@ def _make(make: Callable[[], Node], args: list[str] | None, caught: list[int]) -
 
 
 def _refuse_missing_files(words: Sequence[str]) -> None:
-    """Refuse parameter files that are not there, before rcl does so in its own words.
-
-    Raises:
-        ParameterError: one is no file.
-    """
+    """Refuse parameter files that are not there, before rcl does so in its own words."""
     for word, path in itertools.pairwise(words):
         if word == "--params-file" and not Path(path).is_file():
             raise ParameterError(f"--params-file {path}: expected a parameter file, got none; check the path, or take it away for defaults")

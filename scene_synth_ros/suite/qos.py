@@ -4,8 +4,6 @@ Publishers are reliable, as REP 2003 asks of sensor drivers: a best-effort subsc
 lost in fragments.  What describes the world rather than a moment is latched (transient local), so that late subscribers get it.
 """
 
-from __future__ import annotations
-
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
 BURST_DEPTH = 4000

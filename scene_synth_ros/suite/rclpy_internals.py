@@ -1,7 +1,5 @@
 """What the suite uses of rclpy without rclpy having a public name for it: one place, whose test names what a new release broke."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -9,8 +9,6 @@ A port or segment is stale when its owner is dead.  The numbers of stale ports t
 starts; everything else that is stale is removed, as the command ``fastdds shm clean`` does.
 """
 
-from __future__ import annotations
-
 import fcntl
 import os
 import re

@@ -4,8 +4,6 @@ A status is cumulative, so the newest message of a node says everything; losing 
 std_msgs/String and is read as strictly as a scene, because any peer can send one.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -9,8 +9,6 @@
 | shutdown | the process ends; before its run is over with status 1 |
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import os

@@ -6,8 +6,6 @@ image does not fit, is sent again when the subscriber complains, and is overwrit
 Everything that makes a node goes through :func:`~scene_synth_ros.suite.process.init_ros`, which calls this first.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import MutableMapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Designs of experiments: which values of the factors make the variants of a base room."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping
 

@@ -1,7 +1,5 @@
 """The variants of a sweep: base rooms, the values of every factor, and what makes each again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -29,9 +27,6 @@ def plan_sweep(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], settings_
     """Return the variants of all base rooms, numbered one room after the other.
 
     A value that is the base room's own changes nothing: what two points of the design make alike is made once.
-
-    Raises:
-        SweepError: a factor fits no base room, a value fits no parameter, or there are too many variants.
     """
     points = design_points(spec)
     if len(points) * len(bases) > MAX_VARIANTS:
@@ -55,11 +50,7 @@ def plan_sweep(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], settings_
 
 
 def daylight_note(spec: SweepSpec, where: str, rules: SceneSynthesizer) -> str:
-    """Return what is to be told before rooms are sampled: that some may come out without the sun that a factor needs; empty if none does.
-
-    Raises:
-        SweepError: no room that is sampled has a sun.
-    """
+    """Return what is to be told before rooms are sampled: some may lack the sun that a factor needs; empty if none does."""
     needs = next((factor for factor in spec.factors if factor.spec.factor and FACTORS[factor.spec.factor].by_day), None)
     if needs is None or not spec.base.room_types:
         return ""
@@ -90,11 +81,7 @@ def _reader(factor: SweepFactor, where: str) -> Callable[[object], object]:
 
 
 def _base_values(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], rules: SceneSynthesizer) -> list[dict[str, object]]:
-    """Return the factors' values of each base room.
-
-    Raises:
-        SweepError: a factor fits none of the rooms.
-    """
+    """Return the factors' values of each base room."""
     own: list[dict[str, object]] = [{} for _ in bases]
     for factor in spec.factors:
         misfits = []
@@ -174,14 +161,7 @@ RoomSettings = Callable[[Mapping[str, object]], OfflineSettings]
 def base_rooms(spec: SweepSpec, where: str, settings_of: RoomSettings, rules: SceneSynthesizer) -> Iterator[BaseRoom]:
     """Yield the base rooms: those of every type and seed, then the descriptions.
 
-    Args:
-        spec: the sweep.
-        where: the sweep's file; descriptions are looked for beside it, then in the working directory.
-        settings_of: returns the parameters of a room's run.
-        rules: that rooms are sampled by.
-
-    Raises:
-        SweepError: a room cannot be sampled or read.
+    ``where``: the sweep's file; descriptions are looked for beside it, then in the working directory.
     """
     for room_type in spec.base.room_types:
         for seed in spec.base.seeds:

@@ -1,7 +1,5 @@
 """Makes what is missing of a sweep, in one process or several; the bags do not depend on how many."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -32,20 +30,16 @@ class Outcome(NamedTuple):
     """How a sweep ended: ids of the variants that were there already, what became of the others."""
 
     found: tuple[str, ...]
-    made: tuple[Made, ...]
+    made: "tuple[Made, ...]"
 
 
 def run_sweep(
-    plan: SweepPlan, folder: Path, only: Sequence[str] = (), workers: int = 1, tell: Callable[[Made, int, int], None] = lambda *_: None
+    plan: SweepPlan, folder: Path, only: Sequence[str] = (), workers: int = 1, tell: "Callable[[Made, int, int], None]" = lambda *_: None
 ) -> Outcome:
     """Make the variants of a sweep whose bags are not there; write ``sweep.json`` at the end, also of a run that is interrupted.
 
-    Args:
-        plan: the sweep.
-        folder: of the sweep; made if it is missing.
-        only: ids of the variants to make; empty: all.
-        workers: processes; each has its share of the processors.
-        tell: called with every variant that is made or refused, how many are done with, and of how many.
+    ``only``: ids of the variants to make; empty: all.
+    ``tell``: called with every variant that is made or refused, how many are done with, and of how many.
 
     Raises:
         SweepError: the folder holds something else.
@@ -75,7 +69,7 @@ def run_sweep(
     return Outcome(tuple(found), tuple(made))
 
 
-def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int, lock: int, take: Callable[[Made], None]) -> None:
+def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int, lock: int, take: "Callable[[Made], None]") -> None:
     """Make the variants; ``take`` is called with what becomes of each."""
     if workers == 1 or len(variants) < 2:
         with closing(HeldRoom()) as held:
@@ -191,11 +185,7 @@ def is_done(variant: Variant, folder: Path, exposure: str) -> bool:
 
 
 def remove_stale(bag: Path) -> None:
-    """Remove the bag of a variant that is not what the plan says.
-
-    Raises:
-        SweepError: there is something that is no bag.
-    """
+    """Remove the bag of a variant that is not what the plan says."""
     if not bag.exists():
         return
     strangers = [file.name for file in bag.iterdir() if ".mcap" not in file.name and not file.name.startswith("metadata.yaml")]

@@ -1,7 +1,5 @@
 """The file that says what a sweep is: base rooms, how they are rendered, what is changed and by which design."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

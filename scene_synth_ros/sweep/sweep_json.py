@@ -1,7 +1,5 @@
 """``sweep.json``: what a sweep says of itself beside its bags.  The sweep writes it; what judges or shows the bags reads it.  No ROS."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

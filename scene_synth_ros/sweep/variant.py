@@ -1,7 +1,5 @@
 """What a sweep makes: variants of base rooms, and what is said of them in files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shlex
@@ -97,10 +95,7 @@ class SweepPlan(NamedTuple):
 def sweep_document(plan: SweepPlan, done: Sequence[str], refused: Mapping[str, str]) -> dict[str, Any]:
     """Return ``sweep.json``: factors, the variants whose bags are there, those that were refused and why, and those that are missing.
 
-    Args:
-        plan: of the sweep.
-        done: ids of variants whose bags are whole.
-        refused: id -> why the variant cannot be.
+    ``refused``: id -> why the variant cannot be.
     """
     rows = {variant.id: variant.row() for variant in plan.variants}
     return {

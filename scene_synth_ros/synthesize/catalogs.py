@@ -1,7 +1,5 @@
 """Brings the user's catalogue to the grammar: reads its file, measures its models, says what is wrong with them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The node that synthesises rooms and publishes their descriptions."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import replace

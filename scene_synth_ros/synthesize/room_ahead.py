@@ -1,7 +1,5 @@
 """The room that is synthesised while the ones before it are rendered."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -32,7 +30,7 @@ class Prepared(NamedTuple):
     generation: int
     sampled: SceneDescription
 
-    def starting_at(self, start_ns: int) -> Prepared:
+    def starting_at(self, start_ns: int) -> "Prepared":
         """Return the room with its first frame at another time."""
         scene = replace(self.scene, camera_path=moved_to(self.scene.camera_path, start_ns))
         return self._replace(scene=scene, text=scene_to_json(scene))

@@ -8,8 +8,6 @@ when all renderers have the first of them.  Simulated time counts frames and nev
 goes back; stamps by the wall clock are given to a room when it goes out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -39,7 +37,7 @@ class FrameTimes:
         """Return the stamp of a frame, frame >= first_frame."""
         return self.origin_ns + round((frame - self.first_frame) * 1_000_000_000 / self.rate_hz)
 
-    def at_rate(self, rate_hz: float, frame: int) -> FrameTimes:
+    def at_rate(self, rate_hz: float, frame: int) -> "FrameTimes":
         """Return the times from ``frame`` on at another rate."""
         return FrameTimes(self.stamp_ns(frame), rate_hz, frame)
 

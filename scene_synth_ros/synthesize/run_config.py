@@ -1,7 +1,5 @@
 """The grammar node's own parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -65,11 +63,7 @@ class RunConfig:
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
 
     def check(self) -> None:
-        """Refuse settings that contradict each other.
-
-        Raises:
-            SceneSynthError: frames that wait for each other are stamped by a clock that waits for nobody.
-        """
+        """Refuse settings that contradict each other."""
         if self.clock == "wall" and self.lock_step:
             raise SceneSynthError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")
 

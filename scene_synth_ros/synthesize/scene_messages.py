@@ -1,7 +1,5 @@
 """A room as messages: what the grammar node publishes of it, and what begins its part of a bag.  No node here."""
 
-from __future__ import annotations
-
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray

@@ -1,7 +1,5 @@
 """The run of a grammar node as what others steer by the services of a simulator."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any, Protocol

@@ -1,7 +1,5 @@
 """Runs somebody's estimator on the rooms of a test, judges its trajectories, and finds what broke it where they are not good enough."""
 
-from __future__ import annotations
-
 import math
 import shlex
 import subprocess

@@ -1,7 +1,5 @@
 """The bags of a test's rooms, and of counterfactual ones: a sweep, made once for what it is made of."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """What a test asks of rooms: ``@room(seed=7, path="loop", rig="lidar_robot", ate_m=0.05)`` above a test that takes ``judge``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeVar

@@ -4,8 +4,6 @@ A frame is made again from its settings (``<renderer>/settings``), the scene tha
 compared as their bytes, with zeros where CDR has gaps.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator

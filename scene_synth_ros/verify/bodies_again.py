@@ -1,7 +1,5 @@
 """What the body of each room of a bag senses, made again from the settings of its frames."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Laser scans of a bag, made again from the settings of its frames."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The lock of a folder in which one run is at work at a time."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

@@ -1,7 +1,5 @@
 """Worker processes that share the tasks of a run: each does one at a time, on processors of its own."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle
@@ -56,11 +54,7 @@ class Death(NamedTuple):
 
 
 def end_run(death: Death) -> Any:
-    """End the run in which a worker has died.
-
-    Raises:
-        WorkerError: always; it names the worker and what ended it.
-    """
+    """End the run in which a worker has died."""
     raise WorkerError(f"{death.line}; run again for what is missing")
 
 
@@ -133,9 +127,6 @@ class WorkerPool:
             tasks: are taken as workers get free.
             told: called with what workers tell, in the calling thread.
             died: called where a worker has died; returns the task to do in its place, or raises what ends the run.
-
-        Raises:
-            WorkerError: a task could not be done, or a worker was ended.
         """
         waiting = iter(tasks)
         for number, task in zip(range(self._count), waiting, strict=False):
@@ -173,7 +164,7 @@ class WorkerPool:
             del self._busy[worker.connection]
             worker.connection.close()
 
-    def __enter__(self) -> WorkerPool:
+    def __enter__(self) -> "WorkerPool":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

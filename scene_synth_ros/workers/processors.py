@@ -3,8 +3,6 @@
 Imports nothing but the standard library: numba, Embree and BLAS count processors when they are loaded.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

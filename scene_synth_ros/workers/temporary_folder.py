@@ -3,8 +3,6 @@
 Their names cannot be guessed, and who works in one holds its lock.  Imports nothing but the standard library.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

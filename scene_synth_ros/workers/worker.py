@@ -5,8 +5,6 @@ proceeds, ``("done", result)``, or ``("failed", line)``, after which it ends.  W
 worker, even at work, so that none outlives a run that was killed; its temporary folders go with it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import os

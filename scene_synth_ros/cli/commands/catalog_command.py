@@ -1,7 +1,5 @@
 """``scene_synth catalog check DIR``: what is wrong with the models of a user's catalogue, file by file."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

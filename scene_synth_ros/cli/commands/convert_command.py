@@ -1,7 +1,5 @@
 """``scene_synth convert``: the frames of a bag, a shard folder or a dataset in the form that other programs read."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys
@@ -67,11 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def read_range(text: str | None) -> tuple[int, int] | None:
-    """Return the rooms that ``A:B`` names, None for all.
-
-    Raises:
-        UsageError: it has another form, or names none.
-    """
+    """Return the rooms that ``A:B`` names, None for all."""
     if text is None:
         return None
     found = re.fullmatch(r"(\d*):(\d*)", text)

@@ -3,8 +3,6 @@
 It is ``scene_synth run`` with ``--record``, ``--contact-sheet`` and ``--show`` in one new folder, for who has just installed the program.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

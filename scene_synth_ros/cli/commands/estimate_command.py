@@ -1,7 +1,5 @@
 """``scene_synth estimate``: a few rooms of a dataset are made and measured, and what all of it will cost is said."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """``scene_synth evaluate``: how good an algorithm's estimates are, judged by the truth of a bag, a dataset or a sweep."""
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import os
@@ -27,7 +25,7 @@ from evaluation.gate import compare, gate_table
 from evaluation.summary import NYU40_NAMES, WITHOUT_ESTIMATE, Gathered, make_evaluation
 from evaluation.tables import summary_csv
 from evaluation.tasks import TASKS
-from scene_synth_ros.cli.lines import counted, say_progress
+from scene_synth_ros.cli.lines import aligned, counted, say_progress
 from scene_synth_ros.cli.options import UsageError, add_number, add_workers, refuse_no_file
 from scene_synth_ros.evaluate.algorithm import Algorithm
 from scene_synth_ros.evaluate.errors import Notes
@@ -223,9 +221,7 @@ def _command(arguments: argparse.Namespace, plan: Plan, topics: Sequence[Mapping
 def table_lines(evaluation: Evaluation, by: Collection[str]) -> list[str]:
     """Return the lines of all tables.
 
-    Args:
-        evaluation: what was found.
-        by: ways of the summary, room_type, class, distance or names of factors, that get a table each.
+    ``by``: ways of the summary, room_type, class, distance or names of factors, that get a table each.
     """
     lines: list[str] = []
     for task in evaluation.tasks:
@@ -240,14 +236,14 @@ def _table(task: TaskRow, way: str, rows: Sequence[SummaryRow]) -> list[str]:
         return _whole(task, rows[0]) if rows else [f"{task.name}: no frame with an estimate"]
     head = [f"{task.name} by {way}", "rooms", "frames", *(metric.name for metric in task.metrics)]
     cells = [[_text(row.key), str(row.rooms), str(row.frames), *(_value(row.metrics[m.name]) for m in task.metrics)] for row in rows]
-    return _aligned([head, *cells])
+    return aligned([head, *cells])
 
 
 def _whole(task: TaskRow, row: SummaryRow) -> list[str]:
     size = f"{counted(row.rooms, 'room')}, {counted(row.frames, 'frame')}"
     head = [f"{task.name}, {size}", "value", f"{LEVEL:.0%} interval", "unit", "better"]
     cells = [[m.name, _value(row.metrics[m.name]), _ends(row.metrics[m.name]), m.unit, m.better] for m in task.metrics]
-    return _aligned([head, *cells])
+    return aligned([head, *cells])
 
 
 def _text(key: FactorValue) -> str:
@@ -260,11 +256,3 @@ def _value(found: Interval) -> str:
 
 def _ends(found: Interval) -> str:
     return "-" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the rows with columns of one width: the first on the left, the others on the right."""
-    first, *rest = (max(map(len, column)) for column in zip(*rows, strict=True))
-    return [
-        "  ".join([row[0].ljust(first), *(cell.rjust(width) for cell, width in zip(row[1:], rest, strict=True))]).rstrip() for row in rows
-    ]

@@ -1,7 +1,5 @@
 """``scene_synth export``: a scene description as a file for other programs."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``scene_synth gallery``: contact sheets of every model, every material and a room of each type."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator, Sequence

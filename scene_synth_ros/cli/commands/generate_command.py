@@ -1,7 +1,5 @@
 """``scene_synth generate``: a dataset of rooms in shards, without DDS, with all processors, as often interrupted as need be."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import re
@@ -93,7 +91,7 @@ def _generate(arguments: argparse.Namespace) -> int:
     return _finish(store, arguments)
 
 
-def _make(plan: DatasetPlan, store: Store, share: Share, arguments: argparse.Namespace) -> None:
+def _make(plan: DatasetPlan, store: Store, share: "Share", arguments: argparse.Namespace) -> None:
     """Make what is missing of a share."""
     with held(store.where, share.lock) as locks:
         plan = _begun(plan, store, arguments, locks)
@@ -273,11 +271,7 @@ class Share:
 
 
 def read_share(text: str) -> Share:
-    """Return the share that ``I/N`` means.
-
-    Raises:
-        UsageError: it is none.
-    """
+    """Return the share that ``I/N`` means."""
     found = _FORM.fullmatch(text)
     index, count = (int(number) for number in found.groups()) if found else (0, 0)
     if not 0 <= index < count:

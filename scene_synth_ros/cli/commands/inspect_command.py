@@ -1,18 +1,17 @@
 """``scene_synth inspect``: what a bag, or a dataset of bags, holds and what is wrong with it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from scene_description import error_line
-from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag, render_report
+from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReadError
-from scene_synth_ros.cli.lines import counted, first_of, printable, say_progress
+from scene_synth_ros.cli.lines import aligned, counted, first_of, printable, say_progress
 from scene_synth_ros.cli.options import add_bag_or_dataset
 from scene_synth_ros.dataset.places import shard_bags
+from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.workers.pool import Do, in_order, terminable
 
 
@@ -28,8 +27,29 @@ def run(arguments: argparse.Namespace) -> int:
     if shards:
         return _inspect_shards(arguments.bag, shards, notes, arguments.workers)
     report = inspect_bag(arguments.bag)
-    sys.stdout.write(render_report(report) + "\n")
+    sys.stdout.write(render_report(report))
     return 1 if report.faults or report.lacking else 0
+
+
+def render_report(report: InspectReport) -> str:
+    """Return the report as text for a terminal."""
+    duration_s = (report.end_ns - report.start_ns) / NANOSECONDS if report.start_ns is not None and report.end_ns is not None else 0.0
+    told = f"{counted(report.files, 'file')}, {report.size / 1e6:.1f} MB, {report.message_count} messages, {report.rooms} rooms"
+    rows = [("topic", "type", "messages", "Hz", "gaps", "MB")]
+    for topic in sorted(report.topics, key=lambda topic: topic.name):
+        rate = f"{topic.rate_hz:.3g}" if topic.period_ns else "-"
+        rows.append((topic.name, topic.type_name, str(topic.count), rate, str(topic.gaps), f"{topic.size / 1e6:.2f}"))
+    faults = [f"fault: {fault}" for fault in report.faults] or ["no faults" + ", but not all that was promised" * bool(report.lacking)]
+    return printable(
+        [
+            f"{report.path}: {told}, {duration_s:.3f} s",
+            *(f"  {key}: {value}" for key, value in sorted(report.custom_data.items())),
+            *(f"  {row}" for row in aligned(rows, left=2)),
+            *(f"note: {note}" for note in report.notes),
+            *(f"lacking: {line}" for line in report.lacking),
+            *faults,
+        ]
+    )
 
 
 def _inspect_shards(dataset: Path, shards: Sequence[Path], notes: Sequence[str], workers: int) -> int:

@@ -1,7 +1,5 @@
 """``scene_synth layers``: the table of layers, which ``docs/layers.md`` is made from."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """``scene_synth learn``: a grammar's numbers from furnished rooms, without ROS."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import multiprocessing

@@ -1,7 +1,5 @@
 """``scene_synth prove``: checks that what a bag says is true, by code that shares none with what made it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 

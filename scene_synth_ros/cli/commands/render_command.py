@@ -1,16 +1,15 @@
 """``scene_synth render``: the frames of a scene description as files, by the same core as the renderer node."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math
 import sys
-import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+
+from tqdm import tqdm
 
 from renderer import LAYERS, Renderer, RenderError
 from renderer.annotations import Annotator
@@ -35,7 +34,6 @@ from scene_synth_ros.cli.parameters.render_settings import add_arguments as add_
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 
-_BAR = 30
 _COCO = "instances.json"
 
 
@@ -105,7 +103,6 @@ def run(arguments: argparse.Namespace) -> int:
         places = [standpoint(renderer.tree, flat, scene, pose.position_m) for pose in path[: len(poses)]]
         if any(places):
             sys.stderr.write(f"scene_synth render: warning: {_misplaced(places)}\n")
-        _report(0, len(poses), 0.0)
         annotator = None
         if arguments.annotations or arguments.coco:
             portable = settings.render.portable
@@ -119,8 +116,7 @@ def run(arguments: argparse.Namespace) -> int:
                 settings.scan,
                 scene,
             )
-        began = time.monotonic()
-        for index, pose in enumerate(path[: len(poses)]):
+        for index, pose in enumerate(tqdm(path[: len(poses)], unit=" frames", disable=None, leave=False)):
             frame = renderer.render(pose, index, layers, exposure=exposure, path=path, annotator=annotator)
             base = arguments.out / f"frame_{index:04d}"
             write_frame(base, frame, exr=exr, standard=standard)
@@ -128,10 +124,8 @@ def run(arguments: argparse.Namespace) -> int:
                 base.with_suffix(".json").write_text(annotations_to_json(frame.annotations), encoding="utf-8")
             if arguments.coco and frame.annotations is not None:
                 told.append(CocoImage(f"{base.name}_color.png", frame.annotations))
-            _report(index + 1, len(poses), time.monotonic() - began)
     if arguments.coco:
         (arguments.out / _COCO).write_text(json.dumps(coco_instances(told, standard)), encoding="utf-8")
-    sys.stderr.write("\n")
     return 0
 
 
@@ -181,11 +175,3 @@ def _misplaced(places: Sequence[str]) -> str:
     odd = [index for index, place in enumerate(places) if place]
     more = f", and {len(odd) - 1} more of {len(places)} frames from outside the room or inside something" if len(odd) > 1 else ""
     return f"frame {odd[0]} is seen from {places[odd[0]]}{more}"
-
-
-def _report(done: int, count: int, seconds: float) -> None:
-    """Draw the progress bar, with the time that is left."""
-    full = _BAR * done // count
-    left = f"{seconds / done * (count - done):.0f} s left" if done else ""
-    sys.stderr.write(f"\r[{'#' * full}{'.' * (_BAR - full)}] frame {done}/{count} {left:12s}")
-    sys.stderr.flush()

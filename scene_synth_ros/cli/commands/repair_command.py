@@ -1,7 +1,5 @@
 """``scene_synth repair``: a whole bag of what is left of a cut one."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``scene_synth replay``: the replay node with plain options."""
 
-from __future__ import annotations
-
 import argparse
 import re
 

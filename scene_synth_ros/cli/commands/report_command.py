@@ -1,7 +1,5 @@
 """``scene_synth report``: one or more evaluations as one HTML page, for a browser and nothing else."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``scene_synth run``: the node suite as separate processes, and what is said of the bag afterwards."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time
@@ -138,11 +136,9 @@ def truth_folder(bag: Path) -> Path:
 
 def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float, catalog_dir: Path | None) -> int:
     """Check the bag after a run of so many seconds, print the summary, draw and show what is asked for; return the exit status."""
-    from scene_synth_ros.bags.bag_inspect import (  # after the nodes have ended: it takes as long to load as a node
-        inspect_bag,
-        render_report,
-    )
+    from scene_synth_ros.bags.bag_inspect import inspect_bag  # after the nodes have ended: it takes as long to load as a node
     from scene_synth_ros.bags.bag_reader import BagReadError
+    from scene_synth_ros.cli.commands.inspect_command import render_report
 
     if not arguments.record.exists():
         return outcome.code or 1
@@ -151,7 +147,7 @@ def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float, c
     except BagReadError as error:
         say(f"run: {error}")
         return outcome.code or 1
-    say(f"{render_report(report)}\nrun took {seconds:.1f} s; bag: {arguments.record}")
+    say(f"{render_report(report)}run took {seconds:.1f} s; bag: {arguments.record}")
     for name, make in _MADE.items():
         if getattr(arguments, name) and not outcome.code:
             say(make(arguments, catalog_dir))

@@ -1,7 +1,5 @@
 """``scene_synth sample``: rooms as JSON and labelled top views, a table of their metrics, records of their chains; without ROS."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

@@ -1,7 +1,5 @@
 """``scene_synth show``: a bag, or a dataset, as one HTML page, for a browser and nothing else."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``scene_synth split``: which rooms and frames of a dataset are for training, validation and testing."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys
@@ -139,11 +137,7 @@ def read_asked(arguments: argparse.Namespace) -> Asked:
 
 
 def default_out(source: str) -> Path:
-    """Return the file in the source's folder.
-
-    Raises:
-        UsageError: the source is no local folder.
-    """
+    """Return the file in the source's folder."""
     if not Path(source).is_dir():
         raise UsageError(f"--out: expected a file, because {source} is no folder on this machine that {SPLITS_NAME} could go to")
     return Path(source) / SPLITS_NAME

@@ -1,7 +1,5 @@
 """``scene_synth sweep``: variants of rooms that differ in what a file says, and in nothing else; a bag for each."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys
@@ -16,7 +14,7 @@ from scene_description import error_line
 from scene_description.yaml_text import flow_yaml
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.lines import counted, say
+from scene_synth_ros.cli.lines import aligned, counted, say
 from scene_synth_ros.cli.options import UsageError, add_workers
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.parameters.run_profile import NAMESPACE, ProfileError, find_shipped
@@ -142,11 +140,7 @@ def _summary(outcome: Outcome, folder: Path) -> str:
 
 
 def _tile(variant: VariantRow, bag: Path) -> Tile:
-    """Return the first frame of a variant, labelled with what was changed.
-
-    Raises:
-        UsageError: its bag holds none of ``SHOWN``.
-    """
+    """Return the first frame of a variant, labelled with what was changed."""
     with BagReader(bag) as reader:
         topics = layer_topics({topic.name: topic.type_name for topic in reader.summary.topics})
         layer = next((layer for layer in SHOWN if layer in topics), None)
@@ -170,8 +164,7 @@ def _plan_table(plan: SweepPlan) -> str:
         scene = variant.base.scene
         values = (f"{_short(value)}{'*' if name in variant.changed else ''}" for name, value in variant.factors.items())
         rows.append([variant.id, scene.category, str(scene.seed), str(scene.index), *values])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    return "".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() + "\n" for row in rows)
+    return "\n".join(aligned(rows, left=len(head))) + "\n"
 
 
 def _short(value: object) -> str:

@@ -1,7 +1,5 @@
 """``scene_synth truth``: what is true of a room, or of each room of a bag, as files for other programs."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Mapping

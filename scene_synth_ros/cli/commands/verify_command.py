@@ -1,7 +1,5 @@
 """``scene_synth verify``: renders a bag, or the shards of a dataset, again and compares."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

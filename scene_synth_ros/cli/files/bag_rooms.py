@@ -1,7 +1,5 @@
 """The rooms of a bag: their descriptions, the maps that were published of them, and the poses that cameras had in them."""
 
-from __future__ import annotations
-
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Frames of a dataset that stand for all: one of each of some rooms, evenly spread, with the numbers that a card tells of their images."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The card of a dataset, ``README.md`` with pictures: what is in it, how it was made, what its rooms and images are like."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections import Counter

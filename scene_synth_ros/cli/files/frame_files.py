@@ -1,7 +1,5 @@
 """What is rendered of a scene as files: frames (NPZ with every layer as it is, PNG of each for people, EXR of all), and laser scans."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

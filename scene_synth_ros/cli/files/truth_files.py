@@ -5,8 +5,6 @@ cell occupied above ``occupied_thresh``, free below ``free_thresh``, unknown bet
 OccupancyGrid with that of the lowest; ``origin`` is the pose of the image's lower left corner.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -40,11 +38,8 @@ def truth_files(
 ) -> dict[str, bytes]:
     """Return file name -> content.
 
-    Args:
-        scene: the room.
-        catalog_dir: folder of the user's models.
-        floor: its free floor; None: no map is written.
-        recorded: camera -> its poses in the room, where they are known from a bag; the scene's own path is written anyway.
+    ``floor``: its free floor; None: no map is written.
+    ``recorded``: camera -> its poses in the room, where they are known from a bag; the scene's own path is written anyway.
 
     Raises:
         FlattenError: the scene cannot be made.
@@ -139,11 +134,7 @@ def map_yaml(image: str, resolution_m: float, origin_m: tuple[float, float]) -> 
 
 
 def floor_of_message(grid: OccupancyGrid) -> FloorMap:
-    """Return the free floor that was published.
-
-    Raises:
-        MapError: its numbers of rows, columns and cells do not agree, or its place is not finite.
-    """
+    """Return the free floor that was published."""
     width, height, cells = grid.info.width, grid.info.height, np.frombuffer(grid.data, np.int8)
     place = grid.info.origin.position
     if width * height != cells.size or not 0 < cells.size <= MAX_CELLS:

@@ -1,7 +1,5 @@
 """What a page shows of a bag, read by a second pass over it: scenes, maps, labels, poses, lenses and images of the frames chosen."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """What a page takes of a bag, found by reading it once without decoding images: cameras, rooms, the frames to show, counts of topics."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

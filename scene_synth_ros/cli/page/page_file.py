@@ -1,7 +1,5 @@
 """The page of a bag: what is shown of it, what is missing, and the file."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Callable, Iterator, Mapping

@@ -4,8 +4,6 @@ Numbers up to 16 bits are PNG with the high byte in red and the low byte in gree
 would not do for 16-bit PNG.  An image that is larger than asked loses whole rows and columns, so what stays is what the bag has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -80,9 +78,6 @@ def page_image(pixels: Pixels, form: str, layer: Layer | None, max_size: int) ->
     Returns:
         width, height: in the bag; shown: width and height in the page; type and data: image file, base64; sum: of all its bytes, for
         lossless forms, so that the script can tell whether it reads what was written; counts: id -> pixels in the bag, for ids.
-
-    Raises:
-        PageImageError: the image is empty, or has another number of channels than its form.
     """
     channels = pixels.shape[2] if pixels.ndim == 3 else 1
     expected = sorted({*_CHANNELS[form], *([layer.channels] if layer is not None and form == "picture" else [])})

@@ -1,7 +1,5 @@
 """A room from above as plain numbers, world metres: what the page's script draws, and the table of objects beside it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -100,11 +98,7 @@ def _eaves(room: Room) -> str:
 
 
 def map_picture(grid: OccupancyGrid) -> dict[str, Any]:
-    """Return an occupancy grid as a picture, free floor tinted, and its rectangle in the world.
-
-    Raises:
-        PageImageError: its numbers of rows, columns and cells do not agree, or its place is not finite.
-    """
+    """Return an occupancy grid as a picture, free floor tinted, and its rectangle in the world."""
     width, height, cells = grid.info.width, grid.info.height, np.frombuffer(grid.data, np.int8)
     place = (grid.info.origin.position.x, grid.info.origin.position.y, grid.info.resolution)
     if width * height != cells.size or not 0 < cells.size <= MAX_CELLS:

@@ -1,7 +1,5 @@
 """Another image size for a camera whose lens is given in pixels: the image is cut, which is told, or the lens is scaled with it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 
@@ -17,12 +15,8 @@ def resized_camera(
 ) -> tuple[dict[str, Any], str]:
     """Return the parameters of a renderer whose image size was changed, and what is to be told of it, empty where nothing is.
 
-    Args:
-        node: its name.
-        before: its parameters as profile and overlays have them.
-        after: the same with what the user has given.
-        given: names of that, which stays as it is.
-        scale: whether the lens, and the side that was not given, are scaled with the image.
+    ``given``: names of what the user has given, which stays as it is.
+    ``scale``: whether the lens, and the side that was not given, are scaled with the image.
     """
     old, new = _size(before), _size(after)
     if old == new or not all(isinstance(side, int) and side > 0 for side in (*old, *new)):

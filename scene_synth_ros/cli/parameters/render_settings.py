@@ -1,7 +1,5 @@
 """The settings of ``scene_synth render``: a preset, overlays as for ``scene_synth run``, then single values."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -61,11 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
-    """Return the settings that the options ask for.
-
-    Raises:
-        UsageError: an option does not fit; one line.
-    """
+    """Return the settings that the options ask for."""
     values: dict[str, Any] = {f"render.{name}": value for name, value in preset_settings(arguments.preset, arguments.spp).items()}
     values |= {"render.auto_exposure": True, "render.threads": arguments.threads}
     for overlay in arguments.overlay:
@@ -93,11 +87,7 @@ def preset_settings(name: str, samples_per_pixel: int | None = None) -> dict[str
 
 
 def white_settings(text: str) -> dict[str, Any]:
-    """Return the fields of ``RenderConfig`` for ``--white-balance``: a name or a colour temperature.
-
-    Raises:
-        UsageError: it is neither.
-    """
+    """Return the fields of ``RenderConfig`` for ``--white-balance``: a name or a colour temperature."""
     if text in ("auto", "none"):
         return {"white_balance": text}
     try:

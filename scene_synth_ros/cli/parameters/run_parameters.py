@@ -1,7 +1,5 @@
 """The parameters of a run's nodes, from a profile, overlays and single values; those of a run that records are kept with its bag."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from dataclasses import dataclass, fields

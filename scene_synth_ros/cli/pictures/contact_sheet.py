@@ -1,7 +1,5 @@
 """Draws some frames of each room of a bag, every layer coloured for people, as one picture."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studio scenes: one model on a plain stage under a softbox, framed like a catalogue picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Labelled pictures in rows and columns as one image file, and drawings as PNG."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 from functools import cache

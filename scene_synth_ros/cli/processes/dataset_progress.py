@@ -1,7 +1,5 @@
 """How far a dataset has come: a line on a terminal, plain lines elsewhere; rate and time left are of this run."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from time import monotonic
@@ -19,10 +17,8 @@ _PLAIN_EVERY_S = 10.0
 class DatasetProgress:
     """Counts the frames of rooms as workers tell of them; a room that begins again is counted anew.  A context manager.
 
-    Args:
-        plan: of the dataset.
-        shards: that this run is to complete, all or those of a share.
-        missing: those of them that are made in this run.
+    ``shards``: that this run is to complete, all or those of a share.
+    ``missing``: those of them that are made in this run.
     """
 
     def __init__(self, plan: DatasetPlan, shards: Sequence[int], missing: Sequence[int]) -> None:
@@ -77,7 +73,7 @@ class DatasetProgress:
         self._bar.write(text, file=sys.stderr)
         sys.stderr.flush()
 
-    def __enter__(self) -> DatasetProgress:
+    def __enter__(self) -> "DatasetProgress":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

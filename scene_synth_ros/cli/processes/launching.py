@@ -3,8 +3,6 @@
 Imports ROS 2's launch, so only launch files import this.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path

@@ -3,8 +3,6 @@
 Images then go from renderer to recorder without leaving the process; a fault of one node ends all.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import signal

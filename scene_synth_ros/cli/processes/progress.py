@@ -3,8 +3,6 @@
 It listens to ``status`` like any other node of the suite and says nothing itself, so a run is the same with it and without it.
 """
 
-from __future__ import annotations
-
 import argparse
 import signal
 import sys

@@ -1,10 +1,8 @@
 """Samples the rooms of ``scene_synth sample``, in one process or several, and writes the files of each."""
 
-from __future__ import annotations
-
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -21,7 +19,7 @@ from scene_description import SceneDescription, scene_to_json
 from scene_description.whole import write_whole
 from scene_synth_ros.cli.pictures.picture_grid import png_bytes
 from scene_synth_ros.synthesize.catalogs import with_catalog
-from scene_synth_ros.workers.pool import WorkerPool
+from scene_synth_ros.workers.pool import Do, in_order
 
 WRITES = ("json", "svg", "png")
 """Files that a room may have."""
@@ -56,22 +54,15 @@ def sampled_rooms(job: SampleJob, synthesizer: SceneSynthesizer, count: int, wor
         _warm(job, synthesizer)  # times are taken of compiled kernels, and workers find them compiled
     if workers == 1:
         yield from (_make(job, synthesizer, index) for index in range(count))
-        return
-    ahead: dict[int, RoomOutcome] = {}
-    following = 0
-    with WorkerPool(prepare_sampling, job, min(workers, count)) as pool:
-        for index, outcome in pool.results(range(count)):
-            ahead[index] = outcome
-            while following in ahead:
-                yield ahead.pop(following)
-                following += 1
+    else:
+        yield from in_order(prepare_sampling, job, range(count), workers)
 
 
-def prepare_sampling(job: SampleJob) -> Callable[[int, object], tuple[int, RoomOutcome]]:
+def prepare_sampling(job: SampleJob) -> Do:
     """Return what makes a room by its index in a worker process."""
     synthesizer = with_catalog(SceneSynthesizer.from_config(job.grammar_files), job.catalog)
     _warm(job, synthesizer)
-    return lambda index, _: (index, _make(job, synthesizer, index))
+    return lambda index, _: _make(job, synthesizer, index)
 
 
 def _warm(job: SampleJob, synthesizer: SceneSynthesizer) -> None:

@@ -1,7 +1,5 @@
 """Runs the nodes of a suite as processes: starts them, watches them, ends them, and never leaves one behind."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
@@ -54,7 +52,7 @@ class Interrupts:
         self.count = 0
         self._before: dict[int, object] = {}
 
-    def __enter__(self) -> Interrupts:
+    def __enter__(self) -> "Interrupts":
         for number in (signal.SIGINT, signal.SIGTERM):
             self._before[number] = signal.signal(number, self._count)
         return self

@@ -1,7 +1,5 @@
 """The table of formats: what each is, which layers it needs, and the module of its writer, which is loaded only when it is asked for."""
 
-from __future__ import annotations
-
 import importlib
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ tells of each what the toolkit's ``calc_gt_info.py`` computes, boxes as it has t
 their differences.  Models are in millimetres; equal ones of all rooms have one number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The objects of rooms as BOP's models: millimetres, z up, the origin in the middle of the box around them."""
 
-from __future__ import annotations
-
 import hashlib
 from typing import Any, NamedTuple
 

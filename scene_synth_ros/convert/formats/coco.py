@@ -5,8 +5,6 @@
 walls, floor and ceiling ``STUFF`` plus their class; as in every panoptic PNG it is R + 256 G + 65536 B.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Mapping
@@ -65,11 +63,7 @@ class FormatWriter(Writer):
         self._names: dict[int, str] = {}
 
     def begin_sequence(self, sequence: Sequence) -> Sequence:
-        """Take the names of the classes.
-
-        Raises:
-            ConvertError: rooms have class ids of different standards.
-        """
+        """Take the names of the classes."""
         names = class_names(self.source.frame(sequence, 0))
         if any(self._names.get(key, name) != name for key, name in names.items()):
             raise ConvertError(f"coco: {self.source.name}: expected classes of one standard, got another in {sequence.name}; use --rooms")

@@ -5,8 +5,6 @@ share its model.  Metres, z up, the frame of the map.  The model is COLMAP's bin
 little-endian; pixel coordinates have the upper left corner of the image at (0, 0), so the centre of the first pixel at (0.5, 0.5).
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence as Items
 from dataclasses import dataclass, field

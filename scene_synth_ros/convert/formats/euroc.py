@@ -7,8 +7,6 @@ differences of its positions, and biases of 0.  ``T_BS`` of a camera is its plac
 of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` beside ``mav0`` is for ORB-SLAM3, which reads such folders.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 

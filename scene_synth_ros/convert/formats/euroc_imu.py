@@ -3,8 +3,6 @@
 What the device reads is made again from the room's motion and the settings of a frame: the same numbers as on ``imu/data``.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,11 +45,7 @@ class RoomImu(NamedTuple):
 
 
 def room_imu(frame: Frame) -> RoomImu | None:
-    """Return the device of a frame's room; None where there is none.
-
-    Raises:
-        ConvertError: the base was driven, so that the room does not tell how it moved.
-    """
+    """Return the device of a frame's room; None where there is none."""
     settings = frame.settings or {}
     if "imu" not in settings or not frame.has_scene:
         return None

@@ -7,8 +7,6 @@ shape (channels, 1, 1); ``count`` is the number of frames.  Quantiles here are v
 function), there they are read off histograms.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter
@@ -156,9 +154,6 @@ def whole_rate(stamps: Sequence[Sequence[int]]) -> int:
 
     Args:
         stamps: of each sequence, ns, ascending.
-
-    Raises:
-        ConvertError: it is no whole number.
     """
     periods = Counter(after - before for sequence in stamps for before, after in pairwise(sequence))
     if not periods:

@@ -4,8 +4,6 @@ Data conventions: https://docs.nerf.studio/quickstart/data_conventions.html.  ``
 y up, z backward) to the map (metres, z up); the centre of the first pixel is at (0.5, 0.5).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -6,8 +6,6 @@ are commonly told more (``sensor.yaml`` of ``imu0`` has both).  Corners are twic
 drift.  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes it.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

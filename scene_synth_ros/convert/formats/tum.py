@@ -6,8 +6,6 @@ have ten before it, so that these sort by time.  ``associations.txt`` joins them
 ``calibration.txt`` has the row of the benchmark's table of intrinsics, pixel centres at integers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 

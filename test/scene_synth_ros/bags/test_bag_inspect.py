@@ -7,11 +7,12 @@ import pytest
 from bag_samples import PERIOD_NS, START_NS, TOPICS, camera_info, frame_messages, image, text, write_bag
 from mcap.reader import make_reader
 
-from scene_synth_ros.bags.bag_inspect import inspect_bag, render_report
+from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_repair import repair_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.run_info import parameters_file
 from scene_synth_ros.cli.command_line import main
+from scene_synth_ros.cli.commands.inspect_command import render_report
 
 COLOR = "/synth/camera/color/image_raw"
 DEPTH = "/synth/camera/depth/image_raw"
@@ -51,7 +52,7 @@ def test_a_sound_bag_has_no_faults(tmp_path):
     assert (report.rooms, report.message_count, report.files) == (2, 34, 1)
     color = next(topic for topic in report.topics if topic.name == COLOR)
     assert (color.count, color.rate_hz, color.gaps, color.period_ns) == (8, 10.0, 0, PERIOD_NS)
-    lines = render_report(report).split("\n")
+    lines = render_report(report).splitlines()
     assert lines[0].endswith("34 messages, 2 rooms, 0.700 s") and "  seed: 7" in lines and lines[-1] == "no faults"
     (row,) = (line.split() for line in lines if COLOR in line)
     assert row[:5] == [COLOR, "sensor_msgs/msg/Image", "8", "10", "0"]

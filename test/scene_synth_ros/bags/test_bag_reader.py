@@ -11,9 +11,10 @@ from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 
-from scene_synth_ros.bags.bag_inspect import inspect_bag, render_report
+from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.commands.inspect_command import render_report
 
 
 def read(path, **options):
