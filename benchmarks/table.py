@@ -65,7 +65,11 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 
 def write_section(page: Path, name: str, text: str) -> None:
-    """Put ``text`` in the place of what a page has between the marks of ``name``."""
+    """Put ``text`` in the place of what a page has between the marks of ``name``.
+
+    Raises:
+        ValueError: the page does not have both marks once.
+    """
     begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
     before = page.read_text(encoding="utf-8")
     after, count = re.subn(

@@ -209,7 +209,11 @@ def _texture_of(flat: FlatScene, part: int) -> int:
 
 
 def bsdf_of(flat: FlatScene, part: int) -> dict[str, Any]:
-    """Return the plugin that scatters as a part does."""
+    """Return the plugin that scatters as a part does.
+
+    Raises:
+        ValueError: glass that is rough or coloured, cloth that lets light through, wear, or a texture that is no matt picture.
+    """
     table, row, name = flat.materials, int(flat.parts.material[part]), flat.part_names[part]
     if table.diffuse_transmission[row] > 0.0 or (len(flat.wear.layers) and table.wear[row] > 0.0):
         raise ValueError(f"{name}: expected an opaque surface without wear, got thin cloth or wear; take another material")
@@ -254,7 +258,11 @@ def _bitmap(texels: NDArray[np.uint8]) -> dict[str, Any]:
 
 
 def sky_image(sky: Sky) -> NDArray[np.float32]:
-    """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean."""
+    """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean.
+
+    Raises:
+        ValueError: the environment has bright parts that are sampled by direction, other than the sun.
+    """
     if sky.bright.size:
         raise ValueError("sky: expected a smooth sky and a sun, got bright parts of an environment map; take another sky")
     if sky.table.size:

@@ -58,7 +58,11 @@ class ManifestBuilder:
 
 
 def read_manifest(data: bytes) -> dict[str, TopicDigest]:
-    """Read a manifest."""
+    """Read a manifest.
+
+    Raises:
+        ManifestError: it does not fit.
+    """
     try:
         document = json.loads(data)
         topics = document["topics"]

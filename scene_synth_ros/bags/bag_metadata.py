@@ -121,7 +121,11 @@ def _file_item(file: FileInfo) -> dict[str, Any]:
 
 
 def read_metadata(path: Path) -> BagMetadata:
-    """Read a ``metadata.yaml`` of any version."""
+    """Read a ``metadata.yaml`` of any version.
+
+    Raises:
+        BagMetadataError: the file cannot be read, or is no metadata of a bag.
+    """
     document = read_yaml(path, BagMetadataError)
     try:
         return _read_mapping(_mapping(_mapping(document, "document").get(_WRAPPER), _WRAPPER))

@@ -71,7 +71,11 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
 
 
 def refuse_taken_place(bag: Path) -> None:
-    """Refuse to put a repaired bag in the place of one beside which something has a name that is needed for that."""
+    """Refuse to put a repaired bag in the place of one beside which something has a name that is needed for that.
+
+    Raises:
+        BagWriteError: something has.
+    """
     needed = _aside(bag) if bag.is_dir() else _finished(bag)
     if needed != bag and os.path.lexists(needed):
         raise BagWriteError(f"{needed}: exists already; move it away, or repair with --out in place of --in-place")

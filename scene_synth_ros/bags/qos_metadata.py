@@ -105,7 +105,11 @@ def qos_text(profiles: Sequence[OfferedQos], version: int) -> str:
 
 
 def read_qos(stored: object) -> tuple[OfferedQos, ...]:
-    """Read profiles of any metadata version, from a YAML text or from what a YAML reader returned."""
+    """Read profiles of any metadata version, from a YAML text or from what a YAML reader returned.
+
+    Raises:
+        QosMetadataError: the text is no YAML sequence of profiles.
+    """
     if isinstance(stored, str):
         stored = load_yaml(stored, "offered_qos_profiles", QosMetadataError)
     if stored is None or stored == "":

@@ -95,13 +95,21 @@ def add_page_options(parser: argparse.ArgumentParser, what: str, size: int, larg
 
 
 def refuse_missing_folder(option: str, folder: Path | None) -> None:
-    """Refuse a folder that is given and is none."""
+    """Refuse a folder that is given and is none.
+
+    Raises:
+        UsageError: it is no folder.
+    """
     if folder is not None and not folder.is_dir():
         raise UsageError(f"{option} {folder}: expected a folder, got {'a file' if folder.exists() else 'none'}; check the path")
 
 
 def refuse_no_file(option: str, path: Path | None) -> None:
-    """Refuse a path that cannot be a file's: its folder does not exist, or it is a folder itself."""
+    """Refuse a path that cannot be a file's: its folder does not exist, or it is a folder itself.
+
+    Raises:
+        UsageError: names the option.
+    """
     if path is not None and (path.is_dir() or not path.absolute().parent.is_dir()):
         raise UsageError(f"{option} {path}: expected a file in a folder that exists")
 
@@ -117,7 +125,11 @@ def _short(number: float) -> str:
 
 @contextmanager
 def new_folder(out: Path) -> Iterator[Path]:
-    """Yield a folder under another name, which gets its own, that of ``--out``, when all has been written, and goes if not."""
+    """Yield a folder under another name, which gets its own, that of ``--out``, when all has been written, and goes if not.
+
+    Raises:
+        UsageError: the folder exists, or the one that it is to be in does not.
+    """
     if out.exists():
         raise UsageError(f"--out {out}: exists already; choose another folder or remove it")
     if not out.absolute().parent.is_dir():

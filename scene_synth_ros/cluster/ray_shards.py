@@ -57,6 +57,9 @@ def make_on_ray(
         workers: tasks at once, where Ray is this run's own; a cluster decides by its processors.
         threads: processors of each task.
         told: called with ``{"what": "done", "shard", "completion"}`` for every shard.
+
+    Raises:
+        ShardError: Ray is missing or cannot be reached, or a shard could not be made; the others are made first.
     """
     refuse_no_ray(address)
     failed: list[str] = []
@@ -82,7 +85,11 @@ def make_on_ray(
 
 @contextlib.contextmanager
 def _connected(address: str, processors: int) -> Iterator[Any]:
-    """Give Ray, connected; a Ray of this run's own ends with it, and its folder goes."""
+    """Give Ray, connected; a Ray of this run's own ends with it, and its folder goes.
+
+    Raises:
+        ShardError: it cannot be reached.
+    """
     with contextlib.ExitStack() as ends:
         options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR, "address": address}
         if address == LOCAL:
@@ -111,6 +118,9 @@ def refuse_no_ray(address: str) -> None:
 
     Args:
         address: as :func:`make_on_ray` has it; nothing is asked of ``auto``.
+
+    Raises:
+        ShardError: Ray is missing, or nobody answers.
     """
     if importlib.util.find_spec("ray") is None:
         raise ShardError("--ray: Ray is not installed: pip install 'scene_synth_ros[ray]'")

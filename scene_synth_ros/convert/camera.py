@@ -68,7 +68,12 @@ class Lens(NamedTuple):
 
 
 def lens_of(camera: Camera) -> Lens:
-    """Return the lens of a camera."""
+    """Return the lens of a camera.
+
+    Raises:
+        ConvertError: its distortion model is none of ours, has coefficients that ours has no place for, or it is not calibrated; or its
+            images are larger than any.
+    """
     width, height = int(camera.width), int(camera.height)
     if not 0 < width * height <= MAX_PIXELS:
         raise ConvertError(f"camera {camera.name}: expected an image of 1 to {MAX_PIXELS} pixels, got {width}x{height}")
@@ -133,7 +138,11 @@ def row_time_s(frame: Frame) -> float:
 
 
 def refuse_rolling_shutter(frame: Frame, camera: str, form: str) -> None:
-    """Refuse a camera whose frames have no single pose."""
+    """Refuse a camera whose frames have no single pose.
+
+    Raises:
+        ConvertError: its shutter rolls.
+    """
     told = row_time_s(frame)
     if told:
         raise ConvertError(

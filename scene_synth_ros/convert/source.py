@@ -100,7 +100,11 @@ def choose_cameras(
 
 
 def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[str], source: str) -> Chosen:
-    """Return the layers for a format; a layer that is asked for and can play a role does so in place of the usual one."""
+    """Return the layers for a format; a layer that is asked for and can play a role does so in place of the usual one.
+
+    Raises:
+        ConvertError: a layer is not recorded, or the format has no place for it.
+    """
     roles: dict[str, str] = {}
     for role in form.roles:
         wanted = [layer for layer in role.layers if layer in asked] or [layer for layer in role.layers if layer in recorded]
@@ -122,7 +126,11 @@ def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[st
 
 
 def choose_frames(data: Mapping[str, Dataset], choice: Choice, source: str) -> tuple[Sequence, ...]:
-    """Return the sequences that are converted, by room, then camera."""
+    """Return the sequences that are converted, by room, then camera.
+
+    Raises:
+        ConvertError: nothing is left.
+    """
     found: dict[tuple[int, int], dict[str, tuple[int, ...]]] = {}
     for camera, frames in data.items():
         times: dict[int, int] = {}

@@ -119,7 +119,11 @@ class Algorithm:
                 self._refuse(error, f"when it was constructed for room {room}")
 
     def estimate(self, frame: AlgorithmFrame) -> Mapping[str, Any]:
-        """Return task -> estimate of a frame; empty if there is none."""
+        """Return task -> estimate of a frame; empty if there is none.
+
+        Raises:
+            EvaluateError: the algorithm raised something, or returned no mapping.
+        """
         where = f"at stamp {frame.stamp_ns} of room {frame.room}"
         found: Any = None
         try:

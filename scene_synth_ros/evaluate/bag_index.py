@@ -90,7 +90,11 @@ def _take(index: BagIndex, topic: TypedTopic, bag: IndexedBag) -> None:
 
 
 def refuse_empty(index: BagIndex, topic: TypedTopic, what: str) -> None:
-    """Refuse a topic without a single stamped message."""
+    """Refuse a topic without a single stamped message.
+
+    Raises:
+        EvaluateError: it has none.
+    """
     if not index.stamps[topic.name]:
         frame = topic.name.partition("@")[2]
         what += f" with transforms of the frame '{frame}'" if frame else ""

@@ -88,7 +88,11 @@ class AlgorithmEstimates:
         self._algorithm.begin_room(room)
 
     def of_frame(self, stamp_ns: int, frames: Frames) -> Estimates:
-        """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs for this stamp."""
+        """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs for this stamp.
+
+        Raises:
+            EvaluateError: the algorithm raised something.
+        """
         lacking = [name for name, topic in self._images.items() if topic.name not in frames.get(frame_of(name), {})]
         if lacking:
             beyond = frame_of(lacking[0]) not in frames

@@ -62,7 +62,11 @@ class EvaluatorConfig:
 
 
 def check_tasks(config: EvaluatorConfig) -> None:
-    """Refuse tasks that do not exist, and mappings that cannot be read."""
+    """Refuse tasks that do not exist, and mappings that cannot be read.
+
+    Raises:
+        EvaluateError: there is one; the line names it.
+    """
     unknown = [task for task in config.tasks if task not in TASKS]
     if unknown:
         raise EvaluateError(f"tasks: expected some of {', '.join(TASKS)}, got '{unknown[0]}'")

@@ -119,7 +119,11 @@ class EvaluatorNode(SuiteNode):
                     self.refuse(str(error))
 
     def _subscribe(self, topic: TypedTopic) -> None:
-        """Subscribe once, with a reliability that every publisher of now offers."""
+        """Subscribe once, with a reliability that every publisher of now offers.
+
+        Raises:
+            EvaluateError: the package of the message's type is not installed.
+        """
         if topic.name in self._subscribed:
             return
         try:

@@ -49,7 +49,11 @@ class TruthFrame:
         self._readings: dict[str, Reading] = {}
 
     def layer(self, name: str) -> Reading | None:
-        """Return a layer; None where the frame has none."""
+        """Return a layer; None where the frame has none.
+
+        Raises:
+            EvaluateError: its message cannot be read.
+        """
         topic = self._topics.get(name)
         if topic is None or topic.name not in self._messages:
             return None
@@ -61,7 +65,11 @@ class TruthFrame:
         return self._readings[name]
 
     def of_task(self, task: str) -> Reading:
-        """Return what a task's estimates are laid over."""
+        """Return what a task's estimates are laid over.
+
+        Raises:
+            EvaluateError: the frame has none, or it cannot be read.
+        """
         reading = self.layer(TASK_STREAMS[task].name)
         if reading is None:
             raise EvaluateError(f"{self._where}: expected truth of {task}, got none")

@@ -203,7 +203,11 @@ READERS: dict[str, Callable[[bytes, str], Reading]] = {
 
 
 def read_message(type_name: str, data: CdrBytes, topic: str) -> Reading:
-    """Return what a message says."""
+    """Return what a message says.
+
+    Raises:
+        EstimateError: it is damaged, or of a form that no task takes; one line without the topic.
+    """
     try:
         return READERS[type_name](bytes(data), topic)
     except (RuntimeError, UnicodeDecodeError, CdrReadError, CodecError, PoseReadError) as error:  # the first two of Fast CDR

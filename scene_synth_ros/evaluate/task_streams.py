@@ -135,7 +135,11 @@ def read_for_task(task: str, type_name: str, data: CdrBytes, topic: str) -> Read
 
 
 def check_pair(task: str, truth: Reading, estimate: Reading) -> None:
-    """Refuse an estimate that cannot be laid over its truth."""
+    """Refuse an estimate that cannot be laid over its truth.
+
+    Raises:
+        EstimateError: it has another size, or is meant in another frame.
+    """
     stream = TASK_STREAMS[task]
     if stream.types is IMAGES and isinstance(estimate.value, np.ndarray) and truth.value.shape != estimate.value.shape:
         (height, width), (rows, columns) = truth.value.shape[:2], estimate.value.shape[:2]

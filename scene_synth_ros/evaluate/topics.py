@@ -23,7 +23,11 @@ class TypedTopic(NamedTuple):
 
 
 def parse_mapping(words: Sequence[str]) -> dict[str, str]:
-    """Return task -> topic of words ``TASK:=TOPIC``; tasks that judge the same messages have the same topic, unless they have their own."""
+    """Return task -> topic of words ``TASK:=TOPIC``; tasks that judge the same messages have the same topic, unless they have their own.
+
+    Raises:
+        EvaluateError: a word has another form, or names no task.
+    """
     found = {}
     for word in words:
         task, separator, topic = word.partition(":=")
@@ -39,6 +43,9 @@ def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, w
     """Return layer -> topic of its truth, all of one camera.
 
     ``camera``: its name alone or with its namespace; empty takes the only one, or the first that has all that is asked for.
+
+    Raises:
+        EvaluateError: no camera has the truth of a layer.
     """
     by_camera: dict[str, dict[str, TypedTopic]] = {}
     for layer in layers:
@@ -75,6 +82,9 @@ def estimate_topic(
 
     Without a choice it is, of a bag of estimates, the default name of the task, then the truth's own name, then the only topic of a type
     that fits; of the truth's bag the default name, then what a modelled sensor has read.
+
+    Raises:
+        EvaluateError: there is none, or there are several, or it is of a type that is not taken.
     """
     stream = TASK_STREAMS[task]
     own = stream.own._replace(base=camera).topic if stream.own else ""
@@ -99,6 +109,9 @@ def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], wh
     """Return layer -> topic of the images that an algorithm asks for.
 
     ``names`` are layers of the truth's camera, ``color``, or of another, ``right/color``; ``color@next`` is on the topic of ``color``.
+
+    Raises:
+        EvaluateError: the bag lacks one.
     """
     found, images = {}, find_images(types)
     for name in names:

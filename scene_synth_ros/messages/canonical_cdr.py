@@ -34,7 +34,11 @@ _SIZES = {
 
 
 def canonical_cdr(message: Any) -> bytes:
-    """Return a message as plain little-endian CDR with its encapsulation header; bytes are such a message already."""
+    """Return a message as plain little-endian CDR with its encapsulation header; bytes are such a message already.
+
+    Raises:
+        ValueError: it holds a kind of field that no message of this suite has.
+    """
     writer = _WRITERS.get(type(message))
     if writer is not None:
         return writer(message)

@@ -127,7 +127,11 @@ class CdrWriter:
         self._payload += encoded
 
     def header(self, stamp_ns: int, frame_id: str) -> None:
-        """Append a ``std_msgs/Header``."""
+        """Append a ``std_msgs/Header``.
+
+        Raises:
+            ValueError: the stamp does not fit ``builtin_interfaces/Time``.
+        """
         sec, nanosec = divmod(stamp_ns, NANOSECONDS)
         if not -(2**31) <= sec < 2**31:
             raise ValueError(f"expected a stamp of 32-bit seconds, got {sec} s")

@@ -61,7 +61,11 @@ def layer_encoding(layer: Layer) -> str:
 
 
 def image_step(image: NDArray[np.generic], encoding: str) -> int:
-    """Return how many bytes a row of an image has in an encoding, a key of ``ENCODING_CHANNELS``."""
+    """Return how many bytes a row of an image has in an encoding, a key of ``ENCODING_CHANNELS``.
+
+    Raises:
+        ValueError: dtype, channels or memory layout do not fit the encoding.
+    """
     dtype, channels = ENCODING_CHANNELS[encoding]
     shape_channels = image.shape[2] if image.ndim == 3 else 1
     if image.dtype != dtype or shape_channels != channels or not image.flags.c_contiguous:

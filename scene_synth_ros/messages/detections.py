@@ -37,7 +37,11 @@ def annotations_to_msg(role: Role, annotations: FrameAnnotations, frame_id: str)
 
 
 def read_annotations(data: bytes) -> FrameAnnotations:
-    """Return what serialised JSON annotations say."""
+    """Return what serialised JSON annotations say.
+
+    Raises:
+        AnnotationsReadError: they do not fit their schema.
+    """
     try:
         return annotations_from_json(read_text(data))
     except SceneSynthError as error:

@@ -96,6 +96,9 @@ def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
     """Return the serialised CompressedImage of a serialised Image.
 
     The topic, where it was published, says whether it is depth; ``form`` is ``png`` or ``jpeg``.
+
+    Raises:
+        CodecError: the image's encoding has no such form.
     """
     image = deserialize_message(cdr, Image)
     if image.encoding not in ENCODING_CHANNELS:
@@ -109,6 +112,9 @@ def compress_image(
     """Return the compressed form of an image for a compressed topic.
 
     The compressed topic says whether it is depth; ``form`` is ``png`` or ``jpeg``, ``coding`` that of depth in metres.
+
+    Raises:
+        CodecError: the image's encoding has no such form.
     """
     message = CompressedImage(header=image.header)
     if topic.endswith(TRANSPORTS[2]):

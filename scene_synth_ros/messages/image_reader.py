@@ -45,6 +45,9 @@ def read_image(type_name: str, data: bytes | memoryview, topic: str, size: tuple
 
     ``topic``: says of a compressed image whether it is depth.
     ``size``: height and width that it must have, those of its camera; None for any of up to ``MAX_PIXELS``.
+
+    Raises:
+        CodecError: the message is cut off, its pixels cannot be decoded, or they are of another size.
     """
     try:
         reader = CdrReader(data)
@@ -90,6 +93,9 @@ def raw_pixels(encoding: str, height: int, width: int, octets: Any, step: int = 
 
     ``step``: bytes of a row; 0 for as many as its pixels have.
     ``order``: of the bytes of a number, ``<`` or ``>``.
+
+    Raises:
+        CodecError: the encoding is none of these, or the data is too short.
     """
     if encoding not in ENCODINGS:
         raise CodecError(f"expected an image encoded as one of {', '.join(ENCODINGS)}, got '{encoding[:40]}'")
@@ -121,6 +127,9 @@ def decode_pixels(topic: str, data: bytes | memoryview, size: tuple[int, int] | 
     """Return the pixels of a compressed image.
 
     The compressed topic says whether it is depth; ``size`` is as :func:`read_image` has it.
+
+    Raises:
+        CodecError: it is neither PNG nor JPEG, damaged, or of another size, which is found before its pixels are decoded.
     """
     from PIL import Image as Picture  # nodes that read no pictures start without it
 
@@ -140,7 +149,11 @@ def decode_pixels(topic: str, data: bytes | memoryview, size: tuple[int, int] | 
 
 
 def split_depth(data: bytes | memoryview) -> tuple[float, float, bytes | memoryview]:
-    """Return A, B and the PNG of a ``compressedDepth``."""
+    """Return A, B and the PNG of a ``compressedDepth``.
+
+    Raises:
+        CodecError: it is too short.
+    """
     if len(data) <= _DEPTH_HEAD.size:
         raise CodecError(f"compressedDepth: expected more than {_DEPTH_HEAD.size} bytes, got {len(data)}")
     _, a, b = _DEPTH_HEAD.unpack_from(data)

@@ -45,7 +45,11 @@ def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> Any:
 
 
 def read_labels(data: bytes) -> TimedLabels:
-    """Return what serialised JSON labels say."""
+    """Return what serialised JSON labels say.
+
+    Raises:
+        LabelReadError: they have no stamp, or no names by ids of 16 bits.
+    """
     try:
         stamp = stamp_ns(STRING_TYPE, data)
         table = json.loads(read_text(data))["labels"]

@@ -69,7 +69,11 @@ def _read(data: bytes | memoryview, *, child: bool) -> StampedTransform:
 
 
 def read_rig_frames(data: bytes | memoryview) -> tuple[StampedTransform, ...]:
-    """Return the frames that the settings of a frame, a serialised std_msgs/String of JSON, say are fixed to each other."""
+    """Return the frames that the settings of a frame, a serialised std_msgs/String of JSON, say are fixed to each other.
+
+    Raises:
+        PoseReadError: what it says of them is not what settings say.
+    """
     if b'"frames"' not in bytes(data):
         return ()
     settings = json_object(data)
@@ -93,7 +97,11 @@ def _four(values: Sequence[float]) -> Quaternion:
 
 
 def encode_tf_message(transforms: Sequence[StampedTransform]) -> bytes:
-    """Return a ``tf2_msgs/msg/TFMessage`` as little-endian plain CDR with its encapsulation header."""
+    """Return a ``tf2_msgs/msg/TFMessage`` as little-endian plain CDR with its encapsulation header.
+
+    Raises:
+        ValueError: a stamp does not fit ``builtin_interfaces/Time``.
+    """
     writer = CdrWriter()
     writer.numbers("I", len(transforms))
     for transform in transforms:

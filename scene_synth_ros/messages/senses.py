@@ -31,7 +31,11 @@ class Senses(NamedTuple):
         return self.body.clock_rate_hz or max(rates)
 
     def check(self) -> None:
-        """Refuse what does not go together."""
+        """Refuse what does not go together.
+
+        Raises:
+            FieldError: a sensor of a body that is not published.
+        """
         for name in ("imu", "wheels", "lidar"):
             if getattr(self, name).enabled and not self.tells_body:
                 raise FieldError(f"{name}.enabled", "body.enabled and body.publish with it", "neither" if not self.body.enabled else "one")

@@ -192,7 +192,11 @@ class OfflineBag:
         expect_frames(self._recording, {node: frame_topics(topics) for node, topics in published.items()}, self._takers.__contains__)
 
     def _write(self, messages: Iterable[tuple[str, object]]) -> None:
-        """Hand messages over to the thread that writes."""
+        """Hand messages over to the thread that writes.
+
+        Raises:
+            BagWriteError: writing has ended.
+        """
         for topic, message in messages:
             if topic in self._takers:
                 self._takers[topic](canonical_cdr(message))

@@ -42,7 +42,11 @@ class OfflineSettings:
 
 
 def read_settings(parameters: Mapping[str, Mapping[str, Any]], namespace: str = "/synth") -> OfflineSettings:
-    """Read the parameters of the nodes of a run, name -> parameter -> value."""
+    """Read the parameters of the nodes of a run, name -> parameter -> value.
+
+    Raises:
+        ParameterError: a parameter does not fit, or asks for the time of day, which nothing has that is not live.
+    """
     grammar = read_groups("grammar_node", GRAMMAR_GROUPS, parameters["grammar_node"])
     run: RunConfig = grammar[""]
     if run.clock != "simulated":

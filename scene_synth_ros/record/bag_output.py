@@ -133,7 +133,11 @@ class BagOutput:
             self._add_channel(self._writer, topic)
 
     def begin(self, base: Path) -> str:
-        """Open the next bag, ``base``, then ``base_2`` and so on without names that are taken; return its folder."""
+        """Open the next bag, ``base``, then ``base_2`` and so on without names that are taken; return its folder.
+
+        Raises:
+            BagWriteError: one is open already, or it cannot be begun.
+        """
         if self._writer is not None:
             raise BagWriteError("a bag is open already")
         numbers = self._numbers
@@ -198,7 +202,11 @@ class BagOutput:
         self._written.add(topic)
 
     def snapshot(self, base: Path) -> str:
-        """Write the last seconds into a bag of their own, ``base_0`` and so on without names that are taken; return what it holds."""
+        """Write the last seconds into a bag of their own, ``base_0`` and so on without names that are taken; return what it holds.
+
+        Raises:
+            BagWriteError: nothing is kept, or it cannot be written.
+        """
         messages = list(self._ring.content())
         if not messages:
             raise BagWriteError("no snapshot: nothing is kept yet" if self._options.snapshot_s else "no snapshot: snapshot_s is 0")

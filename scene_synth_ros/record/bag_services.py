@@ -55,7 +55,11 @@ class BagServices:
 
 
 def wait_for(future: Future[str]) -> str:
-    """Return what the thread that writes answers."""
+    """Return what the thread that writes answers.
+
+    Raises:
+        BagWriteError: it refuses, or the disk has not answered in time.
+    """
     try:
         return future.result(ANSWER_TIMEOUT_S)
     except TimeoutError:

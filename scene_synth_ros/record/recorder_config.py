@@ -103,7 +103,11 @@ RECORDER_GROUPS: dict[str, type] = {"": RecorderConfig, "split": SplitPolicy, "i
 
 
 def read_pairs(items: tuple[str, ...]) -> dict[str, str]:
-    """Return the notes of ``custom_data``."""
+    """Return the notes of ``custom_data``.
+
+    Raises:
+        ParameterError: one is not KEY=VALUE.
+    """
     pairs = {}
     for item in items:
         key, equals, value = item.partition("=")

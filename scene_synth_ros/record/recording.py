@@ -209,6 +209,9 @@ class Recording:
 
         A frame of which only a part has come, as at an interruption, is left out.  Messages without stamps are logged at the time of the
         first frame; where none has come, by the wall clock when they arrived.
+
+        Raises:
+            BagWriteError: something was not written; the text is ``fault``.
         """
         if self._closed:
             return

@@ -38,7 +38,11 @@ class CameraRequests:
         self._state: DriveState | None = None
 
     def ask(self, message: PoseStamped) -> None:
-        """Take a pose; stamp 0 leaves the stamp to the renderer."""
+        """Take a pose; stamp 0 leaves the stamp to the renderer.
+
+        Raises:
+            FieldError: it is not in the world frame, no pose, or too many wait.
+        """
         frame = message.header.frame_id
         if frame not in ("", self._world_frame):
             raise FieldError("pose asked for", f"frame_id '{self._world_frame}' or none", shorten(frame))
@@ -67,7 +71,11 @@ class CameraRequests:
         return bool(self._poses)
 
     def take_map(self, message: OccupancyGrid) -> None:
-        """Take the free floor of the room."""
+        """Take the free floor of the room.
+
+        Raises:
+            FieldError: it is too large, or its sizes contradict each other.
+        """
         info = message.info
         if not (
             0 < info.width * info.height == len(message.data) <= MAX_CELLS and math.isfinite(info.resolution) and info.resolution > 0.0

@@ -53,6 +53,9 @@ class NextRoom:
 
         The step under way is waited for; what is left of the room is made when it is asked for, with all threads.  A room that could not be
         made is not told of: who makes it again will tell.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True meanwhile.
         """
         if self._jobs.job is None:
             return None

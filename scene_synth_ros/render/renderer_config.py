@@ -67,7 +67,11 @@ RENDERER_GROUPS: dict[str, type] = {
 
 
 def refuse_contradictions(owner: str, values: Groups) -> None:
-    """Refuse what is fixed at the start and does not go together."""
+    """Refuse what is fixed at the start and does not go together.
+
+    Raises:
+        ParameterError: a share of the rooms that is none, a camera called as a scanner, or a sensor without its body.
+    """
     own: RendererNodeConfig = values[""]
     if own.share_index >= own.share_count:
         raise ParameterError(f"{owner}: parameter share_index: expected less than share_count = {own.share_count}, got {own.share_index}")
@@ -81,7 +85,11 @@ def refuse_contradictions(owner: str, values: Groups) -> None:
 
 
 def catalog_folder(owner: str, values: Groups) -> Path | None:
-    """Return the folder of the user's models of a renderer, None for none."""
+    """Return the folder of the user's models of a renderer, None for none.
+
+    Raises:
+        ParameterError: it is no folder.
+    """
     config: RendererNodeConfig = values[""]
     folder = Path(config.catalog_dir) if config.catalog_dir else None
     if folder is not None and not folder.is_dir():

@@ -58,7 +58,12 @@ class UnplayableError(SceneSynthError):
 
 
 def chosen_topics(summary: BagSummary, config: ReplayConfig) -> list[TopicInfo]:
-    """Return the topics of a bag that the parameters ask for."""
+    """Return the topics of a bag that the parameters ask for.
+
+    Raises:
+        BagReadError: the bag holds no messages.
+        ParameterError: a topic is not in the bag, or the start lies beyond its end.
+    """
     if summary.start_ns is None or summary.end_ns is None:
         raise BagReadError(f"{config.bag}: the bag holds no messages" + (f"; {summary.faults[0]}" if summary.faults else ""))
     duration_s = (summary.end_ns - summary.start_ns) / NANOSECONDS
@@ -76,7 +81,11 @@ def chosen_topics(summary: BagSummary, config: ReplayConfig) -> list[TopicInfo]:
 
 
 def import_type(topic: TopicInfo) -> Any:
-    """Return the message class of a recorded topic."""
+    """Return the message class of a recorded topic.
+
+    Raises:
+        UnplayableError: the class is not installed or not the one that was recorded, or the messages are not CDR.
+    """
     if topic.serialization_format != "cdr":
         raise UnplayableError(f"expected messages in cdr, got {topic.serialization_format[:40]!r}")
     try:

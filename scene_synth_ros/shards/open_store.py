@@ -17,7 +17,11 @@ def is_url(where: str) -> bool:
 
 
 def open_store(where: str) -> Store:
-    """Return the store of a dataset; a folder need not exist."""
+    """Return the store of a dataset; a folder need not exist.
+
+    Raises:
+        StoreError: the URL is of no kind that can be used, or names no bucket.
+    """
     kind, _, place = where.partition("://")
     if is_url(where) and not place.partition("/")[0]:
         raise StoreError(f"{where}: expected a bucket and a folder, {kind}://bucket/folder, got no bucket")

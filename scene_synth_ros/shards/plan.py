@@ -61,7 +61,11 @@ class DatasetPlan:
         return [range(*ends) for ends in pairwise((0, *self.extended_from, self.rooms))]
 
     def rooms_of(self, shard: int) -> range:
-        """Return the indices of a shard's rooms."""
+        """Return the indices of a shard's rooms.
+
+        Raises:
+            PlanError: there is no such shard.
+        """
         if not 0 <= shard < self.shards:
             raise PlanError(f"shard {shard}: expected 0 to {self.shards - 1}")
         for rooms in self._runs():
@@ -176,7 +180,11 @@ def default_rooms_per_shard(rooms: int) -> int:
 
 
 def read_plan(data: bytes, where: str) -> DatasetPlan:
-    """Read ``dataset.json``."""
+    """Read ``dataset.json``.
+
+    Raises:
+        PlanError: it does not fit.
+    """
     try:
         document = json.loads(data)
     except (ValueError, RecursionError):

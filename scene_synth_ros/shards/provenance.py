@@ -119,6 +119,9 @@ def admit(known: tuple[Provenance, ...], made_by: Iterable[Provenance], where: s
 
     ``known``: those of its plan, the first of which began it.
     ``made_by``: of shards that are there, or will be made.
+
+    Raises:
+        ProvenanceError: there is another one, which is not accepted; the line tells in what it differs.
     """
     for one in made_by:
         if one not in known:

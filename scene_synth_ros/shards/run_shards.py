@@ -27,6 +27,9 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
     """Write the plan of a new dataset, or see that it is the plan of one that goes on, perhaps with more rooms or makers.
 
     ``resume``: whether it may be there already.
+
+    Raises:
+        PlanError: there is a dataset, and it shall not go on, or has another plan; or there is something else.
     """
     data = store.read(PLAN_NAME)
     if data is None and (strangers := store.names("")):
@@ -47,7 +50,11 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
 
 
 def refuse_another_plan(plan: DatasetPlan, there: DatasetPlan, where: str) -> None:
-    """Refuse a plan by which a dataset cannot go on; it may have more rooms."""
+    """Refuse a plan by which a dataset cannot go on; it may have more rooms.
+
+    Raises:
+        PlanError: the line names the first difference.
+    """
     difference = plan.difference(there.extended(plan.rooms) if plan.rooms > there.rooms else there)
     if difference:
         raise PlanError(f"{where}: holds a dataset of another plan: {difference}; repeat its options, or choose another folder")
@@ -62,6 +69,9 @@ def run_shards(
 
     ``locks``: descriptors of the folder's lock, which workers hold, too.
     ``told``: called with ``{"what", "room", "error"}`` as shards proceed (:class:`Progress`), and ``{"what": "done", "shard"}``.
+
+    Raises:
+        ShardError: a shard could not be made, or a worker was killed.
     """
     deaths: Counter[int] = Counter()
     given_up: dict[int, str] = {}
@@ -104,7 +114,11 @@ def finish_dataset(plan: DatasetPlan, store: Store, found: Survey) -> Manifest |
 
 
 def read_size(text: str) -> int:
-    """Return a size like ``1GB`` or ``256 MiB`` in bytes."""
+    """Return a size like ``1GB`` or ``256 MiB`` in bytes.
+
+    Raises:
+        PlanError: it is none.
+    """
     found = _SIZE.fullmatch(text.strip().upper())
     size = round(float(found[1]) * _UNITS[found[2]]) if found and found[2] in _UNITS else 0
     if size <= 0:
@@ -116,6 +130,9 @@ def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, locks: Sequence
     """Return a plan whose shards are about as large as its ``shard_bytes``: the first room that can be made is made to know its bytes.
 
     ``locks``: descriptors of the folder's lock.
+
+    Raises:
+        ShardError: none of the first rooms can be made.
     """
     single = replace(plan, rooms_per_shard=1)
     with store.workspace("size") as folder:

@@ -117,7 +117,11 @@ class UrlStore:
 
     @contextlib.contextmanager
     def _told(self, name: str) -> Iterator[tuple[Any, str]]:
-        """Give the file system and the path of a name; whatever its library says is told in one line."""
+        """Give the file system and the path of a name; whatever its library says is told in one line.
+
+        Raises:
+            StoreError: the store cannot be used.
+        """
         files, root = file_system(self.url)
         try:
             yield files, f"{root}/{name}".rstrip("/")
@@ -137,7 +141,11 @@ class UrlStore:
 
 
 def file_system(url: str) -> tuple[Any, str]:
-    """Return the fsspec file system of a URL, one a process, and the path in it."""
+    """Return the fsspec file system of a URL, one a process, and the path in it.
+
+    Raises:
+        StoreError: fsspec or the library of the URL's kind is missing, or the URL is of no kind that is known.
+    """
     try:
         core = importlib.import_module("fsspec.core")
         files, path = core.url_to_fs(url, use_listings_cache=False)  # others write there, too

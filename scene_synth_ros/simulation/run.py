@@ -113,7 +113,11 @@ def result(code: int = DONE, line: str = "") -> dict[str, Any]:
 
 
 def scene_of(run: Run) -> SceneDescription:
-    """Return the room at work, or that comes first."""
+    """Return the room at work, or that comes first.
+
+    Raises:
+        Refusal: none is there.
+    """
     scene = run.scene
     if scene is None:
         raise Refusal(INCORRECT_STATE, "no room is there yet; ask again")

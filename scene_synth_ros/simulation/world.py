@@ -64,7 +64,11 @@ UNCHANGED = World()
 
 
 def checked_world(scene: SceneDescription, rules: SceneSynthesizer) -> World:
-    """Return the world of a room that is loaded."""
+    """Return the world of a room that is loaded.
+
+    Raises:
+        SceneSynthError: it is no valid room; the line says which checks it fails.
+    """
     failed = [check.name for check in report_of(rules, scene).checks if not check.passed]
     if failed:
         raise SceneSynthError(f"world: expected a valid room, got one that fails {', '.join(failed)}; change what is at fault")

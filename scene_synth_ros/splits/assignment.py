@@ -94,7 +94,11 @@ def _in_range(index: int, rule: Ranges) -> str | None:
 
 
 def read_shares(words: str, seed: int = 0) -> Shares:
-    """Read ``train=0.8,val=0.1,test=0.1``."""
+    """Read ``train=0.8,val=0.1,test=0.1``.
+
+    Raises:
+        SplitError: a name or a number does not fit, or the shares do not add up to 1.
+    """
     shares: dict[str, Fraction] = {}
     for name, value in _pairs("--shares", words).items():
         try:
@@ -111,7 +115,11 @@ def read_shares(words: str, seed: int = 0) -> Shares:
 
 
 def read_ranges(words: str) -> Ranges:
-    """Read ``train=0:800,val=800:900``."""
+    """Read ``train=0:800,val=800:900``.
+
+    Raises:
+        SplitError: a name or a range does not fit, or two ranges share a room.
+    """
     ranges = {}
     for name, value in _pairs("--ranges", words).items():
         first, last = (whole_number(end) for end in value.partition(":")[::2])

@@ -117,7 +117,11 @@ def refused_by(facts: FrameFacts, asked: Asked) -> list[str]:
 
 
 def read_interval(option: str, words: str, lowest: float = -math.inf, highest: float = math.inf) -> Interval:
-    """Read ``LOW:HIGH``, either of which may be left out."""
+    """Read ``LOW:HIGH``, either of which may be left out.
+
+    Raises:
+        SplitError: it is none, or lies outside what the option can be.
+    """
     low, colon, high = words.partition(":")
     try:
         bounds = float(low or lowest), float(high or highest)

@@ -83,7 +83,11 @@ def turn_rad(one: FrameFacts, other: FrameFacts) -> float:
 
 
 def read_nearness(words: str) -> Nearness:
-    """Read ``DISTANCE:ANGLE``, metres and degrees, with ``:IDS:LUMA`` after it where the pictures' agreement is to be another."""
+    """Read ``DISTANCE:ANGLE``, metres and degrees, with ``:IDS:LUMA`` after it where the pictures' agreement is to be another.
+
+    Raises:
+        SplitError: it is none.
+    """
     try:
         values = [float(word) for word in words.split(":")]
     except ValueError:

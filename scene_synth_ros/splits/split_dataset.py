@@ -130,7 +130,11 @@ def split_dataset(
 
 
 def _placed_rooms(data: Dataset, rule: Shares | Ranges, asked: Asked, near: Nearness | None, refused: dict[str, _Refused]) -> list[_Room]:
-    """Return the rooms that go into a split, in their order; the others are counted in ``refused``."""
+    """Return the rooms that go into a split, in their order; the others are counted in ``refused``.
+
+    Raises:
+        SplitError: no room has a type that is asked for.
+    """
     types = {info.room_type for info in data.rooms}
     if unknown := [name for name in asked.room_types if name not in types]:
         raise SplitError(f"--room-types {','.join(unknown)}: expected types that the source has: {', '.join(sorted(types))}")

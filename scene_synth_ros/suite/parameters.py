@@ -33,7 +33,11 @@ def annotations_of(groups: Mapping[str, type]) -> dict[str, Any]:
 
 
 def read_groups(owner: str, groups: Mapping[str, type], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return prefix -> frozen dataclass, of values by parameter name over the defaults; no node here."""
+    """Return prefix -> frozen dataclass, of values by parameter name over the defaults; no node here.
+
+    Raises:
+        ParameterError: a value is of no parameter, of the wrong type or out of range; the line begins with ``owner``.
+    """
     annotations = annotations_of(groups)
     for name in overrides:
         if name not in annotations and not name.startswith(ROS_OWN):

@@ -112,7 +112,11 @@ def _make(make: Callable[[], Node], args: list[str] | None, caught: list[int]) -
 
 
 def _refuse_missing_files(words: Sequence[str]) -> None:
-    """Refuse parameter files that are not there, before rcl does so in its own words."""
+    """Refuse parameter files that are not there, before rcl does so in its own words.
+
+    Raises:
+        ParameterError: one is no file.
+    """
     for word, path in itertools.pairwise(words):
         if word == "--params-file" and not Path(path).is_file():
             raise ParameterError(f"--params-file {path}: expected a parameter file, got none; check the path, or take it away for defaults")

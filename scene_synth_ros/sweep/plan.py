@@ -27,6 +27,9 @@ def plan_sweep(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], settings_
     """Return the variants of all base rooms, numbered one room after the other.
 
     A value that is the base room's own changes nothing: what two points of the design make alike is made once.
+
+    Raises:
+        SweepError: a factor fits no base room, a value fits no parameter, or there are too many variants.
     """
     points = design_points(spec)
     if len(points) * len(bases) > MAX_VARIANTS:
@@ -50,7 +53,11 @@ def plan_sweep(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], settings_
 
 
 def daylight_note(spec: SweepSpec, where: str, rules: SceneSynthesizer) -> str:
-    """Return what is to be told before rooms are sampled: some may lack the sun that a factor needs; empty if none does."""
+    """Return what is to be told before rooms are sampled: that some may come out without the sun that a factor needs; empty if none does.
+
+    Raises:
+        SweepError: no room that is sampled has a sun.
+    """
     needs = next((factor for factor in spec.factors if factor.spec.factor and FACTORS[factor.spec.factor].by_day), None)
     if needs is None or not spec.base.room_types:
         return ""
@@ -81,7 +88,11 @@ def _reader(factor: SweepFactor, where: str) -> Callable[[object], object]:
 
 
 def _base_values(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], rules: SceneSynthesizer) -> list[dict[str, object]]:
-    """Return the factors' values of each base room."""
+    """Return the factors' values of each base room.
+
+    Raises:
+        SweepError: a factor fits none of the rooms.
+    """
     own: list[dict[str, object]] = [{} for _ in bases]
     for factor in spec.factors:
         misfits = []
@@ -162,6 +173,9 @@ def base_rooms(spec: SweepSpec, where: str, settings_of: RoomSettings, rules: Sc
     """Yield the base rooms: those of every type and seed, then the descriptions.
 
     ``where``: the sweep's file; descriptions are looked for beside it, then in the working directory.
+
+    Raises:
+        SweepError: a room cannot be sampled or read.
     """
     for room_type in spec.base.room_types:
         for seed in spec.base.seeds:

@@ -185,7 +185,11 @@ def is_done(variant: Variant, folder: Path, exposure: str) -> bool:
 
 
 def remove_stale(bag: Path) -> None:
-    """Remove the bag of a variant that is not what the plan says."""
+    """Remove the bag of a variant that is not what the plan says.
+
+    Raises:
+        SweepError: there is something that is no bag.
+    """
     if not bag.exists():
         return
     strangers = [file.name for file in bag.iterdir() if ".mcap" not in file.name and not file.name.startswith("metadata.yaml")]

@@ -63,7 +63,11 @@ class RunConfig:
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
 
     def check(self) -> None:
-        """Refuse settings that contradict each other."""
+        """Refuse settings that contradict each other.
+
+        Raises:
+            SceneSynthError: frames that wait for each other are stamped by a clock that waits for nobody.
+        """
         if self.clock == "wall" and self.lock_step:
             raise SceneSynthError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")
 

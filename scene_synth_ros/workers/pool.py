@@ -54,7 +54,11 @@ class Death(NamedTuple):
 
 
 def end_run(death: Death) -> Any:
-    """End the run in which a worker has died."""
+    """End the run in which a worker has died.
+
+    Raises:
+        WorkerError: always; it names the worker and what ended it.
+    """
     raise WorkerError(f"{death.line}; run again for what is missing")
 
 
@@ -127,6 +131,9 @@ class WorkerPool:
             tasks: are taken as workers get free.
             told: called with what workers tell, in the calling thread.
             died: called where a worker has died; returns the task to do in its place, or raises what ends the run.
+
+        Raises:
+            WorkerError: a task could not be done, or a worker was ended.
         """
         waiting = iter(tasks)
         for number, task in zip(range(self._count), waiting, strict=False):

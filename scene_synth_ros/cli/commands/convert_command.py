@@ -65,7 +65,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def read_range(text: str | None) -> tuple[int, int] | None:
-    """Return the rooms that ``A:B`` names, None for all."""
+    """Return the rooms that ``A:B`` names, None for all.
+
+    Raises:
+        UsageError: it has another form, or names none.
+    """
     if text is None:
         return None
     found = re.fullmatch(r"(\d*):(\d*)", text)

@@ -271,7 +271,11 @@ class Share:
 
 
 def read_share(text: str) -> Share:
-    """Return the share that ``I/N`` means."""
+    """Return the share that ``I/N`` means.
+
+    Raises:
+        UsageError: it is none.
+    """
     found = _FORM.fullmatch(text)
     index, count = (int(number) for number in found.groups()) if found else (0, 0)
     if not 0 <= index < count:

@@ -137,7 +137,11 @@ def read_asked(arguments: argparse.Namespace) -> Asked:
 
 
 def default_out(source: str) -> Path:
-    """Return the file in the source's folder."""
+    """Return the file in the source's folder.
+
+    Raises:
+        UsageError: the source is no local folder.
+    """
     if not Path(source).is_dir():
         raise UsageError(f"--out: expected a file, because {source} is no folder on this machine that {SPLITS_NAME} could go to")
     return Path(source) / SPLITS_NAME

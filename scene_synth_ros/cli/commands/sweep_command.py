@@ -140,7 +140,11 @@ def _summary(outcome: Outcome, folder: Path) -> str:
 
 
 def _tile(variant: VariantRow, bag: Path) -> Tile:
-    """Return the first frame of a variant, labelled with what was changed."""
+    """Return the first frame of a variant, labelled with what was changed.
+
+    Raises:
+        UsageError: its bag holds none of ``SHOWN``.
+    """
     with BagReader(bag) as reader:
         topics = layer_topics({topic.name: topic.type_name for topic in reader.summary.topics})
         layer = next((layer for layer in SHOWN if layer in topics), None)

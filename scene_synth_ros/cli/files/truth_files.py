@@ -134,7 +134,11 @@ def map_yaml(image: str, resolution_m: float, origin_m: tuple[float, float]) -> 
 
 
 def floor_of_message(grid: OccupancyGrid) -> FloorMap:
-    """Return the free floor that was published."""
+    """Return the free floor that was published.
+
+    Raises:
+        MapError: its numbers of rows, columns and cells do not agree, or its place is not finite.
+    """
     width, height, cells = grid.info.width, grid.info.height, np.frombuffer(grid.data, np.int8)
     place = grid.info.origin.position
     if width * height != cells.size or not 0 < cells.size <= MAX_CELLS:

@@ -78,6 +78,9 @@ def page_image(pixels: Pixels, form: str, layer: Layer | None, max_size: int) ->
     Returns:
         width, height: in the bag; shown: width and height in the page; type and data: image file, base64; sum: of all its bytes, for
         lossless forms, so that the script can tell whether it reads what was written; counts: id -> pixels in the bag, for ids.
+
+    Raises:
+        PageImageError: the image is empty, or has another number of channels than its form.
     """
     channels = pixels.shape[2] if pixels.ndim == 3 else 1
     expected = sorted({*_CHANNELS[form], *([layer.channels] if layer is not None and form == "picture" else [])})

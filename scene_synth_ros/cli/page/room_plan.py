@@ -98,7 +98,11 @@ def _eaves(room: Room) -> str:
 
 
 def map_picture(grid: OccupancyGrid) -> dict[str, Any]:
-    """Return an occupancy grid as a picture, free floor tinted, and its rectangle in the world."""
+    """Return an occupancy grid as a picture, free floor tinted, and its rectangle in the world.
+
+    Raises:
+        PageImageError: its numbers of rows, columns and cells do not agree, or its place is not finite.
+    """
     width, height, cells = grid.info.width, grid.info.height, np.frombuffer(grid.data, np.int8)
     place = (grid.info.origin.position.x, grid.info.origin.position.y, grid.info.resolution)
     if width * height != cells.size or not 0 < cells.size <= MAX_CELLS:

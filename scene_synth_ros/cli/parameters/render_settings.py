@@ -59,7 +59,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
-    """Return the settings that the options ask for."""
+    """Return the settings that the options ask for.
+
+    Raises:
+        UsageError: an option does not fit; one line.
+    """
     values: dict[str, Any] = {f"render.{name}": value for name, value in preset_settings(arguments.preset, arguments.spp).items()}
     values |= {"render.auto_exposure": True, "render.threads": arguments.threads}
     for overlay in arguments.overlay:
@@ -87,7 +91,11 @@ def preset_settings(name: str, samples_per_pixel: int | None = None) -> dict[str
 
 
 def white_settings(text: str) -> dict[str, Any]:
-    """Return the fields of ``RenderConfig`` for ``--white-balance``: a name or a colour temperature."""
+    """Return the fields of ``RenderConfig`` for ``--white-balance``: a name or a colour temperature.
+
+    Raises:
+        UsageError: it is neither.
+    """
     if text in ("auto", "none"):
         return {"white_balance": text}
     try:

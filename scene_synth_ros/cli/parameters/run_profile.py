@@ -40,6 +40,9 @@ def find_shipped(path: Path, folders: Sequence[str], what: str) -> Path:
 
     Shipped files go by their name (``stream``), with their folder (``presets/stream``), or as in the source tree
     (``config/presets/stream.yaml``).  ``folders`` are those of the configuration; ``what`` is expected, for the error.
+
+    Raises:
+        ProfileError: there is no such file; the line lists the shipped ones.
     """
     if path.exists() and not path.is_dir():
         return path
@@ -58,6 +61,9 @@ def load_profile(path: Path) -> NodeParameters:
 
     Keys are node names, plain (``grammar_node``), with a namespace or wildcard (``/synth/grammar_node``, ``/**/grammar_node``), or ``/**``
     for all nodes; below each stands ``ros__parameters``.
+
+    Raises:
+        ProfileError: the file cannot be read, is no YAML, or has another form.
     """
     path = find_profile(path)
     data = read_yaml(path, ProfileError)
@@ -87,7 +93,11 @@ def with_inheritance(parameters: NodeParameters) -> NodeParameters:
 
 
 def check_namespace(namespace: str) -> None:
-    """Refuse what is no absolute ROS namespace (https://design.ros2.org/articles/topic_and_service_names.html); a slash may end it."""
+    """Refuse what is no absolute ROS namespace (https://design.ros2.org/articles/topic_and_service_names.html); a slash may end it.
+
+    Raises:
+        ProfileError: it is none.
+    """
     if not re.fullmatch(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+/?", namespace) or "__" in namespace:
         raise ProfileError(f"--namespace {namespace}: expected a name that begins with /, of letters, digits and _, as /lab/robot_1")
 
@@ -109,7 +119,11 @@ def namespace_defaults(namespace: str) -> NodeParameters:
 
 
 def apply_overrides(parameters: NodeParameters, overrides: Iterable[str]) -> NodeParameters:
-    """Return the parameters with overrides of the form ``node.name:=value`` (value in YAML) applied."""
+    """Return the parameters with overrides of the form ``node.name:=value`` (value in YAML) applied.
+
+    Raises:
+        ProfileError: an override has another form or names no node of a run.
+    """
     result = {node: dict(values) for node, values in parameters.items()}
     for override in overrides:
         target, assigned, text = override.partition(":=")

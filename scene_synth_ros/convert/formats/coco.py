@@ -63,7 +63,11 @@ class FormatWriter(Writer):
         self._names: dict[int, str] = {}
 
     def begin_sequence(self, sequence: Sequence) -> Sequence:
-        """Take the names of the classes."""
+        """Take the names of the classes.
+
+        Raises:
+            ConvertError: rooms have class ids of different standards.
+        """
         names = class_names(self.source.frame(sequence, 0))
         if any(self._names.get(key, name) != name for key, name in names.items()):
             raise ConvertError(f"coco: {self.source.name}: expected classes of one standard, got another in {sequence.name}; use --rooms")

@@ -45,7 +45,11 @@ class RoomImu(NamedTuple):
 
 
 def room_imu(frame: Frame) -> RoomImu | None:
-    """Return the device of a frame's room; None where there is none."""
+    """Return the device of a frame's room; None where there is none.
+
+    Raises:
+        ConvertError: the base was driven, so that the room does not tell how it moved.
+    """
     settings = frame.settings or {}
     if "imu" not in settings or not frame.has_scene:
         return None

@@ -77,7 +77,11 @@ class ExrFormatWriter(FormatWriter):
     float_suffix = "exr"
 
     def begin(self, out: Path, source: Source) -> None:
-        """Take folder and source."""
+        """Take folder and source.
+
+        Raises:
+            ConvertError: the library is missing.
+        """
         if not is_installed():
             raise ConvertError("frames_exr: expected the library OpenEXR, got none; install scene_synth_ros[exr], or convert to frames")
         super().begin(out, source)

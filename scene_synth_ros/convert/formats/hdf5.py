@@ -67,7 +67,11 @@ class FormatWriter(Writer):
     """Writes ``rooms.h5``."""
 
     def begin(self, out: Path, source: Source) -> None:
-        """Take folder and source."""
+        """Take folder and source.
+
+        Raises:
+            ConvertError: the library is missing, or a layer is called like what the file has beside layers.
+        """
         for layer in source.layers:
             if layer in (*_COLUMNS, *_TEXTS):
                 raise ConvertError(f"hdf5: layer {layer}: the name is taken; name the layers that you want: --layers NAME ...")
@@ -95,7 +99,11 @@ class FormatWriter(Writer):
         return _Encoded(frame_record(frame), chunks, texts)
 
     def take(self, item: _Encoded, state: _Group) -> None:
-        """Store the chunks of a frame."""
+        """Store the chunks of a frame.
+
+        Raises:
+            ConvertError: a layer has another shape than in the frames before.
+        """
         group = self._file.require_group(state.sequence.name)
         number = len(state.records)
         for name, text in item.texts.items():
@@ -113,7 +121,11 @@ class FormatWriter(Writer):
         state.records.append(item.record)
 
     def end_sequence(self, state: _Group) -> None:
-        """Store cameras, poses and stamps of the frames."""
+        """Store cameras, poses and stamps of the frames.
+
+        Raises:
+            ConvertError: the frames have different cameras.
+        """
         group = self._file[state.sequence.name]
         for key in _CONSTANTS:
             values = {record[key] for record in state.records}

@@ -53,7 +53,11 @@ class FormatWriter(Writer):
     """Writes ``data/``, ``meta/info.json``, ``meta/stats.json``, ``meta/tasks.parquet`` and ``meta/episodes/``."""
 
     def begin(self, out: Path, source: Source) -> None:
-        """Take folder and source."""
+        """Take folder and source.
+
+        Raises:
+            ConvertError: pyarrow is missing, or frames do not follow each other at a whole rate.
+        """
         try:
             import pyarrow.parquet
         except ImportError:
@@ -78,7 +82,11 @@ class FormatWriter(Writer):
         return []
 
     def encode(self, frame: Frame, number: int, state: list[_Item]) -> _Item:
-        """Encode the images of a frame."""
+        """Encode the images of a frame.
+
+        Raises:
+            ConvertError: LeRobot has no image for a layer.
+        """
         images, samples, features = {}, {}, {}
         for layer in self._layers:
             pixels = frame[layer]
@@ -93,7 +101,11 @@ class FormatWriter(Writer):
         return _Item(frame_record(frame), images, samples, features)
 
     def take(self, item: _Item, state: list[_Item]) -> None:
-        """Keep a frame until its room is complete."""
+        """Keep a frame until its room is complete.
+
+        Raises:
+            ConvertError: its images have another size than those before.
+        """
         if not self._features:
             self._features = item.features | schema.VALUES
         for name, row in item.features.items():

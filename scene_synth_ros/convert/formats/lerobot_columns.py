@@ -154,6 +154,9 @@ def whole_rate(stamps: Sequence[Sequence[int]]) -> int:
 
     Args:
         stamps: of each sequence, ns, ascending.
+
+    Raises:
+        ConvertError: it is no whole number.
     """
     periods = Counter(after - before for sequence in stamps for before, after in pairwise(sequence))
     if not periods:
