@@ -1,7 +1,5 @@
 """A record of one chain: every energy term over the proposals and the acceptance of every move, as a table (CSV) and a drawing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -8,8 +8,6 @@ layouts are all odd, is the budget's ``gate``: where they do, as in the grammars
 and places of doors and windows with other probabilities than the grammar says; the parse graph tells those of the grammar.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections import Counter

@@ -4,8 +4,6 @@ For each call numba tries one candidate after the other, a dozen for a sum, ever
 that it takes to compile the grammar's kernels.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba.core.types.functions import BaseFunction

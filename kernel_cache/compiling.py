@@ -11,8 +11,6 @@ compiles the others wait for (:mod:`kernel_cache.turns`).
 What is private to numba and used here stands in ``test/kernel_cache/test_numba_interfaces.py``, which names what a new version has lost.
 """
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import pickle

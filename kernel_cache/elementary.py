@@ -5,8 +5,6 @@ kernels and :mod:`math` do: its code differs between processors with and without
 float64, rounded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any

@@ -4,8 +4,6 @@ So one cache serves all of them, and they compute the same.  Neither is Intel's 
 and which has other code for other processors.
 """
 
-from __future__ import annotations
-
 import os
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """A stamp of a source file and of all that it imports from these packages, by which compiled kernels are known to be fresh."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import os

@@ -4,8 +4,6 @@ A turn is a lock on one byte of a file in the cache's folder, so it ends with it
 its own kernel calls, and kernels do not call each other in circles, so two never wait for one another.
 """
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import os
@@ -30,7 +28,7 @@ class Turns:
 
     @staticmethod
     @cache
-    def of(folder: str) -> Turns:
+    def of(folder: str) -> "Turns":
         """Return a folder's: one for a process, as closing any of its files would end all its locks."""
         return Turns(folder)
 

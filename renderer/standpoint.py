@@ -4,8 +4,6 @@ Surfaces show their fronts to whoever stands where a camera belongs.  From a pla
 its surfaces; in a closed cupboard all of them meet the cupboard.  What lies outside is known from the room's outline and height.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

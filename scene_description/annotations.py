@@ -4,8 +4,6 @@ Pixels are image coordinates: the image spans [0, width] x [0, height], so the p
 c + 0.5.  Optical frame: x right, y down, z forward, at the pose of the frame's stamp.  An object's own frame has its front along +x.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal

@@ -1,7 +1,5 @@
 """The user's own models: what a catalogue's file says of them, and what reading them adds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal

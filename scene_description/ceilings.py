@@ -4,8 +4,6 @@ Over a point at distance d from the line of the wall of a slope, measured into t
 high.  World frame, metres.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Transfer function of sRGB (IEC 61966-2-1)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

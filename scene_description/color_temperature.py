@@ -5,8 +5,6 @@ temperature control system for HDTV applications, Journal of the Korean Physical
 becomes linear RGB with the primaries and white of ITU-R BT.709.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

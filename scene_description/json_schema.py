@@ -4,8 +4,6 @@ Readers of dataclasses (:mod:`scene_description.strict`) refuse unknown fields, 
 TypedDicts and named tuples take what they know, and leave it open.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import types

@@ -3,8 +3,6 @@
 Sines and cosines are those of the C library, one by one, because numpy chooses its own by processor; nothing here calls BLAS.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import lru_cache

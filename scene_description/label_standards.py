@@ -5,8 +5,6 @@ class, ``category_mapping.csv`` where a standard tells finer than NYU40: that ro
 has no class for.  Sources: ``docs/labels.md``.
 """
 
-from __future__ import annotations
-
 import csv
 from functools import cache
 from importlib import resources

@@ -3,8 +3,6 @@
 Class ids are stable across runs and versions: 0 is void, 1 to 40 are the standard's classes in its order.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Mapping
 from importlib import resources

@@ -1,7 +1,5 @@
 """Ids of the lights of a scene, and what they are: what shines in its pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

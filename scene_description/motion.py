@@ -5,8 +5,6 @@ uniform B-spline of order 6, degree 5 (C. de Boor, "A Practical Guide to Splines
 more are continuous; :mod:`scene_description.kinematics` evaluates them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """The motion through given poses of a camera, even in time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 A module's ``__getattr__`` is called for names that it does not have (PEP 562); packages do so as SPEC 1 of Scientific Python describes.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Measures of polygons in the plane, as floor outlines are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

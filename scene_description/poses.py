@@ -1,7 +1,5 @@
 """Rigid poses: quaternions (x, y, z, w) and 4x4 matrices ``a_from_b``, so that neighbouring frame names cancel."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@
 elementwise products and sums of numpy, which are exact in the same way everywhere.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

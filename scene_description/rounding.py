@@ -1,7 +1,5 @@
 """Numbers of a description with as many digits as mean something."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import is_dataclass
 from typing import Any, TypeVar, cast

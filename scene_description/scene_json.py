@@ -5,8 +5,6 @@ parts of the scene agree: ids are unique, references point to something, quatern
 counter-clockwise, model files stay inside the catalogue.  Nothing is allocated beyond the text's own size.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable

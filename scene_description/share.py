@@ -1,7 +1,5 @@
 """Finds the files of ``config/``: beside the packages in a source tree, under ``share/scene_synth_ros`` once installed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 

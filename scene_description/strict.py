@@ -11,8 +11,6 @@ keys, wrong types, values that are not finite and values out of range are refuse
     scene_description.strict.FieldError: fov_rad: expected a number in [0.1, 3.0] rad, got 9.0
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import json

@@ -4,8 +4,6 @@ The method of low accuracy of J. Meeus, "Astronomical Algorithms" (2nd edition, 
 calculator of NOAA's Global Monitoring Laboratory: within 0.02 degrees for years near 2000.  Refraction of the air is not counted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

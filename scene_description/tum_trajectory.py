@@ -3,8 +3,6 @@
 The pose is that of the optical frame in the world (https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation

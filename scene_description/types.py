@@ -5,8 +5,6 @@ along +x, so ``size_m`` is (depth, width, height).  Colours are linear (scene-re
 radiance is given as RGB luminance in cd/m2, flux in lumen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal

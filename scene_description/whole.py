@@ -4,8 +4,6 @@ A temporary name is hidden, ends in ``.partial`` and names the process that make
 from what is being made.
 """
 
-from __future__ import annotations
-
 import glob
 import os
 import shutil

@@ -5,8 +5,6 @@ events, one after the other, so that nothing grows beyond what it counts: an ali
 greatest depth, a number a greatest length.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path

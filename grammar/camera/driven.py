@@ -5,8 +5,6 @@ Neurosci. 5, 1985), slow enough for the limits; its samples are control points, 
 are apart by as much as the curve reaches, so that the base is on its lines exactly.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Settings of motions: what carries the camera, and how it moves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

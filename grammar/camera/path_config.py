@@ -1,7 +1,5 @@
 """Settings of camera paths."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

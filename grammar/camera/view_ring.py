@@ -5,8 +5,6 @@ view spans.  Its value grows with how far it sees, how many different objects it
 stands right before the lens, and with a plane or an object that fills it.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ around its own height.  Distances to walls and boxes are exact, and they change 
 points is allowed if both keep half their distance from each other in reserve.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@ No fault makes objects overlap or float; :mod:`grammar.checks.validity` looks af
 roles of their categories (``config/categories.yaml``), so they judge sampled rooms and real ones alike.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

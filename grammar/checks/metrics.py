@@ -4,8 +4,6 @@ Sources of the definitions: PhyScene (Yang et al., CVPR 2024: Col_obj, Col_scene
 functional sides, opening clearance, support).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

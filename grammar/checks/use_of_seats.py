@@ -1,7 +1,5 @@
 """Faults of use about seats and what belongs to them: chairs and their places at tables, sofas and coffee tables, screens."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -5,8 +5,6 @@ share of the floor, an object without a supporter) is rejected and drawn again w
 grammar (with the clutter asked for, without the excluded categories), not of the grammar given the other constraints.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

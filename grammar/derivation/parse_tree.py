@@ -3,8 +3,6 @@
 Prose says *object*; code says ``item``, since ``object`` is a name of Python's own.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +11,7 @@ from grammar.spec.object_rules import ObjectRule
 from scene_description import ParseNode, Room
 
 
-def attribute_node(attribute: Attribute, identifier: int | None) -> ParseNode:
+def attribute_node(attribute: "Attribute", identifier: int | None) -> ParseNode:
     """Return a drawn attribute as a node of the parse tree; ``identifier`` is the id of its object or opening, None for the room's."""
     return ParseNode(
         symbol=attribute.name, kind="attribute", choice=attribute.value, log_probability=attribute.log_probability, object=identifier

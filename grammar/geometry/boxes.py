@@ -5,8 +5,6 @@ underside and top, half its depth (along the box's own x) and half its width (al
 (n, 8) array.  The rectangle tests follow the separating axis theorem (Gottschalk et al., SIGGRAPH 1996) in two dimensions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

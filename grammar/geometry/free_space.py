@@ -7,8 +7,6 @@ passage does not depend on how furniture falls on the raster.  The share of walk
 Solid boxes are rows of an (n, 8) array as :mod:`grammar.geometry.boxes` defines them.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Unless told otherwise numba counts the references to every array that a function
 addition; in the layout chain that was two thirds of the time.  What a kernel without this counting is given belongs to its caller.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

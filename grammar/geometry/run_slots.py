@@ -6,8 +6,6 @@ line is a wall, or one on the floor: that of a last leg that juts out into the r
 that stands free (an island).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple

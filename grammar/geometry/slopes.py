@@ -3,8 +3,6 @@
 World frame, metres; boxes are rows as :mod:`grammar.geometry.boxes` defines them.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

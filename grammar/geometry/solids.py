@@ -1,7 +1,5 @@
 """From objects to the boxes that they occupy, by the compounds of the category table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Free floor: stretches of walls along which a row of furniture of some depth can stand, and clear rectangles of the floor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 

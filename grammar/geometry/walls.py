@@ -1,7 +1,5 @@
 """The walls of a room as arrays, and how far things stick out through them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Space that must stay free: before doors, windows and pictures, and where people use furniture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

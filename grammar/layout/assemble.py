@@ -1,7 +1,5 @@
 """From a parse tree to the arrays of a layout problem."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ Yang et al., CVPR 2024); reach: number of seats, beds and stores that the robot 
 :func:`grammar.geometry.free_space.rasterize`; :mod:`grammar.layout.floor_raster` keeps them.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -15,8 +15,6 @@ An energy vector holds the unweighted losses.  The part of it that changes when 
 one of them; cliques among objects that move rigidly together keep their losses and are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Any

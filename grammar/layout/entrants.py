@@ -11,8 +11,6 @@ of all tells which room it is.
 An object comes in at the best of some poses drawn from the relocation's mixture.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

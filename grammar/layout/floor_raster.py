@@ -8,8 +8,6 @@ cells only is reached; a reached cell may close when its reached neighbours stay
 "Connectivity in digital pictures", J. ACM 1970).  All else is flooded anew from the door.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

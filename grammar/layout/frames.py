@@ -1,7 +1,5 @@
 """Frames of the layout, angles, walls, support surfaces and boxes of objects, and poses in these: kernels of energies and proposals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

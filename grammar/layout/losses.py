@@ -3,8 +3,6 @@
 Columns are found by the terms' names (:data:`grammar.spec.energy_terms.TERMS`).  Losses are never below zero.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple

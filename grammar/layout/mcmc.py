@@ -8,8 +8,6 @@ for proposals that pass all others.  The decision is the same as with the whole 
 :func:`_step` decides one proposal; :func:`_run` sets its inverse temperature and keeps layouts, counts and the trace.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

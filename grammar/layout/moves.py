@@ -14,8 +14,6 @@ restarts.  A pose's base measure is area times angle (length along the walls for
 walls, or the support surfaces.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ Few tables with named columns (:mod:`grammar.layout.columns`) rather than one ar
 compile time in its callers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple

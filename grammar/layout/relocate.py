@@ -7,8 +7,6 @@ ratio needs.  A pose's base measure is area times angle (length along the walls 
 the walls, or the support surfaces.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ around it too.  What hangs above a core that stands follows it from wall to wall
 Hastings ratio.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Stages as those of Jiang et al. (IJCV 2018, section 6) bring the objects in, tho
 one goes on (:mod:`grammar.layout.entrants`); then all objects move together, annealed if the schedule says so, until the layout is done.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

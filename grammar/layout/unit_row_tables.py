@@ -3,8 +3,6 @@
 Apart from their kernels, which would be compiled anew at every change of the derivation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

@@ -6,8 +6,6 @@ shift counts as much as one with it.  All moves draw as likely there as back: sl
 refused beyond its bounds; two units that exchange their places, refused where that would change the length of a leg.
 """
 
-from __future__ import annotations
-
 import math
 
 from grammar.geometry import walls

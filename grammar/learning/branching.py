@@ -9,8 +9,6 @@ A Dirichlet prior of ``alpha`` pseudo-counts around the base grammar smooths the
 branches that lead only to them keep their probabilities.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet

@@ -7,8 +7,6 @@ What stands on the floor of a tidy room stands along the walls: of a few free po
 taken, so boxes end up in rows and corners, and shoes beside the shoe rack.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -180,7 +178,7 @@ class Obstacles(NamedTuple):
     boxes: Boxes
     owners: Ints
 
-    def with_more(self, boxes: Boxes, owners: Ints | None = None) -> Obstacles:
+    def with_more(self, boxes: Boxes, owners: Ints | None = None) -> "Obstacles":
         """Return these and more, by default space that is kept free."""
         of = np.zeros(len(boxes), np.int64) if owners is None else owners
         return Obstacles(np.concatenate([self.boxes, boxes]), np.concatenate([self.owners, of]))

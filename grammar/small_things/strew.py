@@ -4,8 +4,6 @@ The furniture is given and stays as it is.  Every thing has a level of clutter a
 clutter 2 holds what it holds at 1.5, in the same places, and more.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter, defaultdict

@@ -1,7 +1,5 @@
 """What every object category is: its semantic class, its collision boxes and its support surfaces."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ alone, reports and the table in ``docs/grammar.md`` all follow from these rows; 
 row here and a kernel that says which terms it adds to (:mod:`grammar.layout.losses`).
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import dataclass

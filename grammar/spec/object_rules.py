@@ -5,8 +5,6 @@ object of the functional group, or to the supporter.  Address terminals (``cores
 refers to (Jiang et al., IJCV 2018, section 2).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
@@ -84,7 +82,7 @@ class AroundMode(Mode):
     of: Annotated[tuple[Symbol, ...], Limits(max_length=16)] = ()
     """Cores that the place is meant for; empty: all."""
 
-    def at_door(self, hinge: Literal["start", "end"]) -> AroundMode:
+    def at_door(self, hinge: Literal["start", "end"]) -> "AroundMode":
         """Return the mode with "latch" or "hinge" told as the side of a door with that hinge; the start is at the left, seen from it."""
         if self.side not in ("latch", "hinge"):
             return self

@@ -1,7 +1,5 @@
 """The shell of a room: its size, the shape of its floor, its doors and windows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, get_args
 

@@ -5,8 +5,6 @@ branch.  A symbol that is no node is an object, a regular terminal of the graph
 (:mod:`grammar.spec.object_rules`).  The formalism is that of Jiang et al., IJCV 2018, section 2.  Units are in the names.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """Runs: rows of units that stand side by side along walls, round corners of the room, out into it or free in it, and move as one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated

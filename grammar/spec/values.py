@@ -1,7 +1,5 @@
 """Bounded numbers of grammar files and the truncated normal distribution."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -31,7 +29,7 @@ class TruncatedNormal:
     low: Distance
     high: Distance
 
-    def times(self, factor: float) -> TruncatedNormal:
+    def times(self, factor: float) -> "TruncatedNormal":
         """Return the distribution of so many times the value."""
         return TruncatedNormal(mean=factor * self.mean, sd=factor * self.sd, low=factor * self.low, high=factor * self.high)
 

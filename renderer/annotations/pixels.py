@@ -1,7 +1,5 @@
 """Kernels over pixels: which an object has, which it would cover if it were alone, and which points of the world are hidden."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

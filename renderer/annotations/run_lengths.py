@@ -4,8 +4,6 @@ The first run is of pixels outside, so it may be 0.  From the fourth on each cou
 are in groups of five bits, lowest first, each plus 32 if more follow, plus 48 as a character.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

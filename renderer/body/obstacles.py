@@ -1,7 +1,5 @@
 """What stands in the way of a body on the floor: all triangles between two heights, as convex polygons in the plan."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -29,7 +27,7 @@ class Obstacles(NamedTuple):
     high_m: Floats
 
     @classmethod
-    def between(cls, mesh: Mesh, outline_m: Floats, low_m: float, high_m: float) -> Obstacles:
+    def between(cls, mesh: Mesh, outline_m: Floats, low_m: float, high_m: float) -> "Obstacles":
         """Return what a mesh has between two heights, and the walls along the floor's outline (v, 2), whatever stands open."""
         heights = mesh.vertices[:, 2][mesh.faces]
         crossing = (heights.min(axis=1) < high_m) & (heights.max(axis=1) > low_m)
@@ -40,11 +38,11 @@ class Obstacles(NamedTuple):
         return cls.of(np.concatenate([corners, walls]))
 
     @classmethod
-    def of(cls, corners_m: Floats) -> Obstacles:
+    def of(cls, corners_m: Floats) -> "Obstacles":
         """Return polygons (n, 5, 2)."""
         return cls(corners_m, corners_m.min(axis=1), corners_m.max(axis=1))
 
-    def near(self, place_m: tuple[float, float], reach_m: float) -> Obstacles:
+    def near(self, place_m: tuple[float, float], reach_m: float) -> "Obstacles":
         """Return those that may come within a distance of a place."""
         place = np.array(place_m)
         close = ((self.low_m <= place + reach_m) & (self.high_m >= place - reach_m)).all(axis=1)

@@ -6,8 +6,6 @@ way all the time is told as such (the systematic errors of J. Borenstein and L. 
 errors in mobile robots", IEEE Trans. Robotics and Automation 12(6), 1996).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ microfacet models", 2019).  Both need the *directional albedo*: the share of lig
 Tables are indexed by the square roots of the cosine and of alpha, each in ``STEPS`` steps over [0, 1].
 """
 
-from __future__ import annotations
-
 import functools
 from typing import NamedTuple
 

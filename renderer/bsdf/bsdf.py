@@ -7,8 +7,6 @@ All directions are in the local frame of :mod:`renderer.bsdf.microfacet`; the vi
 those of :mod:`renderer.bsdf.layers`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -13,8 +13,6 @@ Loops over lanes have no branches but selections, and touch no memory but lanes,
 their own before.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Pieces of BSDFs in a local frame with the shading normal along z: Fresnel terms, the GGX distribution, its microfacet normals."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.core.kernel import inlined

@@ -1,7 +1,5 @@
 """What a surface reflects in all: the share of light from everywhere that leaves towards wo."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

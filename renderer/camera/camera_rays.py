@@ -3,8 +3,6 @@
 Those of the ideal pinhole have an optical z of 1, so the distance that Embree returns *is* the depth.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

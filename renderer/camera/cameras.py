@@ -6,8 +6,6 @@ and OpenCV put integer coordinates on pixel centres: there the same point is ((w
 :func:`intrinsics` returns for CameraInfo.  Optical frame: x right, y down, z forward (REP 103).
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

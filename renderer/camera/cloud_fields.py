@@ -1,7 +1,5 @@
 """How the points of a cloud lie in memory."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 _XYZ = 12

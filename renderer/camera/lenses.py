@@ -11,8 +11,6 @@ frame (x right, y down, z forward), float64, (n, 2) and (n, 3).  Coefficients ar
 - ``equirectangular``: azimuth and elevation, in radians; the panorama
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

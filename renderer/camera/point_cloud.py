@@ -4,8 +4,6 @@ With a rolling shutter the rays of a row are cast at the row's own time, from wh
 from there; the points are carried back into the frame of the stamp, so that they lie on the surfaces of a room that stands still.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cameras of a rig: where each sits against the pose that the path gives, in that pose's optical frame (x right, y down, z forward)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import overload

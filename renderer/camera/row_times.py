@@ -5,8 +5,6 @@ which the secant method finds: as the image moves by far less than a row in a ro
 beside the rows is where the first or the last of them sees it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

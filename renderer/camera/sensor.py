@@ -12,8 +12,6 @@ red and blue images are the green one, larger or smaller about the image centre,
 and P. F. Whelan, "Calibration and removal of lateral chromatic aberration in images", Pattern Recognition Letters 28, 2007).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

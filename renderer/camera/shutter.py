@@ -6,8 +6,6 @@ motion says; else positions go straight on between the poses of the path, and be
 K. Shoemake, "Animating Rotation with Quaternion Curves", 1985).
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 from collections.abc import Sequence

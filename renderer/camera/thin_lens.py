@@ -4,8 +4,6 @@ A point at depth d, where the lens of diameter A is in focus at depth f, is spre
 thin lens equation; f_px is the focal length in pixels).  A = focal length / f-stop.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

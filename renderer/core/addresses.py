@@ -1,7 +1,5 @@
 """Memory at an address, as numba kernels read and write it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import types

@@ -1,7 +1,5 @@
 """Types of arrays that many modules share, and images that share one block of memory."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Colour: linear RGB with Rec. 709 primaries, its luminance, and the transfer function of sRGB."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

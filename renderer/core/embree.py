@@ -8,8 +8,6 @@ does depend on the other triangles of the scene and on the maker of the processo
 portable, for all: a filter then takes the first face of those at one distance.
 """
 
-from __future__ import annotations
-
 import ctypes
 import ctypes.util
 import functools
@@ -205,7 +203,7 @@ class EmbreeScene:
             self._library.rtcReleaseScene(self._scene)
         self._scene = None
 
-    def __enter__(self) -> EmbreeScene:
+    def __enter__(self) -> "EmbreeScene":
         """Return the scene itself."""
         return self
 

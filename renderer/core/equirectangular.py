@@ -4,8 +4,6 @@ Angles go by polynomials, so that loops over lanes become vector code, the same 
 and Stegun, Handbook of Mathematical Functions (1964), with an error of at most 2e-8 before rounding.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What can go wrong while rendering."""
 
-from __future__ import annotations
-
 from scene_description import SceneSynthError
 
 

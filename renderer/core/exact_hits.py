@@ -4,8 +4,6 @@ Distances and places on triangles are computed anew after Embree has found a hit
 at one distance.
 """
 
-from __future__ import annotations
-
 import ctypes
 import functools
 from typing import Any

@@ -5,8 +5,6 @@ stages are the functions that the loop in :mod:`renderer.path.integrator` calls.
 ``lanes[ln.NG_X + k]`` in lane k.  Directions of the local frame have the shading normal along z.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

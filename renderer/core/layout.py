@@ -1,7 +1,5 @@
 """Where the fields of a flat array lie, by name."""
 
-from __future__ import annotations
-
 
 class Layout:
     """Gives fields their places in a flat array, one after another; ``stride`` numbers belong to one field.

@@ -1,7 +1,5 @@
 """Chosen lanes, moved side by side: field by field with a vector instruction where the processor has it, else number by number."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ dimensions of every pixel is an independently scrambled copy (Burley, "Practical
 Vegdahl's refinement of Laine and Karras's).  Any 2^m samples of a pixel are stratified in each pair.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

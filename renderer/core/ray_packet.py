@@ -5,8 +5,6 @@ field ``TFAR`` of lane k is ``packet.real[TFAR + k]``; integer fields are seen t
 constant offsets, because LLVM then knows that fields never overlap and vectorises loops over lanes.)
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Local frames, and warping of uniform random numbers to directions."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ Whole tiles go four neighbours of a row at a time, by vector instructions that n
 number by number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Threads that share the pieces of an image; kernels release the GIL, so they run side by side."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections import deque

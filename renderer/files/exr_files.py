@@ -3,8 +3,6 @@
 The only file that imports it.
 """
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Mapping
 from functools import cache

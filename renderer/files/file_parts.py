@@ -1,7 +1,5 @@
 """From the triangles of a model file to named parts in our axes, each with one material."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

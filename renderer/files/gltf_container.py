@@ -5,8 +5,6 @@ because trimesh names the primitives of a mesh at random, drops the material ext
 leaves out images that do not decode without a word.
 """
 
-from __future__ import annotations
-
 import base64
 import binascii
 import json

@@ -3,8 +3,6 @@
 glTF 2.0 specification, section 3.9, and the ratified KHR_materials extensions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

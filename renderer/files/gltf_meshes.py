@@ -3,8 +3,6 @@
 glTF 2.0 specification, sections 3.5 to 3.7.  Skins and morph targets are left at the pose in which the vertices are stored.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

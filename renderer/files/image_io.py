@@ -1,7 +1,5 @@
 """Reads and writes encoded images; the only file of the renderer that imports Pillow."""
 
-from __future__ import annotations
-
 import io
 import warnings
 from pathlib import Path

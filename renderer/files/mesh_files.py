@@ -3,8 +3,6 @@
 glTF goes through our own reader (``gltf_container`` says why), the others through trimesh.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path, PurePosixPath

@@ -1,7 +1,5 @@
 """Reads OBJ, PLY and STL files by trimesh, after a look at their size; the only file that imports trimesh."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -202,7 +200,7 @@ class _Library(trimesh.resolvers.Resolver):  # type: ignore[misc]
     def keys(self) -> list[str]:
         return []
 
-    def namespaced(self, namespace: str) -> _Library:
+    def namespaced(self, namespace: str) -> "_Library":
         return self
 
 

@@ -4,8 +4,6 @@ Most of it is shared by the three channels, as processors of cameras take away n
 pixel that is black or saturated has none.  Every number depends on (scene, frame, pixel) only.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -6,8 +6,6 @@ by Laplacian pyramids (P. J. Burt and E. H. Adelson, "A Multiresolution Spline",
 light alone and not on the frame, so frames agree.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

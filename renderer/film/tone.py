@@ -9,8 +9,6 @@ curves are told, those of the EMoR data base among them (M. D. Grossberg and S. 
 IEEE PAMI 26, 2004).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache

@@ -5,8 +5,6 @@ ICC profile specification, annex E).  A camera's automatic balance leaves some o
 are raised to a power, the degree of adaptation.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

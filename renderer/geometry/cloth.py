@@ -1,7 +1,5 @@
 """Cloth: bodies between two grids, wrinkles, covers that fall over edges, heaps, garments."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

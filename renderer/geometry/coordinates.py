@@ -1,7 +1,5 @@
 """Texture coordinates: of shapes as they are made, and box mapping for meshes that have none."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bodies through a stack of outlines (basins, bowls, tubs), and other turned or bent pieces that several models share."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

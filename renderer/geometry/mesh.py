@@ -1,7 +1,5 @@
 """The triangle mesh that everything solid is made of, its volume and area."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

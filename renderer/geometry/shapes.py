@@ -4,8 +4,6 @@ Every shape is closed, its faces are counter-clockwise from outside, its normals
 Texture coordinates are metres along the surface, u along the longest way (the grain of a board, the length of a rod).  Lengths are metres.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache

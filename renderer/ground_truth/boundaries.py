@@ -1,7 +1,5 @@
 """Occlusion boundaries: where a surface ends before another that lies behind it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

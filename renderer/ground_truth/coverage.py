@@ -1,7 +1,5 @@
 """How much of a pixel its object covers."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

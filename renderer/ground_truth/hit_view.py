@@ -1,7 +1,5 @@
 """One view with its hit record, and what several layers need of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -80,9 +78,9 @@ class HitView:
     pose: CameraPose
     path: Sequence[CameraPose]
     names: Collection[str]
-    _shared: dict[Callable[[HitView], Any], Any] = field(default_factory=dict, repr=False)
+    _shared: "dict[Callable[[HitView], Any], Any]" = field(default_factory=dict, repr=False)
 
-    def shared(self, compute: Callable[[HitView], Result]) -> Result:
+    def shared(self, compute: "Callable[[HitView], Result]") -> Result:
         """Return what a function makes of this view, computed once for all layers that need it."""
         if compute not in self._shared:
             self._shared[compute] = compute(self)

@@ -1,7 +1,5 @@
 """What the hits belong to and what they are made of, by tables of the parts."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Optical flow to the neighbouring frames of the path, and where what a pixel sees is hidden there.  Nothing in a room moves."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What lies behind glass: the first surface that lets no light through, on the straight line of sight."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

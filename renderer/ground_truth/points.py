@@ -3,8 +3,6 @@
 All of it comes from one pass over the hit record that computes what is asked for and no more.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

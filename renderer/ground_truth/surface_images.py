@@ -1,7 +1,5 @@
 """Material, emission, shading normal and seen light at the hits of a view, by the same look-ups as the path tracer's."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ further nodes stand in two rows.  All are straight lines within a triangle: a hi
 search.  No node serves two parts, so that light leaks from none to another.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ passes along these links until it settles.  A fine node then gathers once from t
 itself.  It is a pure function of the scene and its own number, so it does not matter when it is computed, or with which others.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from typing import NamedTuple
@@ -185,7 +183,7 @@ class IrradianceCache:
         tables = (*self.light, *coarse, self.rows, self._filled, self._smooth_done)
         return self.geometry.size_bytes + sum(array.nbytes for array in tables)
 
-    def shared(self, scene: TracedScene) -> IrradianceCache:
+    def shared(self, scene: TracedScene) -> "IrradianceCache":
         """Return this cache for another renderer of the same room, which computes with its own threads; what nodes one knows both know."""
         other = copy.copy(self)
         other._scene, other._memory = scene, [make_gather_scratch(scratch) for scratch in scene.scratch]

@@ -1,7 +1,5 @@
 """What does not change in a room's irradiance cache while its lights do: nodes, what stands between them, and the links among them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

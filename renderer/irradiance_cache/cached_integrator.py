@@ -1,7 +1,5 @@
 """Colour by the irradiance cache, behind the same interface as the path tracer: a view and its hits in, luminance out."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

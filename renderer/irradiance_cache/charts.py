@@ -1,7 +1,5 @@
 """Charts: the flat regions of a mesh, each with a frame of its own in which a grid of nodes can lie."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

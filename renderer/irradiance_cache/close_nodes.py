@@ -1,7 +1,5 @@
 """Nodes so close to other surfaces that smoothing leaves them alone: the noise of their rays is shared with those beside them."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,8 +3,6 @@
 Pixels that are still much darker than all around them then see three others, which are all shaded themselves; then they are lifted.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

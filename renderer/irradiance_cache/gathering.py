@@ -1,7 +1,5 @@
 """Final gathers: a fine node looks once around it at the light of the coarse ones, and samples the brightest of these as it would lamps."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The hemisphere of a node: rays that go on through clear glass and by mirrors, and the nodes that they end at."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The light at a hit: by the nodes around it, or by what was computed for a stray."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What lamps and panes are like where rough gloss shows them: ellipsoids, and rectangles for what is flat."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

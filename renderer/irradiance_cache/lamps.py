@@ -1,7 +1,5 @@
 """Lamps and panes as balls and rectangles: how much of each gloss mirrors is known, and shadow rays ask whether it is seen."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

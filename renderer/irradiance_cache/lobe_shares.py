@@ -4,8 +4,6 @@ The slopes have the density alpha^2 / (pi (alpha^2 + m^2)^2) (Walter et al., "Mi
 2007).  What a lobe mirrors of something even is the share of the slopes that mirror a part of it, which has a closed form for discs.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """What hits mirror and what is seen through glass: one ray each, shaded by the light of the coarse nodes."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Direct light at nodes: lamps and the sky in panes, group by group, and the sun."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

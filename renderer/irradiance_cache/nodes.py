@@ -1,7 +1,5 @@
 """Nodes of an atlas: the light that falls on them, where they stand, and how neighbours on a grid share gathered light."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

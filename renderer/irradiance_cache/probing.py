@@ -1,7 +1,5 @@
 """Rays that ask about nodes once: what stands between two of them, what their surface reflects, what lies before or behind triangles."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

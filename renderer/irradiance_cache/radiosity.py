@@ -1,7 +1,5 @@
 """Radiosity: coarse nodes are linked by rays, once, and light passes along the links until it settles."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

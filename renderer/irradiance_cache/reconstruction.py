@@ -7,8 +7,6 @@ How much a pixel shows of lamps where nothing hides them is known in closed form
 Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", 2018), so that its outlines stay.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Records that cross stages of shading: what is looked up, what sends a ray, and the memory of a thread."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -13,8 +13,6 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
     store      into the picture
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

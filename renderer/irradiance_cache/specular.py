@@ -1,7 +1,5 @@
 """Surfaces that rays of the cache go on from as if they were smooth: clear glass, straight through it and tinted, and mirrors."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ The packets that have some wait; light is computed for all strays of a view as f
 Strays of a packet that lie closer together on one part have their light in common.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ Triangles", 1995): points spread evenly over the light itself would nearly all l
 would count many times as much as all others.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

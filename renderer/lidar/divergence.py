@@ -1,7 +1,5 @@
 """The rays that stand for a beam that diverges."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

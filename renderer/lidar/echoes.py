@@ -8,8 +8,6 @@ et al., "Microfacet Models for Refraction through Rough Surfaces", 2007; facets 
 is seen head-on only.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The lidar of one room: its sweeps, each ray cast at its own time along the motion of the body that carries it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

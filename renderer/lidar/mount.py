@@ -5,8 +5,6 @@ on and rotations evenly about one axis, as for the camera (``renderer.camera.shu
 Quaternion Curves", 1985).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

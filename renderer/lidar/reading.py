@@ -5,8 +5,6 @@ E. Krotkov, "3D measurements from imaging laser radars: how good are they?", Ima
 noise depends on (scene, scan, beam) only.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ their own (W. Wagner et al., "Gaussian decomposition and calibration of a novel 
 scanner", ISPRS J. 60, 2006).  Every number of noise depends on (scene, sweep, ray, return) only.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings of the lidar; ranges and units stand beside each field and reach ROS parameters from here."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """The rays of a lidar's sweep: where they go in its frame, and when."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Beds, foot end at +x, headboard at -x: bedsteads with carved and turned wood, and what lies on them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

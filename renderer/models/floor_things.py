@@ -1,7 +1,5 @@
 """What stands and lies on floors and about a home: coat racks, shoe racks, rugs, shoes, clothes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

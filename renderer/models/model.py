@@ -1,7 +1,5 @@
 """What a model is: a generator of named parts with its styles, and the last step that fits the parts to their box."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 

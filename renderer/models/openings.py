@@ -6,8 +6,6 @@ pane.
 
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Literal, NamedTuple

@@ -1,7 +1,5 @@
 """Things on walls: pictures, mirrors, radiators, curtains, coat hooks, light switches; they look along +x, the wall is behind them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How colour is computed: settings of the path tracer and of what is made of its light."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

@@ -4,8 +4,6 @@ The ray that continues the path may find the same light; both estimate it, so th
 9.2).  Shadow rays wait until 16 are together.  Glass blocks them: light behind glass is found by the paths that go through it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Light that the hit surfaces send by themselves: lamps, window panes, glowing screens, and the weight of finding them by a ray."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

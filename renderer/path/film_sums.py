@@ -10,8 +10,6 @@ that of the strokes before.  What is lost is where that light was.
 A stroke counts up to :data:`CLIPPED_REACH` times the limit, or else one alone could light a whole picture; what is beyond that is lost.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,8 +8,6 @@ under things; and what no node knows is traced, too, and sheets that light shine
 Light by the other lobes, of gloss, coats and glass, is sampled and traced as ever: as many paths go on as would have been sent to these.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

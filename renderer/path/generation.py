@@ -1,7 +1,5 @@
 """Where waves begin and go on: random numbers of pixels, camera rays through them, from the queue to hits, random numbers of these."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.camera.camera_rays import aim_tile

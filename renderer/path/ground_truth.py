@@ -4,8 +4,6 @@ Rays go in packets of 4 x 4 pixels.  Those of the ideal pinhole are aimed with a
 the depth.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

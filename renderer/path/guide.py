@@ -13,8 +13,6 @@ Guided paths end by what they are still expected to find: as probably as that fa
 of adjoint-driven Russian roulette, Vorba and Křivánek 2016, without its splitting).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cells of the guide: which there are on a scene's surfaces, where, and how they face."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

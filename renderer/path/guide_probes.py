@@ -6,8 +6,6 @@ all probes together determine (radiosity, Goral et al. 1984, with the rays of ga
 itself is none of the guide's.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

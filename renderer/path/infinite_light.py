@@ -8,8 +8,6 @@ The sun is sampled evenly over its disc; its limb is darker by I / I0 = 1 - u (1
 visible light (Cox, Allen's Astrophysical Quantities, 4th edition, 2000, section 14.7, tabulates u by wavelength).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

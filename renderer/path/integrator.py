@@ -46,8 +46,6 @@ mirror or a pane of glass like any other, makes of light that comes straight fro
 What a wave computes depends on its tile and sample only, and each random number on its key: bytes depend on neither threads nor order.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.camera.cameras import PosedCamera

@@ -5,8 +5,6 @@ Elsewhere a hit reads those of its triangle's corners.
 :mod:`renderer.irradiance_cache.atlas` lays them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 Each step goes over all lanes before the next begins, so that LLVM turns it into vector code, table look-ups included.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

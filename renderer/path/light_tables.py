@@ -1,7 +1,5 @@
 """What paths need of a scene beside its triangles, made when it is first asked for: basic ground truth needs none of it."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 from renderer.core.embree import SceneHandle

@@ -8,8 +8,6 @@ the cosines at both ends (as importance in light trees, Conty Estevez and Kulla,
 on the group evenly.  A group of importance 0 cannot light the point, so nothing is lost.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The queue: what is kept of the paths of a wave between one hit and the next."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Records that cross stages of the path tracer: what it is asked for, the memory of a thread, and the sums it adds to."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scattering: the BSDFs of a packet's hits, and the next rays, sampled from them."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ Its samples are those of direct light, emitters and infinite light alike, before
 have shadows as white ones do.  Rays of their own test what stands between, so that colour keeps its bytes.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

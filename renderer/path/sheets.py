@@ -9,8 +9,6 @@ Nets have holes: camera rays go straight on through that share of them, as throu
 passes holes leaves as all that the sheet lets through does, in every direction: suns and lamps behind a net are found by sampling then.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ Rounds double the samples so far, so that the two halves of all samples can be c
 samples is the same however it came to n.  The noise target is as repeatable as that; the time budget is not.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

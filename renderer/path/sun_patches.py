@@ -10,8 +10,6 @@ send there; the others from the BSDF.  The pdf of a direction is that of both to
 hidden from them, is still right in the mean: patches decide about noise only.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the hit of a ray is looked up in: normals of triangles, the material of each part, textures, sky, profiles of lamps."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 Textures are asked for one lane at a time, after the material of its part is known; a pane shows the sky only where nothing stands behind.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -17,8 +17,6 @@ Preetham, Shirley and Smits give them; ozone, water and mixed gases, a few per c
 functions of Wyman, Sloan and Shirley ("Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ map is turned, columns go clockwise as seen from above, as in a picture of the h
 times the mean is split off, to be sampled by direction (:mod:`renderer.path.infinite_light`).
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable

@@ -5,8 +5,6 @@ closed slabs, the ceiling one of several planes where it is sloped.  So each cra
 another surface behind it: the shell is light-tight.  World frame, metres.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

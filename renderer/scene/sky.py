@@ -1,7 +1,5 @@
 """A room's environment -> the sky that kernels take; what stands outside is drawn when light is asked for, as it takes half a second."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

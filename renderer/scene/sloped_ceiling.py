@@ -4,8 +4,6 @@ The inner face is the lower envelope of the flat ceiling and the planes of the r
 floor's triangles are cut where two planes meet, and each piece is lifted onto the plane that is lowest over it.  World frame, metres.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

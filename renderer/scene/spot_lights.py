@@ -4,8 +4,6 @@ From afar such a ball is a point source of intensity I(angle to its axis); near 
 show it.  The flux is the integral of the intensity over all directions; a ball of surface area A shows A / 4 to every side.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -9,8 +9,6 @@ its source.  That is the diffuse share plus, with D of GGX and the masking of Sm
 the beam itself.  Light of 850 nm is taken to be reflected as red is, the nearest that is known.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ sums, agrees.  Two lines of opposite slope through the sums beside the best give
 split into rows gives the same.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -31,8 +31,6 @@ is such that the error of disparity comes near the 0.08 pixels of Intel's "Tunin
 stereo: no device but two grey cameras 12 cm apart without projector; all A.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, make_dataclass
 from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 

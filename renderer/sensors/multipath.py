@@ -13,8 +13,6 @@ noise, smoothed over 3 x 3 such pixels and interpolated where the surface goes o
 scattered within the lens.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """What devices do about lone pixels: the majority around a pixel decides whether it is read, so that holes and islands are blobs."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,8 +7,6 @@ The standard deviation of the device's formula holds for the depth that is read,
 off the noise that goes into them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

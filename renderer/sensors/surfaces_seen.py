@@ -3,8 +3,6 @@
 Random numbers of a pixel depend on the frame's key, the pixel and the purpose only.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from renderer.camera.cameras import PosedCamera

@@ -5,8 +5,6 @@ phase of its way; the pixel reads the phase of the sum.  Where the phases disagr
 invalid below ``min_coherence``.  Several modulation frequencies are represented by one, unwrapped about the strongest return.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

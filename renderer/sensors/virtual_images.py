@@ -10,8 +10,6 @@ Exposure: the white of both images is the 95th percentile of the left one over 0
 Then shot noise and noise of reading, and 10 bits.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

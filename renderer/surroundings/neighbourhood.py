@@ -5,8 +5,6 @@ keep 12 m and more from the room.  What would stand between the room and the sun
 through its windows agree.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -6,8 +6,6 @@ Representation for Irradiance Environment Maps", SIGGRAPH 2001, equation 13), an
 of the map.  Window panes show the sky by mirror and, in the dark, some are lit.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What surfaces of a neighbourhood look like: facades with windows and doors, roofs, boards, ground; kernels, metres, linear colours."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

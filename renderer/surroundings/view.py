@@ -1,7 +1,5 @@
 """The environment outside a room's windows with what stands there: table of :class:`renderer.scene.flat_scene.Sky`."""
 
-from __future__ import annotations
-
 import math
 from contextlib import closing
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Textures as parts use them: a tile with its size, turn, colours and relief; from the scene description or from a user's images."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Cloth, carpet, knits, leather, paper and rugs: what soft surfaces are made of."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

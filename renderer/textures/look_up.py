@@ -5,8 +5,6 @@ so that the mean is the trilinear one at half the cost.  Slopes that a smaller l
 a surface does not turn glossy with distance (after M. Olano and D. Baker, "LEAN mapping", 2010).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Sequence
 from typing import NamedTuple

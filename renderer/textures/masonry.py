@@ -1,7 +1,5 @@
 """Tiles, bricks and stone: everything hard that walls, floors and tops are covered with."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -3,8 +3,6 @@
 Tiles are (h, w) float32 arrays; column x and row y of a texel stand for u = (x + 0.5) / w and v = (y + 0.5) / h of the tile.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Repeating ornament for wallpaper and printed cloth: flowers, damask, leaves, lattices; and the cloth of books."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

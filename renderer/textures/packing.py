@@ -1,7 +1,5 @@
 """From fields to bytes: slopes of a relief, texels packed, the next smaller level of a tile."""
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a texture generator returns, and what is known of a generator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

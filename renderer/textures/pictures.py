@@ -3,8 +3,6 @@
 Rows run upward: v = 0 is the lower edge of the picture.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -13,8 +13,6 @@ Slopes are in units of the tile's ``steepest``, so that relief can be chosen lat
 either.  So rooms share tiles.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import OrderedDict

@@ -4,8 +4,6 @@ Each layer has a pattern, a tile of coverages from 0 to 1 that repeats over the 
 that it lies on.  Wide ray cones see the pattern's mean.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Wood: grain with rings, knots and fibres along u; planks and parquet cut from it."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
