@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from dataset_plans import tiny_parameters, tiny_plan
 
+from grammar import synthesize
 from scene_description.share import config_path
 from scene_synth_ros.offline.rules import rules_of, sample_room
 from scene_synth_ros.shards import provenance as module
@@ -63,6 +64,7 @@ def test_every_file_of_the_configuration_that_a_room_is_made_by_counts() -> None
     sys.addaudithook(hear)  # which cannot be taken away
     settings = PLAN.settings_of(0)
     rules_of.__globals__["_rules"].cache_clear()
+    synthesize._shipped.cache_clear()
     sample_room(rules_of(settings), settings, 0)
     listening.clear()
     known = [config_path(name) for name in module._CONFIGURATION]
