@@ -40,7 +40,9 @@ class CachedIntegrator:
         self.strays = 0
         """Places of the newest view that no node knows: light was computed for them alone."""
         known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
-        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE)
+        parts, ior = scene.flat.parts, scene.flat.materials.ior
+        pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
+        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE, pane_ior)
 
     @property
     def size_bytes(self) -> int:

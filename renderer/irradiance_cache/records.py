@@ -83,7 +83,7 @@ class Tables(NamedTuple):
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
     spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
-    reflect half as much as is scattered.
+    reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.
     """
 
     fine: Atlas
@@ -96,6 +96,7 @@ class Tables(NamedTuple):
     lamps: Lamps
     least_share: np.float32
     roughest: np.float32
+    pane_ior: np.float32
 
 
 class CachedView(NamedTuple):

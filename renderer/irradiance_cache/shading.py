@@ -63,7 +63,6 @@ _FIRST_ORDER = np.float32(1.0)
 _SUN_RAYS = 4
 _WHOLE = np.float32(np.sqrt(2.0))
 """Width of a pixel's cone by which textures are averaged over all of the pixel: paths, which are many, see them twice as sharply."""
-_PANE_IOR = np.float32(1.5)
 _LEAST_ALPHA = np.float32(1e-4)
 _LEAST_COAT = np.float32(0.033)
 """Roughness of coats, at least, whose rays neighbours share."""
@@ -339,16 +338,16 @@ def _add_from_behind(scene: LitScene, tables: Tables, frame_key: np.uint32, memo
             incident = read_light(tables, k, memory)
             if incident.known:
                 sunny += _add_diffuse(incident, _ONE, kinds, lanes, memory.primary, k)
-                _add_mirrored_net(incident, lanes, memory.primary, k)
+                _add_mirrored_net(incident, tables.pane_ior, lanes, memory.primary, k)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
         _add_sun(scene, kinds, frame_key, memory)
 
 
 @inlined
-def _add_mirrored_net(incident: Incident, lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
+def _add_mirrored_net(incident: Incident, pane_ior: np.float32, lanes: NDArray[np.float32], primary: NDArray[np.float32], k: int) -> None:
     """Add what is seen through the holes of a net of its own other side, in the window pane behind it.  ``incident``: on that side."""
     holes = lanes[ln.OPENNESS + k]
-    share = holes * fresnel_thin_dielectric(abs(lanes[ln.COS_FRONT + k]), _PANE_IOR) * _INVERSE_PI
+    share = holes * fresnel_thin_dielectric(abs(lanes[ln.COS_FRONT + k]), pane_ior) * _INVERSE_PI
     share *= max(_ONE - holes - lanes[ln.DIFFUSE_TRANSMISSION + k], _ZERO)
     r, g, b = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
     _add_light(primary, k, share * r * r * incident.r, share * g * g * incident.g, share * b * b * incident.b)
