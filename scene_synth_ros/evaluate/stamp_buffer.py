@@ -4,7 +4,8 @@ import queue
 import threading
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Collection
-from typing import Generic, NamedTuple, TypeVar
+from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
@@ -12,7 +13,8 @@ _REMEMBERED = 8
 """How many windows of past stamps are known, by which late messages are told from early ones."""
 
 
-class Gathered(NamedTuple, Generic[Item]):
+@dataclass(frozen=True, slots=True)
+class Gathered(Generic[Item]):
     """What has come with a stamp: name -> item; whole, or what had come when it was given up."""
 
     stamp_ns: int
