@@ -49,7 +49,16 @@ def look_up_albedo(table: NDArray[np.float32], row: np.float32, cosine: np.float
 
 
 @inlined
-def _look_up_mean(table: NDArray[np.float32], row: np.float32) -> tuple[np.float32, np.float32]:
+def boundary_reflectance(ior: np.float32) -> tuple[np.float32, np.float32]:
+    """Return what the boundary of an opaque dielectric reflects at normal and at grazing incidence, for Schlick's formula."""
+    f0 = (ior - _ONE) / (ior + _ONE)
+    f0 *= f0
+    f90 = _STEEP * f0
+    return f0, f90 if f90 < _ONE else _ONE
+
+
+@inlined
+def look_up_mean(table: NDArray[np.float32], row: np.float32) -> tuple[np.float32, np.float32]:
     """Return the hemisphere's means of :func:`look_up_albedo`."""
     y = row * _LAST_CELL
     i = min(int(y), STEPS - 2)
@@ -142,7 +151,7 @@ def _look_up_albedos(lanes: NDArray[np.float32], albedos: Albedos) -> int:
         coat, sheen, clear = lanes[ln.COAT + k], lanes[ln.SHEEN + k], lanes[ln.TRANSMISSION + k] + lanes[ln.THIN + k]
         row, cosine = max(lanes[ln.ROUGHNESS + k], _MIN_ROUGHNESS), lanes[ln.WO_Z + k]
         lanes[ln.E_WO + k], lanes[ln.E_WO_SCHLICK + k] = look_up_albedo(table, row, cosine)
-        lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k] = _look_up_mean(table, row)
+        lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k] = look_up_mean(table, row)
         if clear > _ZERO:
             kinds |= ANY_GLASS
         if sheen > _ZERO:
@@ -167,10 +176,7 @@ def _mix_layers(lanes: NDArray[np.float32]) -> None:
         through = (_ONE - metal) * lanes[ln.TRANSMISSION + k]
         opaque = _ONE - metal - through
         # Reflectance of the dielectric's boundary.
-        base_f0 = (ior - _ONE) / (ior + _ONE)
-        base_f0 *= base_f0
-        base_f90 = _STEEP * base_f0
-        base_f90 = base_f90 if base_f90 < _ONE else _ONE
+        base_f0, base_f90 = boundary_reflectance(ior)
         # What coat and sheen leave.
         e_wo, e_wo_schlick = lanes[ln.E_WO + k], lanes[ln.E_WO_SCHLICK + k]
         mean, e_mean_schlick = lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k]

@@ -1,14 +1,16 @@
 """What a surface reflects in all: the share of light from everywhere that leaves towards wo."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.layers import ANY_COAT, ANY_GLOSSY, COAT_F0
+from renderer.bsdf.layers import ANY_COAT, ANY_GLOSSY, COAT_F0, boundary_reflectance, look_up_albedo, look_up_mean
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
 
-_ZERO, _ONE, _BOUNDARY = np.float32(0.0), np.float32(1.0), np.float32(0.06)
+_ZERO, _ONE, _BOUNDARY, _LEAST_ALBEDO = np.float32(0.0), np.float32(1.0), np.float32(0.06), np.float32(1e-4)
 WIDE = np.float32(0.6)
 """Roughness from which on a lobe counts as matt: it shows light from all around, and no mirror image."""
 
@@ -25,6 +27,64 @@ def diffuse_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
         g = g * enters + lanes[ln.MULTISCATTER_G + k] * lost + sheen
         b = b * enters + lanes[ln.MULTISCATTER_B + k] * lost + sheen
     return r, g, b
+
+
+class Reflector(NamedTuple):
+    """What a surface reflects of light from one direction, for its cosine.
+
+    f0, f90: reflectance of its boundary at normal and at grazing incidence; roughness; scattered, mirrored: what counts of the light that
+    the boundary lets through, and of what it reflects; coat, coat_roughness: weight of its clear coat; per_mean: 1 over what counts of even
+    light.
+    """
+
+    f0: np.float32
+    f90: np.float32
+    roughness: np.float32
+    scattered: np.float32
+    mirrored: np.float32
+    coat: np.float32
+    coat_roughness: np.float32
+    per_mean: np.float32
+
+
+@inlined
+def diffuse_reflector(ior: np.float32, roughness: np.float32, reflected: NDArray[np.float32]) -> Reflector:
+    """Return what the diffuse base of an opaque dielectric reflects: what its boundary lets through.
+
+    ``reflected``: albedo table of microfacets (:mod:`renderer.bsdf.albedo`).
+    """
+    f0, f90 = boundary_reflectance(ior)
+    mean, schlick = look_up_mean(reflected, roughness)
+    return Reflector(f0, f90, roughness, _ONE, _ZERO, _ZERO, roughness, _ONE / (_ONE - (f0 * (mean - schlick) + f90 * schlick)))
+
+
+@inlined
+def whole_reflector(
+    base: np.float32, ior: np.float32, roughness: np.float32, coat: np.float32, coat_roughness: np.float32, reflected: NDArray[np.float32]
+) -> Reflector:
+    """Return what an opaque dielectric whose base reflects ``base`` reflects in all, with its boundary and its coat."""
+    f0, f90 = boundary_reflectance(ior)
+    mean, schlick = look_up_mean(reflected, roughness)
+    coat_mean, coat_schlick = look_up_mean(reflected, coat_roughness)
+    by_coat = coat * (COAT_F0 * (coat_mean - coat_schlick) + coat_schlick)
+    by_boundary = f0 * (mean - schlick) + f90 * schlick
+    under = _ONE - by_coat
+    whole = by_coat + under * (base * (_ONE - by_boundary) + by_boundary)
+    return Reflector(f0, f90, roughness, under * base, under, coat, coat_roughness, _ONE / max(whole, _LEAST_ALBEDO))
+
+
+@inlined
+def reflected_share(reflector: Reflector, cosine: np.float32, reflected: NDArray[np.float32]) -> np.float32:
+    """Return what counts of light from one direction, over what counts of even light: illuminance by it goes with albedos."""
+    if reflector.f0 + reflector.coat == _ZERO:
+        return _ONE
+    albedo, schlick = look_up_albedo(reflected, reflector.roughness, cosine)
+    by_boundary = reflector.f0 * (albedo - schlick) + reflector.f90 * schlick
+    counted = reflector.scattered * (_ONE - by_boundary) + reflector.mirrored * by_boundary
+    if reflector.coat > _ZERO:
+        albedo, schlick = look_up_albedo(reflected, reflector.coat_roughness, cosine)
+        counted += reflector.coat * (COAT_F0 * (albedo - schlick) + schlick)
+    return reflector.per_mean * counted
 
 
 @inlined

@@ -107,7 +107,9 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             nodes, scratch = chosen[slice(*piece)], scene.scratch[worker]
-            light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, geometry.sky_share, scratch, light)
+            light_nodes(
+                scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, geometry.sky_share, True, scratch, light
+            )
 
         self._unlit.run(scene.workers, compute, cancelled)
         if self._settled is None:
@@ -218,7 +220,9 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, self.light.valid[:0], memory.trace, self.light)
+            light_nodes(
+                scene.lit, self.atlas, key, config.light_samples, samples, chosen, self.light.valid[:0], False, memory.trace, self.light
+            )
             gather_nodes(scene.lit, self.atlas, self.source, rays, chosen, memory, self.light)
             self._filled[chosen] = True
 
@@ -235,7 +239,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, light.valid[:0], memory.trace, light)
+            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, light.valid[:0], False, memory.trace, light)
             gather_nodes(scene.lit, places, self.source, rays, chosen, memory, light)
 
         Pieces(len(nodes), LANES).run(scene.workers, compute, cancelled)

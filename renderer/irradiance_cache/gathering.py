@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import Reflector, reflected_share
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
@@ -23,7 +24,7 @@ from renderer.irradiance_cache.hemisphere import (
     node_seed,
     sighted_light,
 )
-from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_hash
+from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
@@ -110,14 +111,17 @@ def gather_nodes(
     count = np.float32(len(rays.pattern))
     for i in range(len(nodes)):
         node = nodes[i]
-        sums = _look_around(scene, target, source, rays, node, memory)
+        reflector = reflector_of(scene.surfaces, target.face[node], False)
+        sums = _look_around(scene, target, source, rays, reflector, node, memory)
         # Rays that see the inside of something began within it: the others stand for them, and for those that tell nothing.
         scale = _PI / max(count - sums.behind - sums.unknown, _ONE)
         r, g, b, x, y, z = scale * sums.r, scale * sums.g, scale * sums.b, scale * sums.x, scale * sums.y, scale * sums.z
         if len(source.bright.point) > 0:
             stand_on(target, node, memory.trace)
             for begin in range(0, BRIGHT_RAYS, LANES):
-                red, green, blue, dx, dy, dz = _light_of_bright(scene, source.bright, node_seed(node, rays.key), begin, memory.trace)
+                red, green, blue, dx, dy, dz = _light_of_bright(
+                    scene, source.bright, reflector, node_seed(node, rays.key), begin, memory.trace
+                )
                 r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
         light.indirect[node, 0] += r
         light.indirect[node, 1] += g
@@ -135,9 +139,10 @@ def light_from_bright(
     """Add to ``lux`` (n, 3) of some nodes what falls on them from bright ones, sampled as lights are."""
     for i in range(len(nodes)):
         node = nodes[i]
+        reflector = reflector_of(scene.surfaces, atlas.face[node], True)
         stand_on(atlas, node, scratch)
         for begin in range(0, BRIGHT_RAYS, LANES):
-            r, g, b, _, _, _ = _light_of_bright(scene, bright, node_seed(node, key), begin, scratch)
+            r, g, b, _, _, _ = _light_of_bright(scene, bright, reflector, node_seed(node, key), begin, scratch)
             lux[node, 0], lux[node, 1], lux[node, 2] = lux[node, 0] + r, lux[node, 1] + g, lux[node, 2] + b
 
 
@@ -161,7 +166,9 @@ def held_flux(found: NDArray[np.float32], sampled: NDArray[np.float32], area: ND
 
 
 @inlined
-def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays, node: int, memory: GatherScratch) -> Gathered:
+def _look_around(
+    scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays, reflector: Reflector, node: int, memory: GatherScratch
+) -> Gathered:
     """Send the rays of a node's hemisphere and sum what they see."""
     real, directions = memory.trace.rays.real, memory.toward
     u, v = unit_hash(node, rays.key)
@@ -180,9 +187,11 @@ def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays
             unknown += _ONE if link == UNKNOWN else _ZERO
             far += _ONE if real[ray.TFAR + k] > rays.far_m and link != BEHIND else _ZERO
             nearness += _ONE / max(real[ray.TFAR + k], _CLEAR_M)
-            r, g, b = r + red, g + green, b + blue
             dx, dy, dz = directions[k], directions[LANES + k], directions[2 * LANES + k]
             cosine = max(dx * nx + dy * ny + dz * nz, _LEAST_COSINE)
+            share = reflected_share(reflector, cosine, scene.surfaces.albedos.reflected)
+            red, green, blue = share * red, share * green, share * blue
+            r, g, b = r + red, g + green, b + blue
             weight = (_RED * red + _GREEN * green + _BLUE * blue) / cosine
             x, y, z = x + weight * dx, y + weight * dy, z + weight * dz
     return Gathered(r, g, b, x, y, z, behind, unknown, far, nearness)
@@ -221,7 +230,7 @@ def _complete_direction(light: NodeLight, node: int, x: np.float32, y: np.float3
 
 @inlined
 def _light_of_bright(
-    scene: LitScene, bright: Bright, seed: np.uint32, begin: int, scratch: Scratch
+    scene: LitScene, bright: Bright, reflector: Reflector, seed: np.uint32, begin: int, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by 16 samples of bright nodes, and luminance times direction; ``seed`` chooses within their runs."""
     lanes, run = scratch.lanes, len(bright.point) // BRIGHT_RAYS
@@ -246,7 +255,8 @@ def _light_of_bright(
     for k in range(LANES):
         if lanes[ln.LIGHT_PDF + k] > _ZERO:
             _, dx, dy, dz, cosine = arriving(lanes, k)
-            red, green, blue = lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k]
+            share = reflected_share(reflector, cosine, scene.surfaces.albedos.reflected)
+            red, green, blue = share * lanes[ln.LI_R + k], share * lanes[ln.LI_G + k], share * lanes[ln.LI_B + k]
             r, g, b = r + cosine * red, g + cosine * green, b + cosine * blue
             weight = _RED * red + _GREEN * green + _BLUE * blue
             vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz

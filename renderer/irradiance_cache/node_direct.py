@@ -5,13 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import Reflector, reflected_share
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.hemisphere import outside_light
-from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
+from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, stand_on, turned, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.view_factors import sample_view, view_factor
 from renderer.path.direct_light import weigh_lights
@@ -39,6 +40,7 @@ def light_nodes(
     pattern: NDArray[np.float32],
     nodes: NDArray[np.int64],
     sky_share: NDArray[np.float32],
+    whole: bool,
     scratch: Scratch,
     light: NodeLight,
 ) -> None:
@@ -46,11 +48,13 @@ def light_nodes(
 
     ``sky_share``: as of :class:`renderer.irradiance_cache.cache_geometry.CacheGeometry`, or of length 0 where no node is outside.
     ``budget``: about how many points on lights are sampled, shared among groups of lights by importance; ``pattern``: (s, 2) float32, s a
-    multiple of 16, points of the unit square by which the sun's disc is sampled.
+    multiple of 16, points of the unit square by which the sun's disc is sampled; ``whole``: whether light counts by all that the surface
+    reflects, or by what its diffuse base does.
     """
     lanes, has_sun = scratch.lanes, len(scene.lights.infinite.part) > 0
     for i in range(len(nodes)):
         node = nodes[i]
+        reflector = reflector_of(scene.surfaces, atlas.face[node], whole)
         stand_on(atlas, node, scratch)
         weigh_lights(scene.lights, scratch)
         shift_u, shift_v = unit_hash(node, key)
@@ -64,15 +68,17 @@ def light_nodes(
             for k in range(LANES):
                 lanes[ln.OUTSIDE + k] = _ONE
             if has_sun:
-                _add_sun(scene, pattern, node, shift_u, shift_v, scratch, light)
+                _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
         elif lanes[ln.IMPORTANCE] > _ZERO:
-            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], node, key, scratch, light)
+            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], reflector, node, key, scratch, light)
             if has_sun:
-                _add_sun(scene, pattern, node, shift_u, shift_v, scratch, light)
+                _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
 
 
 @inlined
-def _add_groups(scene: LitScene, samples: np.float32, node: int, key: np.uint32, scratch: Scratch, light: NodeLight) -> None:
+def _add_groups(
+    scene: LitScene, samples: np.float32, reflector: Reflector, node: int, key: np.uint32, scratch: Scratch, light: NodeLight
+) -> None:
     """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``.
 
     ``samples``: for each unit of importance.
@@ -84,7 +90,7 @@ def _add_groups(scene: LitScene, samples: np.float32, node: int, key: np.uint32,
     for group in range(len(lights.groups.area)):
         budget = scratch.importances[group * LANES] * samples
         if budget > _ZERO:
-            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, node, key, scratch)
+            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, reflector, node, key, scratch)
             x, y, z = x + dx, y + dy, z + dz
             if lights.varies[lights.groups.start[group]] == BY_SKY:
                 sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
@@ -98,7 +104,14 @@ def _add_groups(scene: LitScene, samples: np.float32, node: int, key: np.uint32,
 
 @inlined
 def _add_sun(
-    scene: LitScene, pattern: NDArray[np.float32], node: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch, light: NodeLight
+    scene: LitScene,
+    pattern: NDArray[np.float32],
+    reflector: Reflector,
+    node: int,
+    shift_u: np.float32,
+    shift_v: np.float32,
+    scratch: Scratch,
+    light: NodeLight,
 ) -> None:
     """Write the sun's light at a node, and which share of it arrives."""
     lanes = scratch.lanes
@@ -117,7 +130,7 @@ def _add_sun(
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 gain, _, _, _, cosine = arriving(lanes, k)
-                gain *= cosine
+                gain *= cosine * reflected_share(reflector, cosine, scene.surfaces.albedos.reflected)
                 r, g, b = r + gain * lanes[ln.LI_R + k], g + gain * lanes[ln.LI_G + k], b + gain * lanes[ln.LI_B + k]
                 arrived += _ONE
     scale = _ONE / np.float32(len(pattern))
@@ -137,13 +150,14 @@ class _Run(NamedTuple):
 
 @inlined
 def _light_of_group(
-    scene: LitScene, group: int, budget: np.float32, node: int, key: np.uint32, scratch: Scratch
+    scene: LitScene, group: int, budget: np.float32, reflector: Reflector, node: int, key: np.uint32, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
 
     Few samples tell which share of the light is blocked, many, without rays, how much there would be: where nothing stands between, no
     noise is left.  There are two runs of samples, and the share that one has seen is that of what the other lacks (a control variate): the
-    share of its own, wrong together with it, would make light too dark in the mean where faint parts of a lamp are hidden.
+    share of its own, wrong together with it, would make light too dark in the mean where faint parts of a lamp are hidden.  What counts
+    of it for the ``reflector`` is the mean over what arrives.
     """
     lanes, lights = scratch.lanes, scene.lights
     start, near, view = lights.groups.start[group], _is_near(lights.groups, group, lanes), _ZERO
@@ -153,7 +167,7 @@ def _light_of_group(
         if view <= _ZERO:
             return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
     samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), LANES)
-    vx = vy = vz = filled = whole = able = _ZERO
+    vx = vy = vz = filled = whole = able = counted = _ZERO
     first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
     # A few samples of each run, by turns, with shadow rays.
     for packet in range(2):
@@ -189,6 +203,7 @@ def _light_of_group(
                 else:
                     first = _Run(first.r + r, first.g + g, first.b + b, first.free, first.taken)
                 weight = gain * _shown(lanes, k)
+                counted += weight * cosine * reflected_share(reflector, cosine, scene.surfaces.albedos.reflected)
                 vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     sampled = _RED * (first.r + second.r) + _GREEN * (first.g + second.g) + _BLUE * (first.b + second.b)
     if sampled <= _ZERO:
@@ -214,8 +229,9 @@ def _light_of_group(
     r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
     g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
     b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
-    scale = max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
-    return r, g, b, scale * vx, scale * vy, scale * vz
+    share = counted / sampled
+    scale = share * max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
+    return share * r, share * g, share * b, scale * vx, scale * vy, scale * vz
 
 
 @inlined

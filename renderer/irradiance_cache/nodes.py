@@ -5,23 +5,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.reflectance import Reflector, diffuse_reflector, whole_reflector
 from renderer.core import lanes as ln
+from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import LANES
+from renderer.path import surface_tables as st
 from renderer.path.light_nodes import STRIP, Atlas
 from renderer.path.records import Scratch
+from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 
 
 class NodeLight(NamedTuple):
     """Light that falls on n nodes, float32.
 
-    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps; sun: (n, 4), that by the sun, and
-    which share of it arrives; toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and
-    direct; valid: (n,), 1, less where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds
-    the node, metres.
+    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps, that of fine nodes, and that of
+    coarse ones by lamps, as far as it counts (:func:`reflector_of`); sun: (n, 4), that by the sun, and which share of it arrives; toward:
+    (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and direct; valid: (n,), 1, less where
+    nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres.
     """
 
     indirect: NDArray[np.float32]
@@ -38,7 +42,8 @@ def make_node_light(count: int) -> NodeLight:
     return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count)))
 
 
-_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
+_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
+_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 
 
 @inlined
@@ -53,6 +58,19 @@ def stand_on(atlas: Atlas, node: int, scratch: Scratch) -> None:
         lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k] = nx, ny, nz
         lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = nx, ny, nz
         lanes[ln.HIT + k], lanes[ln.OUTSIDE + k] = _ONE, _ZERO
+
+
+@inlined
+def reflector_of(surfaces: Surfaces, face: int, whole: bool) -> Reflector:
+    """Return what of the light on a triangle counts: all that its surface reflects, or what its diffuse base does.  Metal reflects all."""
+    materials, row = surfaces.materials, surfaces.face_part[face] * st.ROW_SIZE
+    ior = materials[row + st.IOR] if materials[row + st.METALLIC] < _HALF else _ONE
+    roughness = materials[row + st.ROUGHNESS]
+    if not whole:
+        return diffuse_reflector(ior, roughness, surfaces.albedos.reflected)
+    base = _RED * materials[row + st.BASE] + _GREEN * materials[row + st.BASE + 1] + _BLUE * materials[row + st.BASE + 2]
+    coat = materials[row + st.COAT] if ior > _ONE else _ZERO
+    return whole_reflector(base, ior, roughness, coat, materials[row + st.COAT_ROUGHNESS], surfaces.albedos.reflected)
 
 
 @inlined

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
 from renderer.core.kernel import inlined
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.nodes import NodeLight, make_node_light
@@ -27,7 +28,7 @@ class Strays(NamedTuple):
     """The strays of a view, by rows of packets, each with room for all that it may have.
 
     server: (rows, room) int32, of each hit, in the order of packets, the number in its row of the stray whose light it takes, -1 for those
-    that are none; counts: (rows,) int32; places: (rows, room, 6) float32, metres and normal, world, and part: (rows, room) int32.
+    that are none; counts: (rows,) int32; places: (rows, room, 6) float32, metres and normal, world; part, face: (rows, room) int32.
     first: (rows,) int64, where a row's strays begin in ``light``, which is empty while it is not known.
     """
 
@@ -35,23 +36,27 @@ class Strays(NamedTuple):
     counts: NDArray[np.int32]
     places: NDArray[np.float32]
     part: NDArray[np.int32]
+    face: NDArray[np.int32]
     first: NDArray[np.int64]
     light: NodeLight
 
 
 def make_strays(rows: int, room: int) -> Strays:
     """Return room for them; memory is taken as it is filled."""
-    server, places, part = np.empty((rows, room), np.int32), np.empty((rows, room, 6), np.float32), np.empty((rows, room), np.int32)
-    return Strays(server, np.zeros(rows, np.int32), places, part, np.zeros(rows, np.int64), make_node_light(0))
+    server, part, face = (np.empty((rows, room), np.int32) for _ in range(3))
+    places = np.empty((rows, room, 6), np.float32)
+    return Strays(server, np.zeros(rows, np.int32), places, part, face, np.zeros(rows, np.int64), make_node_light(0))
 
 
 def places_of(strays: Strays) -> Atlas:
     """Return the strays of a view as nodes of no surface, and let ``first`` say which are a row's."""
-    places = np.concatenate([row[:count] for row, count in zip(strays.places, strays.counts, strict=True)])
+    places, faces = (
+        np.concatenate([row[:count] for row, count in zip(table, strays.counts, strict=True)]) for table in (strays.places, strays.face)
+    )
     strays.first[:] = np.cumsum(strays.counts, dtype=np.int64) - strays.counts
     numbers, shares = np.zeros(len(places), np.int32), np.zeros((len(places), 2), np.float32)
     tables = np.zeros((0, 4), np.int32), np.zeros((0, 6), np.float32), numbers[:0], shares[:0], numbers[:0]
-    return Atlas(*tables, places[:, :3].copy(), places[:, 3:].copy(), numbers, shares, shares[:, 0].copy())
+    return Atlas(*tables, places[:, :3].copy(), places[:, 3:].copy(), faces, shares, shares[:, 0].copy())
 
 
 @inlined
@@ -89,5 +94,6 @@ def add_stray(trace: Scratch, k: int, row: int, begin: int, apart_m: np.float32,
             return
     for axis in range(6):
         places[row, count, axis] = lanes[_AXES[axis] + k]
-    strays.part[row, count], strays.server[row, begin + k] = trace.parts[k], count
+    strays.part[row, count], strays.face[row, count] = trace.parts[k], trace.rays.integer[ray.PRIM_ID + k]
+    strays.server[row, begin + k] = count
     strays.counts[row] = count + 1

@@ -6,7 +6,7 @@ from box_room import quad, scene
 from numba import njit
 from white_surfaces import WHITE
 
-from renderer.bsdf import microfacet
+from renderer.bsdf import microfacet, reflectance
 from renderer.bsdf.albedo import Albedos
 from renderer.bsdf.albedo import fresnel_dielectric as fresnel_numpy
 from renderer.bsdf.bsdf import evaluate_bsdf, sample_bsdf
@@ -20,6 +20,9 @@ sample_cosine_hemisphere = from_python(sampling.sample_cosine_hemisphere)
 sample_ggx_wm = from_python(microfacet.sample_ggx_wm)
 fresnel_dielectric = from_python(microfacet.fresnel_dielectric)
 fresnel_thin_dielectric = from_python(microfacet.fresnel_thin_dielectric)
+reflected_share = from_python(reflectance.reflected_share)
+whole_reflector = from_python(reflectance.whole_reflector)
+diffuse_reflector = from_python(reflectance.diffuse_reflector)
 cos_sin_two_pi = from_python(sampling.cos_sin_two_pi)
 
 DIFFUSE = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COS_FRONT": 1.0, "HIT": 1.0}
@@ -188,3 +191,34 @@ def test_directions_are_unit():
         for way in (sample_cosine_hemisphere(u, v), sample_ggx_wm(*viewer(0.3), np.float32(0.4), u, v)):
             assert np.linalg.norm(way) == pytest.approx(1.0, abs=1e-5)
         np.testing.assert_allclose(cos_sin_two_pi(u), (np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)), atol=2e-6)
+
+
+@njit
+def arriving_albedo(lane, table, wi, views):
+    """The share of light from one direction that is reflected to all sides, (3,)."""
+    lane[ln.WI_X], lane[ln.WI_Y], lane[ln.WI_Z] = wi[0], wi[1], wi[2]
+    total = np.zeros(3, np.float64)
+    for i in range(len(views)):
+        lane[ln.WO_X], lane[ln.WO_Y], lane[ln.WO_Z] = views[i, 0], views[i, 1], views[i, 2]
+        evaluate_bsdf(lane, build_lobes(lane, table), table.reflected)
+        total += np.pi / len(views) / wi[2] * found(lane)[3:6]
+    return total
+
+
+@pytest.mark.parametrize(("coat", "within"), [(0.0, 0.02), (0.7, 0.04)], ids=["uncoated", "coated"])
+@pytest.mark.parametrize(("base", "roughness"), [(0.1, 0.4), (0.7, 0.6)])
+def test_light_counts_by_what_is_reflected_of_its_direction(coat, within, base, roughness):
+    """What a coat takes from the layers under it is taken for the same on all their ways out."""
+    table = albedos()
+    look = lanes(BASE_R=base, BASE_G=base, BASE_B=base, ROUGHNESS=roughness, COAT=coat, COAT_ROUGHNESS=0.5)
+    u = (np.arange(1024) + 0.5) / 1024
+    v, turn = (axis.ravel() for axis in np.meshgrid(u, 2.0 * np.pi * u[::4]))
+    views = np.stack([np.cos(turn) * np.sqrt(1.0 - v), np.sin(turn) * np.sqrt(1.0 - v), np.sqrt(v)], axis=1)
+    base, ior, roughness, coat, coat_roughness = (np.float32(x) for x in (base, 1.5, roughness, coat, 0.5))
+    whole = whole_reflector(base, ior, roughness, coat, coat_roughness, table.reflected)
+    for cosine in (0.1, 0.3, 0.9):
+        expected = arriving_albedo(look, table, viewer(cosine), views.astype(np.float32))[0]
+        assert reflected_share(whole, np.float32(cosine), table.reflected) / whole.per_mean == pytest.approx(expected, rel=within)
+    for reflector in (whole, diffuse_reflector(ior, roughness, table.reflected)):
+        shares = [reflected_share(reflector, np.float32(np.sqrt(v)), table.reflected) for v in u]
+        assert np.mean(shares) == pytest.approx(1.0, abs=5e-3)

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from box_room import VIEW, box, furnished_room, l_shaped_room, pierced, pose, quad, scene
+from box_room import BLACK, VIEW, box, furnished_room, l_shaped_room, pierced, pose, quad, scene
 from cached_rooms import CACHED, SMALL, look_up
 
 from renderer import LAYERS, CameraConfig, RenderConfig, Renderer, RenderError
@@ -180,6 +180,22 @@ def test_panes_keep_in_what_they_mirror(net):
             with Renderer(flat, camera, config, 5) as renderer:
                 images.append(renderer.render(view, 0, ("radiance",)).radiance.mean(axis=(0, 1)))
     np.testing.assert_allclose(images[::2], images[1::2], rtol=0.02)
+
+
+@pytest.mark.parametrize(("roughness", "floor"), [(0.2, 0.0), (0.35, 0.0), (0.35, 0.8)])
+def test_what_light_grazes_takes_less_of_it(roughness, floor):
+    """A white front below a lamp, in a black room: its boundary mirrors more of what grazes it; what a floor mirrors is that little."""
+    look = {"roughness": roughness, "ior": 1.5}
+    shell = box((0, 0, 0), (3, 3, 2.5), inside=True, name="0/shell", object_id=0, color=BLACK, roughness=1.0)
+    ground = quad((0.02, 0.02, 0.01), (2.96, 0, 0), (0, 2.96, 0), name="2/floor", object_id=2, color=(floor,) * 3, **look)
+    front = box((0.01, 0.5, 0.1), (0.6, 2.5, 0.9), name="3/front", object_id=3, color=(0.7,) * 3, **look)
+    lamp = box((1.0, 1.3, 2.38), (1.25, 1.6, 2.45), name="4/lamp", object_id=4, emission=(9000,) * 3)
+    flat, view, means = scene(shell, ground, front, lamp), pose((2.5, 1.5, 0.6), (0.6, 1.5, 0.5)), []
+    for config in (CACHED, RenderConfig(samples_per_pixel=128, threads=2)):
+        with Renderer(flat, CameraConfig(width=64, height=48), config, 5) as renderer:
+            frame = renderer.render(view, 0, ("radiance", "instance"))
+        means.append(frame.radiance[frame.layers["instance"] == 3].mean())
+    assert means[0] == pytest.approx(means[1], rel=0.04)
 
 
 def test_every_other_layer_comes_from_the_path_tracer():
