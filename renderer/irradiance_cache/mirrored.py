@@ -28,6 +28,7 @@ _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
 _LEAST_SHARE, _MOST_GAIN, _LOBES = np.float32(1e-6), np.float32(4.0), np.uint32(23)
+_MOST_TIMES = np.float32(8.0)
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
 
@@ -109,6 +110,7 @@ def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: Shade
     _trace_on(scene, False, scratch, primary)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
         _see_surfaces(scene, tables, spread, False, memory)
+    limit_seen(primary)
     for k in range(LANES):
         if primary[rec.KIND, k] > _ZERO:
             for channel in range(3):
@@ -116,6 +118,28 @@ def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: Shade
     if _aim_through(scratch, primary) > 0:
         _trace_on(scene, True, scratch, primary)
         _see_surfaces(scene, tables, spread, True, memory)
+
+
+@inlined
+def limit_seen(primary: NDArray[np.float32]) -> None:
+    """Make what a rough lobe's ray has seen no brighter than _MOST_TIMES the mean of the packet's others.
+
+    Few rays of such lobes meet what is small and bright, a ceiling above a lamp say, and each would leave a spot as wide as its neighbours
+    share it.
+    """
+    total, count = _ZERO, _ZERO
+    for k in range(LANES):
+        if primary[rec.KIND, k] > _ZERO and primary[rec.RAY_ALPHA, k] >= SHARP:
+            total += primary[rec.SEEN, k] + primary[rec.SEEN + 1, k] + primary[rec.SEEN + 2, k]
+            count += _ONE
+    for k in range(LANES):
+        if primary[rec.KIND, k] > _ZERO and primary[rec.RAY_ALPHA, k] >= SHARP:
+            seen = primary[rec.SEEN, k] + primary[rec.SEEN + 1, k] + primary[rec.SEEN + 2, k]
+            even = primary[rec.EVEN, k] + primary[rec.EVEN + 1, k] + primary[rec.EVEN + 2, k]
+            most = _MOST_TIMES * (total - seen + even) / count
+            scale = most / seen if seen > most else _ONE
+            for channel in range(3):
+                primary[rec.SEEN + channel, k] *= scale
 
 
 @inlined

@@ -8,7 +8,9 @@ from cached_rooms import look_up
 from renderer import CameraConfig
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache.lamp_shapes import build_lamps
-from renderer.irradiance_cache.mirrored import pixel_noise
+from renderer.irradiance_cache.mirrored import limit_seen, pixel_noise
+from renderer.irradiance_cache.records import EVEN, KIND, RAY_ALPHA, SEEN, SHARP, make_shade_scratch
+from renderer.path.records import make_scratch
 from renderer.scene.flat_scene import Sky
 
 NARROW = CameraConfig(width=32, height=24, horizontal_fov_rad=0.1)
@@ -290,3 +292,13 @@ def test_dark_leather_mirrors_alike_on_both_sides_of_the_roughness_that_counts_a
     view = pose((0, 0, 1.2), (0, 2.4, 0))
     traced = seen(floor, ahead, behind, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
     assert traced > 0.1 and seen(floor, ahead, behind, view=view).mean() == pytest.approx(traced, rel=0.12)
+
+
+@pytest.mark.parametrize(("alpha", "expected"), [(0.2, 8.0 * (3.0 + 5.0) / 4.0), (0.5 * float(SHARP), 1000.0)], ids=["rough", "sharp"])
+def test_one_ray_of_a_rough_lobe_is_not_much_brighter_than_its_neighbours(alpha, expected):
+    """Of four rays three see 1 and one, whose surface has 5 around it, sees 1000; what a smooth mirror shows stays as bright as it is."""
+    primary = make_shade_scratch(make_scratch(0)).primary
+    primary[KIND, :4], primary[RAY_ALPHA, :4], primary[SEEN : SEEN + 3, :4] = 1.0, alpha, 1.0
+    primary[SEEN : SEEN + 3, 2], primary[EVEN : EVEN + 3, 2] = 1000.0, 5.0
+    from_python(limit_seen)(primary)
+    np.testing.assert_allclose(primary[SEEN, :4], [1.0, 1.0, expected, 1.0], rtol=1e-6)
