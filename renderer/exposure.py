@@ -43,14 +43,14 @@ _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
 _KEY_CD_M2 = 10.0
 """Metered luminance at which a scene's key changes nothing: a room by lamplight."""
-_HAND = 0x68616E64
-"""Sets the draw of a room's compensation apart from other draws by its key."""
+_HAND, _MOST_DEVIATION = 0x68616E64, 2.0
+"""What sets the draw of a room's compensation apart from other draws by its key, and its bound in deviations."""
 
 
 class LightReading(NamedTuple):
     """What a meter tells of a room.
 
-    ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room's own, by which its compensation is drawn.
+    ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room, within 2, for its compensation.
     """
 
     ev100: float
@@ -167,7 +167,7 @@ class LightMeter:
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
         ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
-        deviate = float(np.random.default_rng((self._scene_key, _HAND)).standard_normal())
+        deviate = float(np.clip(np.random.default_rng((self._scene_key, _HAND)).standard_normal(), -_MOST_DEVIATION, _MOST_DEVIATION))
         return LightReading(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100), deviate)
 
 
