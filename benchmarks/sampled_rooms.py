@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 from unittest import mock
@@ -276,7 +277,8 @@ def new_room_s(room: SampledRoom, size: tuple[int, int], config: RenderConfig) -
     began, camera, poses = time.perf_counter(), camera_of(size), room.scene.camera_path
     flat = flatten(room.scene, Path.cwd())
     with Renderer(flat, camera, config, room.key) as renderer:
-        exposure = LightMeter(flat, camera, config, room.key, poses).read(config.threads, like=renderer)
+        reading = LightMeter(flat, camera, config, room.key, poses).read(config.threads, like=renderer)
+        exposure = exposed(replace(config, auto_exposure=True), reading)
         renderer.render(room.path[0], 0, LAYERS, exposure=exposure, path=room.path)
         first_s = time.perf_counter() - began
         hits = everywhere(flat, config.cache_spacing_m)

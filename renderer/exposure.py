@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,22 @@ _MIDDLE_STOPS = -3.15
 """Most of the median luminance of any view, in stops above white: no view of a room is bleached because others are dark."""
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
+_KEY_CD_M2 = 10.0
+"""Metered luminance at which a scene's key changes nothing: a room by lamplight."""
+_HAND, _MOST_DEVIATION = 0x68616E64, 2.0
+"""What sets the draw of a room's compensation apart from other draws by its key, and its bound in deviations."""
+
+
+class LightReading(NamedTuple):
+    """What a meter tells of a room.
+
+    ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room, within 2, for its compensation.
+    """
+
+    ev100: float
+    white_xy: Chromaticity
+    black: float = 0.0
+    deviate: float = 0.0
 
 
 def fixed_white(config: RenderConfig) -> Chromaticity | None:
@@ -67,16 +84,31 @@ def sensor_ev100(camera: CameraConfig, sensor: SensorConfig) -> float | None:
     return math.log2(camera.f_stop**2 / camera.shutter_s * 100.0 / sensor.iso)
 
 
-def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float | None = None) -> Exposure:
+def exposed(config: RenderConfig, metered: LightReading | None, fixed_ev100: float | None = None) -> Exposure:
     """Return the exposure of a room's frames: fixed by the sensor, metered and compensated, or as configured."""
     white = fixed_white(config)
     if fixed_ev100 is not None:
         config = replace(config, exposure_ev100=fixed_ev100, auto_exposure=False)
     if metered is None:
         return Exposure(config.exposure_ev100, white or D65_XY)
-    ev100 = metered.ev100 - config.exposure_compensation_ev if config.auto_exposure else config.exposure_ev100
+    ev100 = metered.ev100 - _compensation_ev(config, metered) if config.auto_exposure else config.exposure_ev100
     black = min(metered.black * 2.0 ** (metered.ev100 - ev100), MOST_BLACK)
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE), black)
+
+
+def _compensation_ev(config: RenderConfig, metered: LightReading) -> float:
+    """Return by how many stops a room is shown brighter than metered: as configured, by its key, and by its draw, these in steps of 1/8."""
+    luminance = METER_CONSTANT / 100.0 * 2.0**metered.ev100
+    by_room = config.exposure_key * math.log2(_key(luminance) / _key(_KEY_CD_M2)) + config.exposure_scatter_ev * metered.deviate
+    return config.exposure_compensation_ev + round(by_room * _STEPS_PER_EV) / _STEPS_PER_EV
+
+
+def _key(luminance: float) -> float:
+    """Return how bright a picture's middle shall be for a mean luminance in cd/m2.
+
+    G. Krawczyk, K. Myszkowski and H.-P. Seidel, "Perceptual effects in real-time tone mapping", SCCG 2005.
+    """
+    return 1.03 - 2.0 / (2.0 + math.log10(luminance + 1.0))
 
 
 def metered_layers(config: RenderConfig) -> tuple[str, ...]:
@@ -108,8 +140,8 @@ class LightMeter:
         self._seen: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
         self._zones: list[NDArray[np.float64]] = []
 
-    def read(self, threads: int = 0, *, like: Renderer | None = None, cancelled: Callable[[], bool] | None = None) -> Exposure:
-        """Return the exposure; go on where a call that was cancelled has stopped.
+    def read(self, threads: int = 0, *, like: Renderer | None = None, cancelled: Callable[[], bool] | None = None) -> LightReading:
+        """Return the reading; go on where a call that was cancelled has stopped.
 
         ``threads``: as of ``RenderConfig``; ``like``: as of ``Renderer``; ``cancelled``: as of ``Renderer.render``.
 
@@ -135,7 +167,8 @@ class LightMeter:
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
         ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
-        return Exposure(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100))
+        deviate = float(np.clip(np.random.default_rng((self._scene_key, _HAND)).standard_normal(), -_MOST_DEVIATION, _MOST_DEVIATION))
+        return LightReading(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100), deviate)
 
 
 def _zone_luminance(light: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -165,6 +198,6 @@ def meter(
     poses: Sequence[CameraPose],
     *,
     like: Renderer | None = None,
-) -> Exposure:
+) -> LightReading:
     """Return what a :class:`LightMeter` reads; ``threads`` is taken from ``config`` too, and ``like`` as of ``Renderer``."""
     return LightMeter(flat, camera, config, scene_key, poses).read(config.threads, like=like)

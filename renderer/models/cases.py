@@ -255,8 +255,8 @@ def _upright(
     """Add a run of standing books, sometimes of one series, the last one sometimes leaning; return where it ends."""
     y, right, floor, room, back, front = bay
     deep = front - back
-    same = rng.random() < 0.3
-    tall, thick = rng.uniform(0.62, 0.93) * room, rng.uniform(0.016, 0.045)
+    same = rng.random() < 0.12
+    tall, thick = rng.uniform(0.62, 0.93) * room, rng.uniform(0.014, 0.03)
     count = int(rng.integers(3, 11))
     for k in range(count):
         if not same:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
+from renderer.geometry.shapes import block, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab
 from renderer.models.model import Model, Parts, Pieces, Size, halved
 from renderer.models.wall_things import molding
 
@@ -133,120 +133,8 @@ def _pointer(x: float, z: float, angle: float, start: float, reach: float, half:
     return moved(rotated(flat_quads(np.asarray([*sides, front, behind[::-1]])), "x", -angle), z=z)
 
 
-SEGMENTS = ("abcdef", "bc", "abged", "abgcd", "fgbc", "afgcd", "afgedc", "abc", "abcdefg", "abcdfg")
-"""Lit segments of the digits 0 to 9 of a seven-segment display (a top, then clockwise, g middle)."""
-
-
-def build_alarm_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a digital clock with seven-segment figures or a round one with two bells; the face looks along +x."""
-    return {"digital": _digital, "bells": _bells}[style](rng, size_m)
-
-
-def _digital(rng: np.random.Generator, size_m: Size) -> Parts:
-    _, _, height, half_d, half_w = halved(size_m)
-    body = rounded_box((-half_d, -half_w, 0.0), (half_d - 0.002, half_w, height), min(0.012, 0.2 * height), 3)
-    face = block((half_d - 0.006, -0.9 * half_w, 0.14 * height), (half_d - 0.0008, 0.9 * half_w, 0.88 * height), 0.0008)
-    hour, minute = int(rng.integers(24)), int(rng.integers(60))
-    low, high = [], []
-    cell = 1.6 * half_w / 4.6
-    tall = min(0.5 * height, 1.7 * cell)
-    bar = 0.13 * cell
-    z0 = 0.5 * height + 0.01 * height - 0.5 * tall
-    spans = {
-        "a": (0, 1, 1, 1),
-        "g": (0, 0.5, 1, 0.5),
-        "d": (0, 0, 1, 0),
-        "f": (0, 0.5, 0, 1),
-        "e": (0, 0, 0, 0.5),
-        "b": (1, 0.5, 1, 1),
-        "c": (1, 0, 1, 0.5),
-    }
-    for k, digit in enumerate(f"{hour:02d}{minute:02d}"):
-        left = -2.19 * cell + cell * (k * 1.12 + (0.3 if k > 1 else 0.0))
-        for name in SEGMENTS[int(digit)]:
-            u0, v0, u1, v1 = spans[name]
-            low.append(
-                (
-                    half_d - 0.003,
-                    left + 0.72 * cell * u0 - bar * 0.5 * (u0 == u1) + bar * 0.6 * (u0 != u1),
-                    z0 + tall * v0 - bar * 0.5 * (v0 == v1) + bar * 0.6 * (v0 != v1),
-                )
-            )
-            high.append(
-                (
-                    half_d,
-                    left + 0.72 * cell * u1 + bar * 0.5 * (u0 == u1) - bar * 0.6 * (u0 != u1),
-                    z0 + tall * v1 + bar * 0.5 * (v0 == v1) - bar * 0.6 * (v0 != v1),
-                )
-            )
-    for v in (0.3, 0.7):
-        y = -2.19 * cell + cell * 2.23
-        low.append((half_d - 0.003, y - 0.6 * bar, z0 + tall * v - 0.6 * bar))
-        high.append((half_d, y + 0.6 * bar, z0 + tall * v + 0.6 * bar))
-    return {"body": body, "face": face, "hands": blocks(low, high, 0.0004)}
-
-
-def _disc(radius: float, x0: float, x1: float, z: float, segments: int = 32) -> Mesh:
-    """Return a flat round body with its axis along x."""
-    return moved(rotated(lathe([(0.0, x0), (radius, x0), (radius, x1), (0.0, x1)], segments), "y", math.pi / 2), z=z)
-
-
-def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    radius = min(0.46 * width, 0.37 * height)
-    z = radius + 0.07 * height
-    half_d = 0.5 * depth
-    ring = rotated(
-        lathe(
-            points(
-                [0.0, 0.9 * radius, radius, radius, 0.97 * radius, 0.9 * radius, 0.89 * radius, 0.0],
-                [-half_d, -half_d, -half_d + 0.008, half_d - 0.004, half_d, half_d, half_d - 0.006, half_d - 0.006],
-            ),
-            36,
-        ),
-        "y",
-        math.pi / 2,
-    )
-    face = _disc(0.9 * radius, half_d - 0.008, half_d - 0.005, z)
-    hands = [
-        _hand(half_d, z, angle, length * radius, 0.03 * radius)
-        for angle, length in ((rng.uniform(0, 6.28), 0.5), (rng.uniform(0, 6.28), 0.75))
-    ]
-    marks = [_hand(half_d, z, math.pi * k / 6, 0.86 * radius, 0.022 * radius, 0.74 * radius) for k in range(12)]
-    bells, feet = [], []
-    for s in (-1.0, 1.0):
-        bell = lathe(
-            [(0.0, 0.0), (0.36 * radius, 0.0), (0.34 * radius, 0.12 * radius), (0.22 * radius, 0.25 * radius), (0.0, 0.3 * radius)], 20
-        )
-        tilt = rotated(bell, "x", -s * 0.5)
-        bells.append(moved(tilt, y=s * 0.55 * radius, z=z + 0.92 * radius))
-        bells.append(
-            rod((0.0, s * 0.45 * radius, z + 0.8 * radius), (0.0, s * 0.56 * radius, z + 0.95 * radius), 0.05 * radius, segments=8)
-        )
-        feet += [
-            rod((x, s * 0.72 * radius, 0.0), (x, s * 0.45 * radius, z - 0.8 * radius), 0.05 * radius, 0.07 * radius, 8)
-            for x in (-0.6 * half_d, 0.6 * half_d)
-        ]
-    arch = sweep(
-        points(
-            0.0,
-            [-0.25 * radius, -0.12 * radius, 0.12 * radius, 0.25 * radius],
-            [z + radius, z + 1.42 * radius, z + 1.42 * radius, z + radius],
-        ),
-        0.035 * radius,
-        8,
-    )
-    return {"body": moved(ring, z=z), "face": face, "hands": merged(*hands, *marks), "bells": merged(*bells, arch), "feet": merged(*feet)}
-
-
-def _hand(x: float, z: float, angle: float, reach: float, half_width: float, start: float = 0.0) -> Mesh:
-    bar = block((x - 0.006, -half_width, start), (x - 0.003, half_width, reach), 0.0004)
-    return moved(rotated(bar, "x", angle), z=z)
-
-
 MODELS = {
     "speaker": Model(build_speaker, ("cones", "cloth")),
     "photo_frame": Model(build_photo_frame, ("portrait", "view")),
     "wall_clock": Model(build_wall_clock, ("round", "rays")),
-    "alarm_clock": Model(build_alarm_clock, ("digital", "bells")),
 }

@@ -54,6 +54,13 @@ class RenderConfig:
     exposure_compensation_ev: Annotated[
         float, Limits(ge=-10.0, le=10.0, unit="EV", description="Brightens a metered exposure; positive is brighter")
     ] = 1.3
+    exposure_key: Annotated[
+        float, Limits(ge=0.0, le=1.0, description="How far a metered exposure follows the room's key: dark rooms look darker")
+    ] = 0.0
+    exposure_scatter_ev: Annotated[
+        float,
+        Limits(ge=0.0, le=3.0, unit="EV", description="Deviation of a compensation drawn for each metered room, as photographers differ"),
+    ] = 0.0
     white_balance: Annotated[
         Literal["none", "auto", "kelvin"],
         Limits(description="Which light looks white: that of the display (none), the room's as metered (auto), or that of white_balance_k"),

@@ -13,7 +13,7 @@ from typing import Any
 from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderConfig, Renderer, SensorConfig
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.exposure import LightMeter, exposed, needs_meter, sensor_ev100
+from renderer.exposure import LightMeter, LightReading, exposed, needs_meter, sensor_ev100
 from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
@@ -157,12 +157,12 @@ class RenderedRoom:
         return LightMeter(self.flat, self.settings.camera, self.settings.render, scene_key(self.scene), self.scene.camera_path)
 
     @cached_property
-    def metered(self) -> Exposure:
-        """The exposure as it is metered."""
+    def metered(self) -> LightReading:
+        """What the meter tells of the room."""
         cancelled = self._cancelled
-        exposure = self._meter.read(1 if cancelled else self.settings.render.threads, like=self.renderer, cancelled=cancelled)
+        reading = self._meter.read(1 if cancelled else self.settings.render.threads, like=self.renderer, cancelled=cancelled)
         trim_heap()
-        return exposure
+        return reading
 
     def scanner(self, config: ScanConfig) -> Scanner:
         """Return a laser scanner that stands in the room; the same for the same settings as before."""
@@ -264,10 +264,10 @@ class RoomMeter:
 
     def __init__(self, settings: Groups) -> None:
         self._settings = settings
-        self._room: tuple[RenderConfig, Callable[[], Exposure]] | None = None
-        self._metered: Exposure | None = None
+        self._room: tuple[RenderConfig, Callable[[], LightReading]] | None = None
+        self._metered: LightReading | None = None
 
-    def begin_room(self, render: RenderConfig, meter: Callable[[], Exposure]) -> None:
+    def begin_room(self, render: RenderConfig, meter: Callable[[], LightReading]) -> None:
         """Take a new room, which is not metered yet; ``meter`` does it, or returns what it has found before."""
         self._room, self._metered = (render, meter), None
 

@@ -6,7 +6,7 @@ import pytest
 from box_room import box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig
-from renderer.exposure import METER_CONSTANT, exposed, meter
+from renderer.exposure import METER_CONSTANT, LightReading, exposed, meter
 from renderer.film.tone import MOST_BLACK, Exposure, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from scene_description.color_temperature import D65_XY, color_of_temperature
@@ -88,7 +88,7 @@ def test_a_room_is_metered_the_same_whatever_its_pictures_lose() -> None:
 
 
 def test_what_is_not_metered_is_as_configured() -> None:
-    metered = Exposure(3.0, (0.45, 0.41))
+    metered = LightReading(3.0, (0.45, 0.41), deviate=1.0)
     fixed = RenderConfig(exposure_ev100=7.0, white_balance="none")
     assert exposed(fixed, metered) == Exposure(7.0, D65_XY)
     warm = RenderConfig(auto_exposure=True, exposure_compensation_ev=1.0, white_balance="kelvin", white_balance_k=3000.0)
@@ -96,6 +96,26 @@ def test_what_is_not_metered_is_as_configured() -> None:
     auto = exposed(RenderConfig(), metered)
     assert auto.ev100 == RenderConfig().exposure_ev100
     assert D65_XY[0] < auto.white_xy[0] < 0.45  # some of the tint stays
+
+
+@pytest.mark.parametrize(("luminance", "stops"), [(0.1, -2.889), (1.0, -1.211), (10.0, 0.0), (100.0, 0.511), (1000.0, 0.759)])
+def test_a_dark_room_looks_darker_by_its_key(luminance: float, stops: float) -> None:
+    """The key is 1.03 - 2 / (2 + log10(L + 1)); of L = 10 cd/m2 it changes nothing, and half of it changes half of the stops."""
+    metered = LightReading(math.log2(luminance * 100.0 / METER_CONSTANT), D65_XY)
+    plain, whole, half = (exposed(RenderConfig(auto_exposure=True, exposure_key=key), metered).ev100 for key in (0.0, 1.0, 0.5))
+    assert plain - whole == pytest.approx(stops, abs=1 / 16 + 0.001)
+    assert plain - half == pytest.approx(0.5 * stops, abs=1 / 16 + 0.001)
+
+
+def test_rooms_are_compensated_by_a_draw_of_their_own() -> None:
+    """A draw of 1.5 deviations of 0.8 EV is 1.2 EV, the nearest eighth 1.25; without a deviation all rooms are alike."""
+    shell = scene(box((-1, -1, 0), (1, 1, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0)))
+    one, other, again = (meter(shell, CameraConfig(width=8, height=8), RenderConfig(threads=1), key, [VIEW]) for key in (5, 6, 5))
+    assert one == again and one.deviate != other.deviate
+    drawn, plain = (RenderConfig(auto_exposure=True, exposure_scatter_ev=scatter) for scatter in (0.8, 0.0))
+    brighter = one._replace(deviate=1.5)
+    assert exposed(plain, brighter).ev100 - exposed(drawn, brighter).ev100 == pytest.approx(1.25)
+    assert exposed(plain, one) == exposed(plain, other)
 
 
 def test_a_bright_part_of_the_view_is_not_burnt_out() -> None:
