@@ -81,7 +81,9 @@ def run_together(rng: np.random.Generator, chain: Chain, state: State, schedule:
         # Run up to the next test of convergence.
         part = min(test.lag, sweeps - len(trace.energy)) if test.window else sweeps
         info = run_chain(rng, chain, state, ChainRun(part * len(movable), beta, schedule.hard_tolerance), movable, part)
-        energy, kept = info.energy, kept if info.kept is None else info.kept
+        energy = info.energy
+        if info.kept is not None:
+            kept = info.kept
         # Go on where the energies still change.
         trace = Trace(np.concatenate([trace.energy, info.trace.energy]), np.concatenate([trace.counts, counts + info.trace.counts]))
         counts = counts + info.counts
