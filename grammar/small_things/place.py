@@ -224,7 +224,7 @@ def on_floor(
 ) -> SceneObject | None:
     """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free.
 
-    Before its front lies only what is dropped: what is tidy is not in the way.
+    Before its front lies only what is dropped: what is tidy stands at its sides, towards its back, and is not in the way.
     """
     size = new.item.size_m
     for _ in range(TRIALS if anchors else 0):
@@ -237,7 +237,8 @@ def on_floor(
         if side == 0:
             x, y = 0.5 * beside.size_m[0] + half[0] + gap, 0.5 * along * beside.size_m[1]
         else:
-            x, y = 0.5 * along * beside.size_m[0], (0.5 * beside.size_m[1] + half[1] + gap) * (1.0 if side == 1 else -1.0)
+            back = along if disorder > 0.0 else -abs(along)
+            x, y = 0.5 * back * beside.size_m[0], (0.5 * beside.size_m[1] + half[1] + gap) * (1.0 if side == 1 else -1.0)
         placed = in_frame(new.item, beside, x, y, -beside.position_m[2], turn, Supported(kind="floor"))
         if fits(placed) and clear_of(new, placed, obstacles):
             return placed
