@@ -279,6 +279,9 @@ def test_what_opens_has_the_whole_width_of_its_front_and_doors_have_their_way() 
     outwards = replace(ROOM, openings=(replace(ROOM.openings[0], swing="out"),))
     assert faults({"plant": plant}, room=outwards) == {"thing_in_doorway": [122]}
     assert faults({"plant": replace(plant, position_m=(1.3, 0.3, 0.0))}, room=outwards) == {}
+    table = thing(126, "dining_table", 0.8, 1.0, NORTH, (1.2, 0.9, 0.75))
+    assert faults({"table": table}, room=outwards) == {"thing_in_doorway": [126]}
+    assert faults({"table": replace(table, position_m=(0.8, 1.3, 0.0))}, room=outwards) == {}
 
 
 def test_neither_mirror_nor_hooks_hang_over_a_bed_and_who_runs_has_the_screen_over_the_console() -> None:
