@@ -92,9 +92,9 @@ def _rate(grammar: Grammar, categories: Categories, objects: int, walks: bool) -
         state = run_stages(rng, Chain(problem, settings), begun, grammar.schedule, grammar.schedule.beta).state
         chain = Chain(problem, settings, room_floor(grammar, tree.room) if walks else NO_FLOOR)
         movable = np.flatnonzero(problem.mount != FIXED)
-        run_chain(rng, chain, state, ChainRun(1, 1.0, 1.0, tolerance, False), movable)
+        run_chain(rng, chain, state, ChainRun(1, 1.0, tolerance), movable)
         began = time.process_time()
-        run_chain(rng, chain, state, ChainRun(PROPOSALS, 1.0, 1.0, tolerance, False), movable)
+        run_chain(rng, chain, state, ChainRun(PROPOSALS, 1.0, tolerance), movable)
         seconds += time.process_time() - began
     return STRUCTURES * PROPOSALS / seconds
 

@@ -204,7 +204,7 @@ def _rounds(
     while len(result.trace.energy) and (mends > 0 and meter.odd < before if meter.odd else left > 0):
         left, mends, before = left - 1, mends - (meter.odd > 0), meter.odd or before
         with meter:
-            result = run_together(rng, chain, result.state, schedule, beta, schedule.again, beta)
+            result = run_together(rng, chain, result.state, schedule, beta, schedule.again)
         meter.proposals += int(result.counts[:, TRIED].sum())
         yield result.layout, result.energy
 

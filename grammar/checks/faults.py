@@ -42,8 +42,8 @@ FAULTS = (
         "shown_behind_door", "a picture, mirror, clock or board is behind an open door", each(doors.behind_door, "shown", on_floor=False)
     ),
     _fault(doors.shown_hidden, "a picture, mirror, clock or board is hidden to a quarter by what stands before it"),
-    Fault("mirror_over_bed", "a mirror hangs over a bed", each(near(0.05, "bed"), "mirror", on_floor=False)),
-    _fault(doors.thing_in_doorway, "a plant, vase, bin, lamp or ball stands in the way of a door"),
+    Fault("hung_over_bed", "a mirror or hooks for coats hang over a bed", each(near(0.05, "bed"), "mirror", "hooks", on_floor=False)),
+    _fault(doors.thing_in_doorway, "a table for meals, plant, vase, bin, lamp or ball stands in the way of a door"),
     _fault(doors.rug_in_swing, "a rug or mat lies where a door swings"),
     _fault(doors.door_in_corner, "a door opens into the corner of a sofa"),
     _fault(doors.before_window, "a thing covers 15 % of a window"),

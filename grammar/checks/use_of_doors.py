@@ -35,7 +35,7 @@ def shown_hidden(found: Furnished) -> list[int]:
 
 
 def thing_in_doorway(found: Furnished) -> list[int]:
-    """Return plants, bins, lamps and the like that stand within ``DOORWAY_M`` before a door: one walks into them."""
+    """Return tables for meals, plants, bins, lamps and the like that stand within ``DOORWAY_M`` before a door: one walks into them."""
     u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.45, 0.45, 5), np.linspace(-0.45, 0.45, 5)))
     ways = []
     for opening in found.room.openings:
@@ -43,9 +43,9 @@ def thing_in_doorway(found: Furnished) -> list[int]:
             x, y, yaw = opening_frame(found.room, opening)
             middle = x + 0.5 * DOORWAY_M * math.cos(yaw), y + 0.5 * DOORWAY_M * math.sin(yaw)
             ways.append((*middle, 0.0, 1.0, 0.5 * DOORWAY_M, 0.5 * opening.width_m, math.cos(yaw), math.sin(yaw)))
-    fillers = found.standing("filler") if ways else []
-    points = [world_points(item, u * item.size_m[0], v * item.size_m[1]) for item in fillers]
-    return [item.id for item, at in zip(fillers, points, strict=True) if in_boxes(at, np.array(ways)).mean() > DOORWAY_SHARE]
+    things = found.standing("filler", "dining") if ways else []
+    points = [world_points(item, u * item.size_m[0], v * item.size_m[1]) for item in things]
+    return [item.id for item, at in zip(things, points, strict=True) if in_boxes(at, np.array(ways)).mean() > DOORWAY_SHARE]
 
 
 def before_window(found: Furnished) -> list[int]:

@@ -12,12 +12,11 @@ from grammar.counterfactual.change import Change, InvalidChangeError
 from grammar.counterfactual.targets import all_things
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
 from grammar.geometry.solids import object_solids
-from grammar.small_things.strew import SYMBOL
+from grammar.small_things.strew import SYMBOL, rules_of
 from grammar.spec.categories import Categories, Category
-from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.rules import Grammar, Thresholds
 from grammar.synthesize import SceneSynthesizer
-from scene_description import NYU40, SceneDescription, SceneObject, ValidityCheck, ValidityReport
+from scene_description import NYU40, SceneDescription, ValidityCheck, ValidityReport
 from scene_description.ceilings import ceiling_planes
 from scene_description.products import matmul
 
@@ -61,29 +60,10 @@ def grammar_of(rules: SceneSynthesizer, scene: SceneDescription) -> Grammar:
     return replace(grammar, validity=thresholds)
 
 
-def rules_of(grammar: Grammar, scene: SceneDescription, objects: Sequence[SceneObject]) -> dict[int, ObjectRule]:
-    """Return the rule of each object by id: of its terminal in the parse graph, else of its category and support, else a plain one."""
-    symbols = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal" and node.object is not None}
-    found = {}
-    for item in objects:
-        rule = grammar.objects.get(symbols.get(item.id, ""))
-        if rule is None or rule.category != item.category:
-            fitting = (r for r in grammar.objects.values() if (r.category, r.mount) == (item.category, item.support.kind))
-            rule = next(fitting, None) or plain_rule(item)
-        found[item.id] = rule
-    return found
-
-
-def plain_rule(item: SceneObject) -> ObjectRule:
-    """Return the rule of an object that no grammar knows: it keeps its size and needs no access."""
-    sizes = (SizeMode(mean_m=item.size_m, sd_m=(0.01, 0.01, 0.01)),)
-    return ObjectRule(category=item.category, mount=item.support.kind, sizes=sizes, low_m=item.size_m, high_m=item.size_m)
-
-
 def report_of(rules: SceneSynthesizer, scene: SceneDescription) -> ValidityReport:
     """Return the exact checks of a room, and that its camera keeps clear."""
     grammar = grammar_of(rules, scene)
-    owners = rules_of(grammar, scene, scene.objects)
+    owners = rules_of(grammar, scene.parse_graph, scene.objects)
     return check_room(grammar, categories_of(rules, scene), scene.room, scene.objects, owners, scene.validity.attempts)
 
 

@@ -7,7 +7,7 @@ a category that the room type does not know joins the room as an object of its o
 import math
 import re
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, rectangle_outside, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.categories import Categories
-from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.object_rules import ObjectRule, plain_rule
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import Room
@@ -114,9 +114,7 @@ def match_terminals(fixed_objects: Sequence[FixedObject], symbols: Sequence[str]
 def rule_of_fixed(fixed: FixedObject) -> ObjectRule:
     """Return the rule of a fixed object of a category that the grammar does not have."""
     assert fixed.size_m is not None
-    mount: Literal["floor", "object"] = "floor" if fixed.on is None else "object"
-    sizes = (SizeMode(mean_m=fixed.size_m, sd_m=(0.01, 0.01, 0.01)),)
-    return ObjectRule(category=fixed.name, mount=mount, sizes=sizes, low_m=fixed.size_m, high_m=fixed.size_m)
+    return plain_rule(fixed.name, "floor" if fixed.on is None else "object", fixed.size_m)
 
 
 def check_fixed(grammar: Grammar, categories: Categories, fixed_objects: Sequence[FixedObject]) -> None:

@@ -4,6 +4,7 @@ How a row begins is drawn among some ways that fit, the likelier the less they c
 change these; the chain goes on from there.  Rows that stand free come last.  Grammars call a row ``run``, as kitchen planners do.
 """
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -42,7 +43,6 @@ _TRIES, _HOPELESS = 60, 24
 _ENOUGH, _ENOUGH_A_UNIT = 12, 5
 """Candidates that are wanted at most, and for each unit of a unit row, and for the choice of its place."""
 
-_EXCHANGES = 60
 _LACKING_COST = 6.0
 """Nat for each object that hangs in line and would find no unit to hang above."""
 
@@ -97,7 +97,8 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
     groups = _groups(grammar, drafts)
     if not groups:
         return ()
-    shell, plans, taken = shell_of(grammar, room, drafts), [], _Taken(NO_BOXES)
+    shell, taken = shell_of(grammar, room, drafts), _Taken(NO_BOXES)
+    begun: list[tuple[UnitRowRule, _Candidate, UnitRow | Sequence[Slot]]] = []
     standing: list[tuple[Draft, Pose]] = []
     in_rows = any(hangs_in_row(draft.rule) for draft in drafts)
     rules = {symbol: _rule(grammar, symbol, rng) for symbol, _ in groups}
@@ -108,20 +109,21 @@ def place_unit_rows(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: 
     for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
         rule = rules[symbol]
         if rule.free:
-            chosen, places = _begin_free(symbol, rule, shell, units, taken, rng)
+            chosen, found = _begin_free(symbol, rule, shell, units, taken, rng)
+            begun.append((rule, chosen, found))
         else:
             hanging = [draft for draft in drafts if draft.rule.in_line]
             unit_row = _at_walls(symbol, rule, shell, units, taken.aisles)._replace(hanging=hanging)
             chosen = _begin(symbol, unit_row, rng)
             # what an island stands before, and what has a row above it, stays where it is
             chosen = _still(chosen) if in_rows else chosen
-            places = [chosen.slot] if faced or in_rows else _places(unit_row, chosen)
+            begun.append((rule, chosen, [chosen.slot] if faced or in_rows else unit_row))
         _note(symbol, chosen, shell)
         standing.extend(zip(chosen.units, chosen.poses, strict=True))
         taken = taken.and_row(rule, shell, chosen)
-        plans.append(_plan(rule, chosen, places))
     hang_rows(shell, standing, drafts, rng)
-    return tuple(plans)
+    # the places of a row take long to find, and many a room has none for its last row
+    return tuple(_plan(rule, chosen, _places(at, chosen) if isinstance(at, UnitRow) else at) for rule, chosen, at in begun)
 
 
 def _still(chosen: _Candidate) -> _Candidate:
@@ -297,20 +299,21 @@ def _order_cost(unit_row: UnitRow, units: Sequence[Draft], widths: Sequence[floa
 
 
 def _improved(unit_row: UnitRow, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
-    """Return a way to begin in which pairs of units of one leg have changed places where that cost less."""
+    """Return a way to begin in which pairs of units of one leg have changed places, until no such change costs less."""
     best, before = begun, _order_cost(unit_row, begun.units, begun.widths, begun.poses)
     leg_of = [leg for leg, count in enumerate(begun.legs) for _ in range(count)]
     walls = [begun.poses[leg_of.index(leg)][3] for leg in range(len(begun.legs))]
-    for _ in range(_EXCHANGES):
-        p, q = (int(k) for k in rng.integers(len(leg_of), size=2))
-        if p == q or leg_of[p] != leg_of[q] or unit_rule(best.units[p]).turns or unit_rule(best.units[q]).turns:
-            continue
+    straight = [k for k, unit in enumerate(begun.units) if not unit_rule(unit).turns]
+    pairs = [(p, q) for p, q in itertools.combinations(straight, 2) if leg_of[p] == leg_of[q]]
+    left = list(pairs)
+    while left and before > 0.0:
+        p, q = left.pop(int(rng.integers(len(left))))
         units, widths = list(best.units), list(best.widths)
         units[p], units[q], widths[p], widths[q] = units[q], units[p], widths[q], widths[p]
         poses = _poses(unit_row.rule, best.slot, best.slide_m, best.legs, walls, units, widths)
         cost = _order_cost(unit_row, units, widths, poses)
         if cost < before and not _barred(unit_row.shell, units, widths, poses):
-            best, before = best._replace(units=units, widths=widths, poses=poses), cost
+            best, before, left = best._replace(units=units, widths=widths, poses=poses), cost, list(pairs)
     return best
 
 

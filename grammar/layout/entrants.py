@@ -165,8 +165,6 @@ def _swept(rng: np.random.Generator, chain: Chain, entrant: Entrant, stage: Stag
     movable = stage.movable
     if not len(movable):
         return entrant
-    info = run_chain(
-        rng, chain, entrant.state, ChainRun(max(stage.proposals // sharing, 1) * len(movable), beta, beta, 0.0, False), movable
-    )
+    info = run_chain(rng, chain, entrant.state, ChainRun(max(stage.proposals // sharing, 1) * len(movable), beta, 0.0), movable)
     counts += info.counts
     return entrant._replace(energy=float(matmul(info.energy, chain.problem.weight)), hard=float(info.energy[_HARD].max()))

@@ -5,7 +5,7 @@ A proposal is accepted with probability ``min(1, exp(beta (E_old - E_new)) q(old
 and all losses are sums from zero, so most proposals are rejected after a few cliques, and the costly losses (circulation) are only computed
 for proposals that pass all others.  The decision is the same as with the whole energy.
 
-:func:`_step` decides one proposal; :func:`_run` sets its inverse temperature and keeps layouts, counts and the trace.
+:func:`_step` decides one proposal; :func:`_run` keeps the layout, counts and the trace.
 """
 
 import math
@@ -25,7 +25,7 @@ from grammar.layout.circulation import (
     traffic_of,
     try_move,
 )
-from grammar.layout.energies import full_energy, local_energy, weighted
+from grammar.layout.energies import full_energy, local_energy
 from grammar.layout.floor_raster import NO_FLOOR, SIDE, Floor
 from grammar.layout.frames import pick
 from grammar.layout.moves import propose
@@ -50,18 +50,14 @@ class Chain(NamedTuple):
 
 
 class ChainRun(NamedTuple):
-    """How long a chain runs, at which inverse temperature, and which layout it keeps.
+    """How long a chain runs, at which inverse temperature, and which layouts are feasible, of which it keeps the last one.
 
-    beta grows geometrically from ``beta_first`` to ``beta_last``.  A layout is feasible when no loss of a hard term exceeds ``tolerance``,
-    nor circulation and reach if the chain has a floor.  ``keep_best``: of the feasible layouts the one of least energy is kept, else the
-    last one.
+    A layout is feasible when no loss of a hard term exceeds ``tolerance``, nor circulation and reach if the chain has a floor.
     """
 
     proposals: int
-    beta_first: float
-    beta_last: float
+    beta: float
     tolerance: float
-    keep_best: bool
 
 
 class Trace(NamedTuple):
@@ -156,34 +152,23 @@ def _run(rng, chain, state, run, movable, work):  # type: ignore[no-untyped-def]
     if has_floor:
         rasterize_objects(problem, state, floor, work.traffic, np.int64(1))
         energy[TERM.circulation], energy[TERM.reach] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
-    feasible, has_kept, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
-    if feasible and run.keep_best:
-        has_kept, least = True, weighted(problem, energy)
-        copy_layout(state, kept, np.int64(0), moved)
-    ratio = (run.beta_last / run.beta_first) ** (1.0 / max(proposals - 1, 1))
-    beta = run.beta_first / ratio
+    feasible, has_kept, sample = _feasible(energy, run.tolerance), False, 0
     for n in range(proposals):
-        # Anneal, and decide one proposal.
-        beta *= ratio
-        step = _step(rng, chain, state, movable, beta, work)
+        step = _step(rng, chain, state, movable, run.beta, work)
         # Count it.
         counts[step.move, col.TRIED] += 1
         if step.accepted:
             counts[step.move, col.ACCEPTED] += 1
-            # Keep the best feasible layout, or the last one before the chain leaves the feasible ones.
+            # Keep the last layout before the chain leaves the feasible ones.
             was_feasible, feasible = feasible, _feasible(energy, run.tolerance)
-            if run.keep_best:
-                if feasible and weighted(problem, energy) < least:
-                    has_kept, least = True, weighted(problem, energy)
-                    copy_layout(state, kept, np.int64(0), moved)
-            elif was_feasible and not feasible:
+            if was_feasible and not feasible:
                 has_kept = True
                 copy_layout(state, kept, step.moved, moved)
         # Trace it.
         if sample < len(trace.energy) and (sample + 1) * proposals <= (n + 1) * len(trace.energy):
             _trace(energy, counts, sample, trace)
             sample += 1
-    if feasible and not run.keep_best:
+    if feasible:
         has_kept = True
         copy_layout(state, kept, np.int64(0), moved)
     if has_floor:

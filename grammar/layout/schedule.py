@@ -1,10 +1,9 @@
 """When which objects move: the staged run of the chain over one parse tree.
 
 Stages as those of Jiang et al. (IJCV 2018, section 6) bring the objects in, those that stand or hang in several layouts of which the best
-one goes on (:mod:`grammar.layout.entrants`); then all objects move together, annealed if the schedule says so, until the layout is done.
+one goes on (:mod:`grammar.layout.entrants`); then all objects move together until the layout is done.
 """
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -64,42 +63,34 @@ def run_stages(rng: np.random.Generator, chain: Chain, begun: Begun, schedule: S
     if not begun.fits or not all(enter(rng, problem, state, chain.moves, i, schedule.starts) for i in supported.entering):
         return ChainResult(None, full_energy(problem, state), state, counts, empty_trace(0), False)
     if len(supported.movable):
-        run = ChainRun(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
+        run = ChainRun(supported.proposals * len(supported.movable), beta, schedule.hard_tolerance)
         counts = counts + run_chain(rng, without_floor, state, run, supported.movable).counts
-    result = run_together(rng, chain, state, schedule, beta, schedule.together, min(schedule.anneal_from_beta, beta))
+    result = run_together(rng, chain, state, schedule, beta, schedule.together)
     return result._replace(counts=counts + result.counts)
 
 
-def run_together(
-    rng: np.random.Generator, chain: Chain, state: State, schedule: Schedule, beta: float, sweeps: int, beta_first: float
-) -> ChainResult:
+def run_together(rng: np.random.Generator, chain: Chain, state: State, schedule: Schedule, beta: float, sweeps: int) -> ChainResult:
     """Let all objects move together, which writes the state in place.
 
-    ``sweeps``: proposals for each object that moves, if the energies do not stand still before.  ``beta_first``: inverse temperature at the
-    beginning, from which it grows geometrically to ``beta``; a chain that is annealed does not end early.
+    ``sweeps``: proposals for each object that moves, if the energies do not stand still before.
     """
     movable, test = leaders(chain.problem), schedule.convergence
-    best, least, converged = None, np.inf, False
+    kept, converged = None, False
     counts, trace, energy = empty_counts(), empty_trace(0), full_energy(chain.problem, state)
     while len(trace.energy) < sweeps and not converged:
         # Run up to the next test of convergence.
-        done = len(trace.energy)
-        part = min(test.lag, sweeps - done) if test.window else sweeps
-        betas = [beta_first * math.pow(beta / beta_first, swept / sweeps) for swept in (done, done + part)]
-        run = ChainRun(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
-        info = run_chain(rng, chain, state, run, movable, part)
-        # Keep its layout if it is better, or as good where the last one counts.
+        part = min(test.lag, sweeps - len(trace.energy)) if test.window else sweeps
+        info = run_chain(rng, chain, state, ChainRun(part * len(movable), beta, schedule.hard_tolerance), movable, part)
         energy = info.energy
-        total = np.inf if info.kept is None else float(matmul(layout_energy(chain, info.kept), chain.problem.weight))
-        if info.kept is not None and (schedule.keep == "last" or total < least):
-            best, least = info.kept, total
+        if info.kept is not None:
+            kept = info.kept
         # Go on where the energies still change.
         trace = Trace(np.concatenate([trace.energy, info.trace.energy]), np.concatenate([trace.counts, counts + info.trace.counts]))
         counts = counts + info.counts
-        converged = best is not None and beta_first == beta and has_converged(matmul(trace.energy, chain.problem.weight), test)
-    if best is not None:
-        energy = layout_energy(chain, best)
-    return ChainResult(best, energy, state, counts, trace, converged)
+        converged = kept is not None and has_converged(matmul(trace.energy, chain.problem.weight), test)
+    if kept is not None:
+        energy = layout_energy(chain, kept)
+    return ChainResult(kept, energy, state, counts, trace, converged)
 
 
 def layout_energy(chain: Chain, state: State) -> Floats:

@@ -252,7 +252,7 @@ def _short_chain(
     """Return the losses of a layout after a few steps from the observed one."""
     chain, moving = Chain(problem._replace(weight=weights), settings), copy_state(state)
     movable, beta = np.arange(len(problem.mount)), grammar.schedule.beta
-    run = ChainRun(options.sweeps * len(movable), beta, beta, grammar.schedule.hard_tolerance, False)
+    run = ChainRun(options.sweeps * len(movable), beta, grammar.schedule.hard_tolerance)
     run_chain(rng, chain, moving, run, movable)
     return np.asarray(full_energy(chain.problem, moving))
 

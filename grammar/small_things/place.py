@@ -222,7 +222,10 @@ def in_frame(item: SceneObject, owner: SceneObject, x: float, y: float, z: float
 def on_floor(
     rng: np.random.Generator, new: Newcomer, anchors: Sequence[SceneObject], disorder: float, fits: Fits, obstacles: Obstacles
 ) -> SceneObject | None:
-    """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free."""
+    """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free.
+
+    Before its front lies only what is dropped: what is tidy stands at its sides, towards its back, and is not in the way.
+    """
     size = new.item.size_m
     for _ in range(TRIALS if anchors else 0):
         beside = anchors[int(rng.integers(len(anchors)))]
@@ -230,11 +233,12 @@ def on_floor(
         c, s = abs(math.cos(turn)), abs(math.sin(turn))
         half = 0.5 * (size[0] * c + size[1] * s), 0.5 * (size[0] * s + size[1] * c)
         gap, along = GAP_M + abs(float(rng.normal(0.0, 0.12))), float(rng.uniform(-1.0, 1.0))
-        side = int(rng.integers(3))
+        side = int(rng.integers(0 if disorder > 0.0 else 1, 3))
         if side == 0:
             x, y = 0.5 * beside.size_m[0] + half[0] + gap, 0.5 * along * beside.size_m[1]
         else:
-            x, y = 0.5 * along * beside.size_m[0], (0.5 * beside.size_m[1] + half[1] + gap) * (1.0 if side == 1 else -1.0)
+            back = along if disorder > 0.0 else -abs(along)
+            x, y = 0.5 * back * beside.size_m[0], (0.5 * beside.size_m[1] + half[1] + gap) * (1.0 if side == 1 else -1.0)
         placed = in_frame(new.item, beside, x, y, -beside.position_m[2], turn, Supported(kind="floor"))
         if fits(placed) and clear_of(new, placed, obstacles):
             return placed

@@ -22,8 +22,9 @@ from grammar.small_things.place import Obstacles
 from grammar.small_things.sites import Surroundings, opening_boxes
 from grammar.small_things.untidy import Move, moves
 from grammar.spec.categories import Categories
-from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.object_rules import ObjectRule, plain_rule
 from grammar.spec.request import SceneRequest
+from grammar.spec.rules import Grammar
 from scene_description import ParseGraph, ParseNode, Room, SceneObject, ValidityReport
 
 THINNING = 0
@@ -152,7 +153,8 @@ def _moves(source: Source, sampled: FurnishedRoom, root: int) -> list[Move]:
 
 def _kept_moves(source: Source, sampled: FurnishedRoom, gone: Collection[int], found: Sequence[Move]) -> Sequence[Move]:
     """Return of what moves up to the clutter asked for as much as leaves the room valid and in order no odder, the first ones first."""
-    rules, moved = _rules(source, sampled), [move for move in found if move.level <= source.request.clutter]
+    rules = rules_of(source.grammar, sampled.graph, sampled.objects)
+    moved = [move for move in found if move.level <= source.request.clutter]
     before = len(_faults(source, sampled, _after(sampled.objects, gone, [])))
     for count in range(len(moved), 0, -1):
         now = _after(sampled.objects, gone, moved[:count])
@@ -185,14 +187,14 @@ def _valid(
 
     Those that come up to clutter 1 add no fault of use either to what is there then, ``in_order``; what comes later is a mess.
     """
-    rules, before = _rules(source, sampled), _faults(source, sampled, in_order)
+    rules, before = rules_of(source.grammar, sampled.graph, sampled.objects), _faults(source, sampled, in_order)
     units = _units(added)
     unit_of = {thing.item.id: first for first, things in units.items() for thing in things}
 
     def judged(kept: Collection[int]) -> tuple[list[Placed], ValidityReport, Collection[int] | None]:
         """Return the things of these units, the report of the room with them, and the ids of what is at fault; None: it passes."""
         things = [thing for thing in added if unit_of[thing.item.id] in kept]
-        known = rules | {thing.item.id: _plain_rule(thing.item) for thing in things}
+        known = rules | {item.id: plain_rule(item.category, item.support.kind, item.size_m) for item, *_ in things}
         objects = [*there, *(thing.item for thing in things)]
         report = check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
         if not report.valid:
@@ -241,16 +243,19 @@ def _units(added: Sequence[Placed]) -> dict[int, list[Placed]]:
     return units
 
 
-def _rules(source: Source, sampled: FurnishedRoom) -> dict[int, ObjectRule]:
-    """Return the rule of every object of the grammar, of fixed objects that it does not know a plain one."""
-    symbols = {node.object: node.symbol for node in sampled.graph.nodes if node.kind == "terminal"}
-    known = source.grammar.objects
-    return {item.id: known.get(symbols.get(item.id, "")) or _plain_rule(item) for item in sampled.objects}
+def rules_of(grammar: Grammar, graph: ParseGraph, objects: Sequence[SceneObject]) -> dict[int, ObjectRule]:
+    """Return the rule that each object is checked by, by id: of its terminal in the parse graph, else of its category and support.
 
-
-def _plain_rule(item: SceneObject) -> ObjectRule:
-    mode = SizeMode(mean_m=item.size_m, sd_m=(0.01, 0.01, 0.01))
-    return ObjectRule(category=item.category, mount=item.support.kind, sizes=(mode,), low_m=item.size_m, high_m=item.size_m)
+    Small things have a plain one, since they come only to places that suit them; so has what the grammar does not know.
+    """
+    symbols = {node.object: node.symbol for node in graph.nodes if node.kind == "terminal"}
+    found = {}
+    for item in objects:
+        symbol = symbols.get(item.id, "")
+        known = [] if symbol.startswith(SYMBOL) else [grammar.objects.get(symbol), *grammar.objects.values()]
+        fitting = (rule for rule in known if rule and (rule.category, rule.mount) == (item.category, item.support.kind))
+        found[item.id] = next(fitting, None) or plain_rule(item.category, item.support.kind, item.size_m)
+    return found
 
 
 def _graph(graph: ParseGraph, added: Sequence[Placed], filling: Filling) -> ParseGraph:

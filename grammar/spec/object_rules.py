@@ -13,6 +13,8 @@ from grammar.spec.run_rules import RowUnit
 from grammar.spec.values import Distance, Extent, Looseness, Metres, Probability, Radians, Side, Spread, Symbol, TruncatedNormal
 from scene_description import Limits
 
+Mount = Literal["floor", "object", "wall", "ceiling"]
+
 NONE = "none"
 """Target of an address that points to nothing: the object stands for itself."""
 
@@ -136,7 +138,7 @@ class ObjectRule:
     """
 
     category: Symbol
-    mount: Literal["floor", "object", "wall", "ceiling"] = "floor"
+    mount: Mount = "floor"
     sizes: Annotated[tuple[SizeMode, ...], Limits(min_length=1, max_length=10_000)]
     low_m: tuple[Extent, Extent, Extent]
     high_m: tuple[Extent, Extent, Extent]
@@ -177,3 +179,9 @@ class ObjectRule:
     """How likely such a row begins beside a tall unit; without it, at either end of what is free, as likely."""
     below_row_m: Distance | None = None
     """Height of what hangs in line where a row goes past its core: it is built in below the row.  Without it, rows leave its place free."""
+
+
+def plain_rule(category: str, mount: Mount, size_m: tuple[float, float, float]) -> ObjectRule:
+    """Return the rule of an object that no grammar knows: it keeps its size, and nothing about it needs to be free."""
+    sizes = (SizeMode(mean_m=size_m, sd_m=(0.01, 0.01, 0.01)),)
+    return ObjectRule(category=category, mount=mount, sizes=sizes, low_m=size_m, high_m=size_m)

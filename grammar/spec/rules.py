@@ -92,13 +92,9 @@ class Schedule:
     The stages bring in core objects, objects associated with cores, unpaired objects, objects on walls, and supported objects; then all
     move ``together`` (after Jiang et al., IJCV 2018, section 6).  All but what is supported begins in several layouts, the ``entrants``,
     which share the proposals of these stages; after each round the worse half drops out, and the others share half as many as ``unpaired``.
-    ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is constant.
-    ``keep``: the last feasible state of the chain, or the best.
     """
 
     beta: Annotated[float, Limits(ge=1e-3, le=1e6)]
-    anneal_from_beta: Annotated[float, Limits(ge=1e-3, le=1e6)]
-    keep: Literal["last", "best"]
     walls: Count
     cores: Count
     associates: Count

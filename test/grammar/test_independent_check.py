@@ -9,8 +9,9 @@ from small_grammar import CATEGORIES
 
 from grammar import SceneRequest
 from grammar.counterfactual import Change, apply_change
+from grammar.counterfactual.gate import report_of
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from scene_description import to_mapping
+from scene_description import SceneDescription, from_mapping, to_mapping
 from scene_description.ceilings import ceiling_height_m
 
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=10.0)
@@ -35,6 +36,13 @@ def grammar_of(synthesizer, scene):
 
 def test_no_room_has_a_fault(scenes, synthesizer):
     assert [line for scene in scenes for line in faults(scene, grammar_of(synthesizer, scene), CATEGORIES)] == []
+
+
+def test_the_gate_on_changes_judges_a_room_as_its_sampler_does(scenes, synthesizer):
+    bed_by_a_mirror = synthesizer.synthesize(SceneRequest(room_type="bedroom"), 9, 0, TIMES)  # one that small things bring
+    for scene in (*(from_mapping(SceneDescription, scene) for scene in scenes), bed_by_a_mirror):
+        assert scene.validity.valid
+        assert [(check.name, check.objects) for check in report_of(synthesizer, scene).checks if not check.passed] == []
 
 
 def test_every_kind_of_fault_is_found(synthesizer):

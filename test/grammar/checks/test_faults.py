@@ -279,11 +279,15 @@ def test_what_opens_has_the_whole_width_of_its_front_and_doors_have_their_way() 
     outwards = replace(ROOM, openings=(replace(ROOM.openings[0], swing="out"),))
     assert faults({"plant": plant}, room=outwards) == {"thing_in_doorway": [122]}
     assert faults({"plant": replace(plant, position_m=(1.3, 0.3, 0.0))}, room=outwards) == {}
+    table = thing(126, "dining_table", 0.8, 1.0, NORTH, (1.2, 0.9, 0.75))
+    assert faults({"table": table}, room=outwards) == {"thing_in_doorway": [126]}
+    assert faults({"table": replace(table, position_m=(0.8, 1.3, 0.0))}, room=outwards) == {}
 
 
-def test_no_mirror_hangs_over_a_bed_and_who_runs_has_the_screen_over_the_console() -> None:
+def test_neither_mirror_nor_hooks_hang_over_a_bed_and_who_runs_has_the_screen_over_the_console() -> None:
     mirror = thing(123, "wall_mirror", 3.99, 3.0, WEST, (0.02, 0.6, 0.8), 1.3)
-    assert faults({"bed": GOOD["bed"], "mirror": mirror}) == {"mirror_over_bed": [123]}
+    hooks = thing(125, "wall_hooks", 3.96, 3.0, WEST, (0.08, 0.6, 0.15), 1.7)
+    assert faults({"bed": GOOD["bed"], "mirror": mirror, "hooks": hooks}) == {"hung_over_bed": [123, 125]}
     assert faults({"bed": GOOD["bed"], "mirror": replace(mirror, position_m=(3.99, 4.2, 1.3))}) == {}
     screen = thing(124, "television", 3.5, 5.9, SOUTH, (0.1, 0.9, 0.6), 1.5)
     assert faults(EXERCISE | {"screen": screen}, "gym") == {}

@@ -60,7 +60,7 @@ def test_the_chain_keeps_the_raster_up_to_date_and_leaves_it_as_it_was(grammar):
     rng, _, problem, state, floor, settings = entered(grammar, 3)
     before = floor.covered.copy()
     movable = np.flatnonzero(problem.mount != col.FIXED)
-    info = run_chain(rng, Chain(problem, settings, floor), state, ChainRun(20_000, 0.05, 0.05, 0.0, False), movable)
+    info = run_chain(rng, Chain(problem, settings, floor), state, ChainRun(20_000, 0.05, 0.0), movable)
     assert np.array_equal(floor.covered, before) and floor.tally[FREE] == np.count_nonzero(before == 0)
     assert info.counts[:, col.ACCEPTED].sum() > 500
     expected = full_energy(problem, state)
@@ -71,7 +71,7 @@ def test_the_chain_keeps_the_raster_up_to_date_and_leaves_it_as_it_was(grammar):
 def test_a_kept_layout_is_feasible_in_every_respect(grammar):
     rng, _, problem, state, floor, settings = entered(grammar, 5)
     movable = np.flatnonzero(problem.mount != col.FIXED)
-    kept = run_chain(rng, Chain(problem, settings, floor), state, ChainRun(40_000, 1.0, 1.0, 2e-4, False), movable).kept
+    kept = run_chain(rng, Chain(problem, settings, floor), state, ChainRun(40_000, 1.0, 2e-4), movable).kept
     assert kept is not None
     for i in range(len(problem.link)):
         place_object(problem, kept, i)

@@ -134,7 +134,7 @@ def test_incremental_energy_is_the_full_energy():
             assert enter(rng, problem, state, settings, i, 3)
         movable = np.flatnonzero(problem.mount != col.FIXED)
         # a low beta accepts moves of every kind, overlaps included
-        info = run_chain(rng, Chain(problem, settings), state, ChainRun(150_000, 0.02, 0.02, 0.0, False), movable)
+        info = run_chain(rng, Chain(problem, settings), state, ChainRun(150_000, 0.02, 0.0), movable)
         assert info.counts[:, col.ACCEPTED].min() >= 20
         scale = np.maximum(1.0, full_energy(problem, state))
         assert np.abs(info.energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
@@ -160,7 +160,7 @@ def test_what_hangs_over_a_thing_that_stands_follows_it_from_wall_to_wall():
     vase = int(np.flatnonzero(problem.mount == col.OBJECT)[0])
     movable, walls = np.flatnonzero(problem.mount != col.FIXED), set()
     for _ in range(200):
-        energy = run_chain(rng, Chain(problem, settings), state, ChainRun(500, 0.01, 0.01, 0.0, False), movable).energy
+        energy = run_chain(rng, Chain(problem, settings), state, ChainRun(500, 0.01, 0.0), movable).energy
         wall = problem.wall[state.on_wall[shelf]]
         walls.add(int(state.on_wall[shelf]))
         assert (state.pose[shelf, :2] - wall[:2]) @ wall[5:7] == pytest.approx(0.1)
@@ -197,7 +197,7 @@ def test_carried_things_keep_their_place(placed):
     grammar = small_grammar(TEXT, moves={"translate": 0.5, "rotate": 0.5})
     c, s = math.cos(0.3), math.sin(0.3)
     before = (0.1 * c + 0.05 * s, 0.05 * c - 0.1 * s, 0.6)
-    chain, run = Chain(problem, move_settings(grammar.moves)), ChainRun(200, 1e-3, 1e-3, 0.0, False)
+    chain, run = Chain(problem, move_settings(grammar.moves)), ChainRun(200, 1e-3, 0.0)
     info = run_chain(np.random.default_rng(1), chain, state, run, np.array([table]))
     assert info.counts[:, col.ACCEPTED].sum() > 50
     x, y, yaw = state.pose[table + 2] - state.pose[table]
@@ -220,7 +220,7 @@ def test_moving_a_core_away_costs_what_its_group_loses_however_far():
     put(problem, state, table + 1, 1.0, 0.0, 0.0)
     seen = []
     for _ in range(1500):
-        run_chain(rng, Chain(problem, settings), state, ChainRun(40, 1.0, 1.0, 1e9, False), np.array([table]))
+        run_chain(rng, Chain(problem, settings), state, ChainRun(40, 1.0, 1e9), np.array([table]))
         seen.append(energies(problem, state)["group_distance"])
     # r is gamma distributed with shape 2 and scale 1 / 10: mean 0.2, standard error of 1500 draws 0.004 and, as they hang together, more
     assert np.mean(seen) == pytest.approx(0.2, abs=0.03)

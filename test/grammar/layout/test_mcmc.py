@@ -21,7 +21,7 @@ from grammar.spec.request import SceneRequest
 
 
 def chain(rng, problem, state, settings, movable, proposals, beta=1.0):
-    return run_chain(rng, Chain(problem, settings), state, ChainRun(proposals, beta, beta, 1.0, False), np.asarray(movable)).counts
+    return run_chain(rng, Chain(problem, settings), state, ChainRun(proposals, beta, 1.0), np.asarray(movable)).counts
 
 
 PLACES = np.array([(-1.6, 0.0, 0.0), (0.0, 0.0, 0.0), (0.3, 1.1, 0.0)])
@@ -106,7 +106,7 @@ def test_swaps_are_in_balance_with_circulation_and_reach():
     target, seen, chain = np.exp(-np.array(energy)), np.zeros(6), Chain(problem, settings, floor)
     target /= target.sum()
     for _ in range(5000):
-        run_chain(rng, chain, state, ChainRun(25, 1.0, 1.0, 1.0, False), items)
+        run_chain(rng, chain, state, ChainRun(25, 1.0, 1.0), items)
         after = tuple(int(np.argmin(np.abs(PLACES[:, :2] + middle - state.pose[i, :2]).sum(1))) for i in items)
         seen[orders.index(after)] += 1
     assert stats.chisquare(seen, target * seen.sum()).pvalue > 1e-4
@@ -267,22 +267,12 @@ def test_what_hangs_over_a_thing_that_stands_is_uniform_along_the_wall_behind_it
         assert stats.chisquare(np.histogram(values, bins)[0]).pvalue > 1e-4
 
 
-def test_the_best_or_the_last_feasible_layout_is_kept():
+def test_the_last_feasible_layout_is_kept():
     grammar = small_grammar(PAIR, weights={"group_distance": 5.0})
-    kept_energy = {}
-    for best in (True, False):
-        rng = np.random.default_rng(6)
-        problem, state, settings = entered(grammar, rng)
-        movable = np.flatnonzero(problem.mount == FLOOR)
-        kept = run_chain(rng, Chain(problem, settings), state, ChainRun(30_000, 1.0, 1.0, 1e9, best), movable).kept
-        assert kept is not None
-        for i in movable:
-            place_object(problem, kept, i)
-        kept_energy[best] = float(full_energy(problem, kept) @ problem.weight)
-        if not best:
-            assert np.array_equal(kept.pose, state.pose)
-    # E is gamma distributed with shape 2: below 0.3 once in 27 independent layouts
-    assert kept_energy[True] < min(0.3, kept_energy[False])
+    rng = np.random.default_rng(6)
+    problem, state, settings = entered(grammar, rng)
+    kept = run_chain(rng, Chain(problem, settings), state, ChainRun(3000, 1.0, 1e9), np.flatnonzero(problem.mount == FLOOR)).kept
+    assert kept is not None and np.array_equal(kept.pose, state.pose)
 
 
 def test_counts_and_trace_are_those_of_the_run():
@@ -290,7 +280,7 @@ def test_counts_and_trace_are_those_of_the_run():
     rng = np.random.default_rng(9)
     problem, state, settings = entered(grammar, rng)
     movable = np.flatnonzero(problem.mount == FLOOR)
-    info = run_chain(rng, Chain(problem, settings), state, ChainRun(1000, 0.5, 2.0, 1e9, False), movable, 10)
+    info = run_chain(rng, Chain(problem, settings), state, ChainRun(1000, 0.5, 1e9), movable, 10)
     assert info.counts[:, TRIED].sum() == 1000
     assert (info.counts[:, ACCEPTED] <= info.counts[:, TRIED]).all() and info.counts[:, ACCEPTED].sum() > 50
     assert info.trace.counts[:, :, TRIED].sum(1).tolist() == list(range(100, 1001, 100))

@@ -56,7 +56,7 @@ def problem_of(relation, beta, weights=(), moves=None):
 
 def step(rng, problem, state, settings, beta, proposals):
     movable = np.array([len(problem.link) - 1])
-    return run_chain(rng, Chain(problem, settings), state, ChainRun(proposals, beta, beta, 1e9, False), movable)
+    return run_chain(rng, Chain(problem, settings), state, ChainRun(proposals, beta, 1e9), movable)
 
 
 @pytest.mark.parametrize("relation", RELATIONS)
@@ -105,7 +105,7 @@ def test_incremental_energy_follows_the_full_energy_with_odds(relation):
     problem, state, settings = problem_of(relation, 1.0, {"overlap": 5.0, "overhang": 5.0, "out_of_room": 5.0})
     rng, accepted, movable = np.random.default_rng(3), 0, np.flatnonzero(problem.mount != col.FIXED)
     for _ in range(20):
-        info = run_chain(rng, Chain(problem, settings), state, ChainRun(500, 1.0, 1.0, 1e9, False), movable)
+        info = run_chain(rng, Chain(problem, settings), state, ChainRun(500, 1.0, 1e9), movable)
         assert np.abs(info.energy - full_energy(problem, state)).max() < 1e-9
         accepted += info.counts[:, col.ACCEPTED].sum()
     assert accepted > 500

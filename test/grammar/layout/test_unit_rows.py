@@ -111,7 +111,7 @@ def test_orders_and_slots_are_in_detailed_balance_with_the_enumerated_energies(m
     seen: Counter = Counter()
     rng, chain = np.random.default_rng(4), Chain(problem, settings)
     for _ in range(3000):
-        run_chain(rng, chain, state, ChainRun(40, 1.0, 1.0, 1.0, False), leaders(problem))
+        run_chain(rng, chain, state, ChainRun(40, 1.0, 1.0), leaders(problem))
         seen[order_of(problem, state), state.hold[units[0], col.SLOT]] += 1
     assert set(seen) <= set(states)
     counts = np.array([seen[key] for key in states])
@@ -128,7 +128,7 @@ def test_the_shift_of_a_run_is_uniform_along_its_slot():
     slot, head = problem.slot[slides[0]], order_of(problem, state)[0]
     start, yaw, rng, shares = slot[[col.LEG_X, col.LEG_Y]], slot[col.LEG_YAW], np.random.default_rng(5), []
     for _ in range(400):
-        run_chain(rng, Chain(problem, settings), state, ChainRun(400, 1.0, 1.0, 1.0, False), leaders(problem))
+        run_chain(rng, Chain(problem, settings), state, ChainRun(400, 1.0, 1.0), leaders(problem))
         along = (state.pose[head, :2] - start) @ [math.sin(yaw), -math.cos(yaw)]
         shift = slot[col.DIRECTION] * along - problem.object[head, col.HALF_WIDTH]
         shares.append(shift / slot[col.SLIDE])
@@ -226,7 +226,7 @@ def test_a_run_stretches_to_the_end_of_its_wall_and_what_hangs_in_line_is_as_wid
     rng, walls = np.random.default_rng(1), set()
     chain = Chain(problem, move_settings(grammar.moves))
     for _ in range(30):
-        run_chain(rng, chain, state, ChainRun(50, 0.01, 0.01, 1e9, False), leaders(problem))
+        run_chain(rng, chain, state, ChainRun(50, 0.01, 1e9), leaders(problem))
         wall = problem.wall[state.on_wall[top]]
         walls.add(int(state.on_wall[top]))
         assert (state.pose[top, :2] - state.pose[below, :2]) @ wall[2:4] == pytest.approx(0.0, abs=1e-9)
@@ -241,7 +241,7 @@ def test_incremental_energy_is_the_full_energy_where_runs_move():
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), rng)
         problem, state = assemble(grammar, CATEGORIES, tree)
         movable = problem.row[:, col.ROW_HEAD]
-        chain, run = Chain(problem, move_settings(grammar.moves)), ChainRun(3000, 0.005, 0.005, 0.0, False)
+        chain, run = Chain(problem, move_settings(grammar.moves)), ChainRun(3000, 0.005, 0.0)
         info = run_chain(rng, chain, state, run, np.asarray(movable))
         assert info.counts[:, col.ACCEPTED].sum() >= 20
         scale = np.maximum(1.0, full_energy(problem, state))

@@ -61,7 +61,7 @@ def test_every_term_is_counted():
         for i in sorted(np.flatnonzero(state.active == 0), key=lambda i, p=problem: len(p.targets(i)) > 0):
             assert enter(rng, problem, state, chain.moves, i, 20)
         # a low beta takes things from where they belong
-        run_chain(rng, chain, state, ChainRun(300, 1e-3, 1e-3, 0.0, False), np.flatnonzero(problem.mount != col.FIXED))
+        run_chain(rng, chain, state, ChainRun(300, 1e-3, 0.0), np.flatnonzero(problem.mount != col.FIXED))
         met |= layout_energy(chain, state) > 0.0
     assert met.all(), [name for name, is_met in zip(TERMS, met, strict=True) if not is_met]
 
