@@ -9,7 +9,7 @@ from renderer.body.config import ImuConfig, WheelsConfig
 from renderer.body.driving import SPACING_S, BaseDriver, DriveLimits, whole_motion
 from renderer.body.imu import ImuReader, read_imu
 from renderer.body.obstacles import Obstacles
-from renderer.body.wheels import WheelReader, read_wheels
+from renderer.body.wheels import WheelReader
 from renderer.geometry.mesh import Mesh
 from scene_description.kinematics import kinematics
 from scene_description.motion import Drive, Motion
@@ -99,7 +99,7 @@ def test_what_is_known_in_parts_is_what_the_whole_says_to_the_last_bit() -> None
         before_s = now_s
     after = whole(driver, motion)
     assert known.drive is not None and known.drive.first_knot > 150
-    for parts, all_of_it in ((read, read_imu(after, imu, 5, end_ns, 3)), (rolled, read_wheels(after, wheels, 5, end_ns, 3))):
+    for parts, all_of_it in ((read, read_imu(after, imu, 5, end_ns, 3)), (rolled, WheelReader(wheels, 5, 3).read(after, end_ns))):
         for name, values in all_of_it._asdict().items():
             assert np.concatenate([getattr(part, name) for part in parts]).tobytes() == values.tobytes(), name
     for frame, at in enumerate(seen):
