@@ -18,8 +18,10 @@ import cv2
 import numpy as np
 import pyorbslam3
 
-_POLL_S, _ASLEEP = 0.006, 3
-"""Other threads look for work every 3 and 5 ms: they have none when they slept at so many looks, this far apart."""
+_LOOK_S, _LOOKS = 0.005, 4
+"""Other threads look for work every 3 and 5 ms; whether they find any is looked at so often, this far apart, before a frame is fed."""
+_IDLE_NS = 300_000
+"""A thread that runs for less at a time finds none."""
 
 
 def main() -> None:
@@ -58,19 +60,32 @@ def main() -> None:
 
 
 def _wait_for_others() -> None:
-    """Return when no other thread of this process has anything to do."""
-    own, asleep = str(os.getpid()), 0
-    while asleep < _ASLEEP:
-        time.sleep(_POLL_S)
-        tasks = (task for task in Path("/proc/self/task").iterdir() if task.name != own)
-        asleep = 0 if any(_runs(task) for task in tasks) else asleep + 1
+    """Return when no other thread of this process has anything to do: each sleeps on, or has woken since for moments only."""
+    before, calm = _times(), 0
+    while calm < _LOOKS:
+        time.sleep(_LOOK_S)
+        now = _times()
+        worked = now.keys() != before.keys() or any(
+            ran - before[thread][0] > _IDLE_NS * (turns - before[thread][1]) for thread, (ran, turns, _) in now.items()
+        )
+        if worked:
+            before, calm = now, 0
+        elif not any(runs and turns - before[thread][1] < 2 for thread, (_, turns, runs) in now.items()):
+            calm += 1
 
 
-def _runs(task: Path) -> bool:
-    try:
-        return (task / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] in "RD"
-    except OSError:  # it has just ended
-        return False
+def _times() -> dict[str, tuple[int, int, bool]]:
+    """Return other thread -> for how long (ns) and how often it has run, and whether it wants to."""
+    found = {}
+    for task in Path("/proc/self/task").iterdir():
+        try:
+            ran, _, turns = map(int, (task / "schedstat").read_text(encoding="utf-8").split())
+            state = (task / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+        except OSError:  # it has just ended
+            continue
+        if task.name != str(os.getpid()):
+            found[task.name] = ran, turns, state in "RD"
+    return found
 
 
 if __name__ == "__main__":
