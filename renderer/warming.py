@@ -24,6 +24,10 @@ from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright
 from renderer.irradiance_cache.nodes import ROW
 from renderer.irradiance_cache.shading import shade_hits
+from renderer.lidar.config import NO_SCAN, ScanConfig
+from renderer.lidar.lidar import Lidar
+from renderer.lidar.scanner import Scanner
+from renderer.lidar.sweep_config import NO_LIDAR, LidarConfig
 from renderer.path.config import IntegratorName, RenderConfig
 from renderer.path.light_nodes import NOTHING_KNOWN
 from renderer.renderer import IDEAL_DEPTH, Renderer
@@ -31,6 +35,7 @@ from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materi
 from renderer.sensors.devices import DepthSensorConfig
 from renderer.standpoint import seen_around
 from scene_description import Material
+from scene_description.motion_of_poses import motion_of_poses
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
 
@@ -65,12 +70,15 @@ def warm_up(
     *,
     guiding: bool = False,
     final_gathering: bool = False,
+    scan: ScanConfig = NO_SCAN,
+    lidar: LidarConfig = NO_LIDAR,
 ) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone pane in the sun.
 
     Those that look for where a camera stands are among them and, with layers of light, those that look for the patches where the sun falls.
 
-    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; the others: as of ``RenderConfig``.
+    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``scan``, ``lidar``: those that scan and sweep, where they are
+    enabled; the others: as of ``RenderConfig``.
 
     Raises:
         RenderError: Embree is missing.
@@ -90,6 +98,10 @@ def warm_up(
                 renderer.render(pose, 0, [layer for layer in layers if layer not in PICTURES], path=path)
                 beside.wait()
             renderer.render(pose, 0, layers, path=path, exposure=Exposure(0.0, white_of_kelvin(4000.0)))
+            if scan.enabled:
+                Scanner(renderer.tree, flat, scan, 0).scan(0, 0, path)
+            if lidar.enabled:
+                Lidar(renderer.tree, flat, lidar, motion_of_poses(path), 0).sweep(0)
     finally:
         if beside:
             beside.kill()

@@ -19,7 +19,6 @@ def main() -> None:
     parser.add_argument("mode")
     for name in ("room", "depth", "vocabulary", "out"):
         parser.add_argument(name, type=Path)
-    parser.add_argument("--pace", type=float)
     arguments = parser.parse_args()
     told = cv2.FileStorage(str(arguments.room / "orb_slam3.yaml"), cv2.FILE_STORAGE_READ)
     names = ("Camera1.fx", "Camera1.fy", "Camera1.cx", "Camera1.cy", "RGBD.DepthMapFactor")

@@ -1,6 +1,6 @@
 """ORB-SLAM3 in its six modes and OpenCV's RGB-D odometry, unmodified, on rooms that nobody has looked at, judged by evo.
 
-python -m benchmarks.judges.visual_slam [--rooms N] [--frames N] [--seed S] [--modes NAMES] [--python EXE] [--exports DIR] [--write] ...
+python -m benchmarks.judges.visual_slam [--rooms N] [--frames N] [--seed S] [--modes NAMES] [--python EXE] [--exports DIR] [--at-once N] ...
 
 Each room is made offline with a stereo pair, depth and an inertial measurement unit (``config/rigs/euroc_stereo.yaml``), exported by
 ``convert --to euroc`` and ``--to tum``, and read from there, with the settings that stand in the export: pictures as the camera's sensor
@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,7 +37,7 @@ PICTURES = {"color_sensed": "as the camera reads", "color": "without noise"}
 """Layer -> what pictures are."""
 _CACHED = ("render.integrator:=cached", "render.samples_per_pixel:=1", *PICTURES_OFF)
 _NOISE = ("sensor.vignetting:=0.3", "sensor.full_well_e:=8000.0", "sensor.read_noise_e:=3.0", "streams.color_sensed:=true")
-_MOST_S = 600.0
+_MOST_S = 3600.0
 
 
 class Exported(NamedTuple):
@@ -91,7 +92,7 @@ def run(mode: str, room: Exported, vocabulary: Path, arguments: argparse.Namespa
         out = Path(folder)
         runner = _OPENCV_RUNNER if mode == _OPENCV else _RUNNER
         paths = map(str, (room.euroc, room.tum / "depth", vocabulary, folder))
-        words = [arguments.python, str(runner), mode, *paths, f"--pace={arguments.pace}"]
+        words = [arguments.python, str(runner), mode, *paths]
         try:
             subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=_MOST_S)
             said = json.loads((out / "said.json").read_text(encoding="utf-8"))
@@ -143,10 +144,10 @@ def measure(runs: list[Run]) -> Iterator[Row]:
 
 def main() -> None:
     """Measure, print, and with ``--write`` put the table into docs/body.md."""
-    parser = words_of("visual_slam", 400)
+    parser = words_of("visual_slam", 500)
     parser.add_argument("--size", default="480x360", help="of images, WIDTHxHEIGHT")
     parser.add_argument("--modes", default=",".join(MODES), help="with commas between")
-    parser.add_argument("--pace", type=float, default=1.0, help="share of their own rate at which frames are fed")
+    parser.add_argument("--at-once", type=int, default=1, help="runs beside each other")
     parser.add_argument("--python", default=sys.executable, help="interpreter that has pyorbslam3")
     parser.add_argument("--exports", type=Path, help="folder for the rooms; what is there already is taken as it is")
     arguments = parser.parse_args()
@@ -156,11 +157,12 @@ def main() -> None:
         rooms, vocabulary = rooms_of(folder), Path(text, "vocabulary.txt")
         pictures = [path for room in rooms for path in sorted((room.euroc / "mav0/cam0/data").glob("*.png"))]
         vocabulary.write_text(train(*descriptors(pictures[:: max(1, len(pictures) // 150)])), encoding="utf-8")
-        runs = []
-        for room in rooms:
-            for mode in arguments.modes.split(","):
-                runs.append(run(mode, room, vocabulary, arguments))
-                print(f"{room.euroc.name}: {runs[-1]}", flush=True)
+        asked = [(mode, room) for room in rooms for mode in arguments.modes.split(",")]
+        with ThreadPoolExecutor(arguments.at_once) as pool:
+            runs = []
+            for (_, room), ended in zip(asked, pool.map(lambda one: run(one[0], one[1], vocabulary, arguments), asked), strict=True):
+                runs.append(ended)
+                print(f"{room.euroc.name}: {ended}", flush=True)
     tell(arguments, list(measure(runs)), f"Visual SLAM, {arguments.size}", "body.md", "visual")
 
 

@@ -28,14 +28,14 @@ _STILL = 1e-9
 
 
 class DriveLimits(NamedTuple):
-    """What a base can do: along its heading (m/s, m/s2, m/s3), about its axis (rad/s, rad/s2, rad/s3), and its footprint's radius (m)."""
+    """What a base can do along its heading and about its axis, and its footprint's radius."""
 
-    speed: float
-    acceleration: float
-    jerk: float
-    turn: float
-    turn_acceleration: float
-    turn_jerk: float
+    max_speed_m_s: float
+    acceleration_m_s2: float
+    jerk_m_s3: float
+    max_turn_rad_s: float
+    turn_acceleration_rad_s2: float
+    turn_jerk_rad_s3: float
     radius_m: float
 
 
@@ -84,7 +84,7 @@ class BaseDriver:
 
     def drive(self, until_s: float, speed_m_s: float, turn_rad_s: float) -> None:
         """Follow a velocity until the motion is known for so long."""
-        speed, turn = _limited(speed_m_s, self._limits.speed), _limited(turn_rad_s, self._limits.turn)
+        speed, turn = _limited(speed_m_s, self._limits.max_speed_m_s), _limited(turn_rad_s, self._limits.max_turn_rad_s)
         steps = max(math.ceil((until_s - self.known_s) / SPACING_S - 1e-9), 0)
         close = self._obstacles.near((self._state.x_m, self._state.y_m), self._reach_m(steps)) if steps else self._obstacles
         for _ in range(steps):
@@ -135,8 +135,8 @@ class BaseDriver:
 
     def _step(self, state: _State, speed: float, turn: float) -> _State:
         limits = self._limits
-        way = _towards(state.way, speed, limits.acceleration, limits.jerk)
-        heading = _towards(state.turn, turn, limits.turn_acceleration, limits.turn_jerk)
+        way = _towards(state.way, speed, limits.acceleration_m_s2, limits.jerk_m_s3)
+        heading = _towards(state.turn, turn, limits.turn_acceleration_rad_s2, limits.turn_jerk_rad_s3)
         middle = 0.5 * (state.turn.value + heading.value)
         gone = way.value - state.way.value
         return _State(way, heading, state.x_m + gone * math.cos(middle), state.y_m + gone * math.sin(middle))
@@ -144,8 +144,8 @@ class BaseDriver:
     def _reach_m(self, steps: int) -> float:
         """Return how far the base and its footprint may reach in some steps and a stop after them."""
         limits = self._limits
-        stop_s = limits.speed / limits.acceleration + 2.0 * limits.acceleration / limits.jerk
-        return limits.radius_m + limits.speed * (steps * SPACING_S + stop_s) + 0.1
+        stop_s = limits.max_speed_m_s / limits.acceleration_m_s2 + 2.0 * limits.acceleration_m_s2 / limits.jerk_m_s3
+        return limits.radius_m + limits.max_speed_m_s * (steps * SPACING_S + stop_s) + 0.1
 
 
 def whole_motion(motion: Motion, distances_m: Sequence[float], headings_rad: Sequence[float]) -> Motion:

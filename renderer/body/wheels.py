@@ -106,15 +106,6 @@ class WheelReader:
         )
 
 
-def read_wheels(motion: Motion, config: WheelsConfig, start_ns: int, end_ns: int, scene_key: int) -> WheelReadings:
-    """Return the readings of a room; ``scene_key`` seeds the errors.
-
-    Raises:
-        SceneSynthError: what moves has no wheels.
-    """
-    return WheelReader(config, start_ns, scene_key).read(motion, end_ns)
-
-
 class Encoders:
     """The encoders of both wheels in one room, reading after reading: those of a longer room begin alike."""
 

@@ -98,3 +98,6 @@ class ScanConfig:
     def sweep_s(self) -> float:
         """Time from the first beam to the last."""
         return self.time_increment_s * (self.beams - 1)
+
+
+NO_SCAN = ScanConfig()

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
-from renderer.lidar.config import ScanConfig
+from renderer.lidar.config import NO_SCAN, ScanConfig
 from renderer.lidar.sweep_config import NO_LIDAR, LidarConfig
 from renderer.path.config import RenderConfig
 from renderer.renderer import IDEAL, IDEAL_DEPTH
@@ -18,7 +18,7 @@ from scene_description.color_temperature import D65_XY
 from scene_description.strict import from_json, to_mapping
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.rig_frames import RigFrame
-from scene_synth_ros.messages.senses import NO_SCAN, Senses
+from scene_synth_ros.messages.senses import Senses
 
 MAX_TEXT_LENGTH = 400_000
 _LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks", "points", "points_sensed", "points_color")

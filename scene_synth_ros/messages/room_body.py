@@ -46,7 +46,7 @@ CLOCK = Stream("/", roles.CLOCK).topic
 
 
 class BodyMessage(NamedTuple):
-    """A message of a body, with its stamp (ns) and, of its true pose, the transform that says the same."""
+    """A message of a body or its scanner, with its stamp (ns) and, of a true pose, the transform that says the same."""
 
     topic: str
     message: Any

@@ -3,11 +3,9 @@
 from typing import Any, NamedTuple, Protocol
 
 from renderer.body.config import NO_BODY, NO_IMU, NO_WHEELS, BodyConfig, ImuConfig, WheelsConfig
-from renderer.lidar.config import ScanConfig
+from renderer.lidar.config import NO_SCAN, ScanConfig
 from renderer.lidar.sweep_config import NO_LIDAR, LidarConfig
 from scene_description.strict import FieldError
-
-NO_SCAN = ScanConfig()
 
 
 class Senses(NamedTuple):

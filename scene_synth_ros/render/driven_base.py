@@ -57,7 +57,8 @@ class DrivenBase:
         ``velocity``: returns that which holds, given how much time (s) has passed; ``config``: its limits count from the first frame on.
         """
         if self._driver is None:
-            self._driver = BaseDriver(self.motion, _limits(config), self._obstacles())
+            limits = DriveLimits(*(getattr(config, name) for name in DriveLimits._fields))
+            self._driver = BaseDriver(self.motion, limits, self._obstacles())
         driver, asked = self._driver, velocity((stamp_ns - self._before_ns) * _NS)
         driver.drive((stamp_ns - self._start_ns) * _NS + self._horizon_s, asked.forward_m_s, asked.yaw_rad_s)
         imu_s = max(self._senses.imu.clock_offset_s, 0.0) + 2.0 / self._senses.imu.rate_hz
@@ -83,15 +84,3 @@ class DrivenBase:
         tops = [self._scene.motion.camera_m[2], *(sense.mount_m[2] for sense in (self._senses.imu, self._senses.lidar) if sense.enabled)]
         outline = np.array(self._scene.room.polygon_m, np.float64)
         return Obstacles.between(self._mesh(), outline, _STEP_M, max(tops) + _MAST_M)
-
-
-def _limits(config: DriveConfig) -> DriveLimits:
-    return DriveLimits(
-        config.max_speed_m_s,
-        config.acceleration_m_s2,
-        config.jerk_m_s3,
-        config.max_turn_rad_s,
-        config.turn_acceleration_rad_s2,
-        config.turn_jerk_rad_s3,
-        config.radius_m,
-    )

@@ -72,6 +72,8 @@ class Rendering:
             render.integrator,
             guiding=render.guiding,
             final_gathering=render.final_gathering,
+            scan=self.life.settings["scan"],
+            lidar=self.life.settings["lidar"],
         )
         if self.life.settings["streams"].annotations:
             warm_up_annotations()

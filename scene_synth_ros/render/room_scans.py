@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
 
 from renderer.camera.rig import CarriedPath
 from renderer.lidar.config import ScanConfig
@@ -10,6 +9,7 @@ from renderer.lidar.scan import Scan
 from renderer.lidar.scanner import Scanner, scan_stamp_ns, scanner_poses, scans_of_path
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.room_body import BodyMessage
 from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.messages.streams import laser_frame
 
@@ -17,15 +17,6 @@ _POSES_KEPT = 16
 
 DueScan = tuple[Sequence[CameraPose], "Scan | None"]
 """Where the scanner is meanwhile, and the scan itself if it is wanted."""
-
-
-class ScanMessage(NamedTuple):
-    """A message of a scan, with its stamp (ns) and, of a pose, the transform that says the same."""
-
-    topic: str
-    message: Any
-    stamp_ns: int
-    transform: Any = None
 
 
 class RoomScans:
@@ -80,15 +71,15 @@ class RoomScans:
                 yield scanner_poses(self._config, path, begin_ns), None
 
 
-def scan_messages(due: DueScan, config: ScanConfig, streams: StreamConfig, is_wanted: Callable[[str], bool]) -> Iterator[ScanMessage]:
+def scan_messages(due: DueScan, config: ScanConfig, streams: StreamConfig, is_wanted: Callable[[str], bool]) -> Iterator[BodyMessage]:
     """Yield what is published of a scan: where the scanner is, then the scan itself on the topics that are wanted."""
     poses, scan = due
     laser = laser_frame(streams.frame_prefix)
     for pose in poses:
         stamped, transform = laser_pose_to_msgs(pose, streams.world_frame, laser)
-        yield ScanMessage(LASER_POSE, stamped, pose.stamp_ns, transform)
+        yield BodyMessage(LASER_POSE, stamped, pose.stamp_ns, transform)
     if scan is not None:
-        yield from (ScanMessage(topic, msg, scan.stamp_ns) for topic, msg in scan_to_msgs(scan, config, laser) if is_wanted(topic))
+        yield from (BodyMessage(topic, msg, scan.stamp_ns) for topic, msg in scan_to_msgs(scan, config, laser) if is_wanted(topic))
 
 
 def scans_wanted(is_wanted: Callable[[str], bool]) -> bool:

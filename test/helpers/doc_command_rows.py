@@ -184,27 +184,35 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth generate --rooms 2 --frames 300 --overlay turtlebot --overlay os1_64 --out bags": Parsed(
         "test/scene_synth_ros/test_lidar_bag.py"
     ),
-    "scene_synth run --overlay lidar_robot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true --rooms 1 --frames 900"
-    " --record driven": Parsed("test/scene_synth_ros/test_driven_base.py"),
+    "scene_synth run --overlay lidar_robot --overlay realtime -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true"
+    " --rooms 1 --frames 900 --record driven": Parsed("test/scene_synth_ros/test_driven_base.py"),
     "scene_synth run -p grammar_node.lock_step:=true -p grammar_node.start_stopped:=true": Parsed(
         "test/scene_synth_ros/simulation/test_simulation_services.py"
     ),
     "sudo apt install ros-jazzy-simulation-interfaces": Listed("needs a system ROS 2"),
-    "scene_synth generate --rooms 1 --frames 600 --overlay realsense_d435i --out vio": Parsed("test/scene_synth_ros/test_body_bag.py"),
-    "scene_synth generate --rooms 1 --frames 600 --overlay euroc_stereo --out drone": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth generate --rooms 1 --frames 600 --overlay realsense_d435i --overlay realtime --out vio": Parsed(
+        "test/scene_synth_ros/test_body_bag.py"
+    ),
+    "scene_synth generate --rooms 1 --frames 600 --overlay euroc_stereo --overlay realtime --out drone": Parsed(
+        "test/scene_synth_ros/test_body_bag.py"
+    ),
     "scene_synth convert drone --to euroc --out drone_euroc": Parsed(_CONVERT),
-    "scene_synth generate --rooms 1 --frames 450 --overlay lidar_robot --out lidar": Parsed("test/scene_synth_ros/test_lidar_bag.py"),
+    "scene_synth generate --rooms 1 --frames 450 --overlay lidar_robot --overlay realtime --out lidar": Parsed(
+        "test/scene_synth_ros/test_lidar_bag.py"
+    ),
     "python -m benchmarks.judges.lidar_odometry --rooms 2": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
     "python -m benchmarks.judges.lidar_odometry --rooms 4 --frames 200 -p grammar_node.motion.kind:=handheld"
     " -p renderer_node.wheels.enabled:=false": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
     "python -m benchmarks.judges.lidar_odometry --rooms 4 --frames 200 -p grammar_node.motion.speed_m_s:=1.0"
     " -p grammar_node.motion.turn_rad_s:=3.0 -p grammar_node.motion.acceleration_m_s2:=2.0 -p grammar_node.motion.jerk_m_s3:=20.0"
     " -p grammar_node.motion.turn_acceleration_rad_s2:=8.0": Parsed("needs KISS-ICP, RKO-LIO and small_gicp, which are not installed"),
-    "scene_synth run --overlay turtlebot -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true": Parsed(
+    "scene_synth run --overlay turtlebot --overlay realtime -p renderer_node.drive.enabled:=true -p renderer_node.realtime:=true": Parsed(
         "test/scene_synth_ros/test_driven_base.py"
     ),
     "ros2 run teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/synth/cmd_vel": _ROS2CLI,
-    "scene_synth generate --rooms 1 --frames 600 --overlay turtlebot --out laser": Parsed("test/scene_synth_ros/test_body_bag.py"),
+    "scene_synth generate --rooms 1 --frames 600 --overlay turtlebot --overlay realtime --out laser": Parsed(
+        "test/scene_synth_ros/test_body_bag.py"
+    ),
     "pytest examples/slam_gate": Listed("test/scene_synth_ros/testing/test_judge.py::test_the_plugin_runs_a_test_file_and_keeps_its_bags"),
     "scene_synth prove BAG": Run(),
     "scene_synth export": Named(),

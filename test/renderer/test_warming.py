@@ -1,6 +1,7 @@
 """Kernels that are compiled in a process of their own are those that frames call."""
 
 import subprocess
+import sys
 
 from renderer import warming
 from renderer.irradiance_cache.edges import lift_lone, smooth_edges
@@ -38,3 +39,17 @@ def test_they_are_compiled_beside_the_others_where_they_are_not_kept(monkeypatch
     assert not begun, "nobody asks for them"
     warm_up(("color",), integrator="cached")
     assert [process.returncode for process in begun] == [0]
+
+
+def test_kernels_of_what_scans_are_ready_before_a_room_comes():
+    """In a process that has swept nothing yet; after that a sweep and a scan need no other kernel."""
+    asked = """
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.sweep_config import LidarConfig
+from renderer.warming import warm_up
+warm_up(("depth",), scan=ScanConfig(enabled=True, beams=8), lidar=LidarConfig(enabled=True, columns=8))
+from renderer.lidar import echoes, lidar, reading, returns
+print([len(kernel.signatures) for kernel in (echoes.trace_echoes, lidar._aim, reading.read_beams, returns.read_returns)])
+"""
+    told = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[1, 1, 1, 1]"

@@ -9,7 +9,7 @@ from renderer.body.config import ImuConfig, WheelsConfig
 from renderer.body.driving import SPACING_S, BaseDriver, DriveLimits, whole_motion
 from renderer.body.imu import ImuReader, read_imu
 from renderer.body.obstacles import Obstacles
-from renderer.body.wheels import WheelReader, read_wheels
+from renderer.body.wheels import WheelReader
 from renderer.geometry.mesh import Mesh
 from scene_description.kinematics import kinematics
 from scene_description.motion import Drive, Motion
@@ -42,13 +42,13 @@ def test_it_reaches_what_is_asked_within_its_limits_and_rests_when_nothing_is() 
     at = kinematics(whole(driver, motion), times)
     speed = np.hypot(*at.velocity_m_s[:, :2].T)
     along = (at.acceleration_m_s2 * at.velocity_m_s).sum(axis=1) / np.maximum(speed, 1e-9)
-    assert speed.max() == pytest.approx(LIMITS.speed, abs=1e-9)
-    assert np.abs(along).max() <= LIMITS.acceleration + 1e-9
+    assert speed.max() == pytest.approx(LIMITS.max_speed_m_s, abs=1e-9)
+    assert np.abs(along).max() <= LIMITS.acceleration_m_s2 + 1e-9
     jerks = np.diff(driver.distances_m, 3) / SPACING_S**3
-    assert LIMITS.jerk * 0.99 < np.abs(jerks).max() <= LIMITS.jerk * (1.0 + 1e-6)
+    assert LIMITS.jerk_m_s3 * 0.99 < np.abs(jerks).max() <= LIMITS.jerk_m_s3 * (1.0 + 1e-6)
     turning = at.rate_rad_s[:, 2]
     assert turning[2500] == pytest.approx(0.5, abs=1e-9)
-    assert np.abs(at.rate_change_rad_s2).max() <= LIMITS.turn_acceleration + 1e-9
+    assert np.abs(at.rate_change_rad_s2).max() <= LIMITS.turn_acceleration_rad_s2 + 1e-9
     assert speed[5500] < 1e-9 and abs(turning[5500]) < 1e-9
     assert (speed[7900], turning[7900]) == pytest.approx((0.3, -1.0), abs=1e-9)
 
@@ -99,7 +99,7 @@ def test_what_is_known_in_parts_is_what_the_whole_says_to_the_last_bit() -> None
         before_s = now_s
     after = whole(driver, motion)
     assert known.drive is not None and known.drive.first_knot > 150
-    for parts, all_of_it in ((read, read_imu(after, imu, 5, end_ns, 3)), (rolled, read_wheels(after, wheels, 5, end_ns, 3))):
+    for parts, all_of_it in ((read, read_imu(after, imu, 5, end_ns, 3)), (rolled, WheelReader(wheels, 5, 3).read(after, end_ns))):
         for name, values in all_of_it._asdict().items():
             assert np.concatenate([getattr(part, name) for part in parts]).tobytes() == values.tobytes(), name
     for frame, at in enumerate(seen):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from renderer.body.config import WheelsConfig
-from renderer.body.wheels import read_wheels
+from renderer.body.wheels import WheelReader
 from scene_description import SceneSynthError
 from scene_description.kinematics import kinematics
 from scene_description.motion import Drive, Motion
@@ -40,7 +40,7 @@ def truth(motion: Motion, stamps: np.ndarray) -> np.ndarray:
 
 def test_without_errors_odometry_is_within_a_tenth_of_a_millimetre() -> None:
     motion = winding(60.0, int(time.time()))
-    read = read_wheels(motion, CLEAN, 0, 60 * SECOND_NS, 1)
+    read = WheelReader(CLEAN, 0, 1).read(motion, 60 * SECOND_NS)
     true = truth(motion, read.stamps_ns)
     assert np.ptp(true[:, :2], axis=0).max() > 1.0
     assert np.linalg.norm((read.pose - true)[:, :2], axis=1).max() < 1e-4
@@ -59,7 +59,7 @@ def test_the_covariance_covers(config: WheelsConfig) -> None:
     seed, motion = int(time.time()), winding(20.0, 5)
     true, found = truth(motion, np.array([20 * SECOND_NS]))[-1], []
     for key in range(seed, seed + 400):
-        read = read_wheels(motion, config, 0, 20 * SECOND_NS, key)
+        read = WheelReader(config, 0, key).read(motion, 20 * SECOND_NS)
         error = read.pose[-1] - true
         error[2] = math.remainder(error[2], math.tau)
         found.append(error @ np.linalg.solve(read.pose_covariance[-1], error))
@@ -70,24 +70,24 @@ def test_the_covariance_covers(config: WheelsConfig) -> None:
 def test_the_twists_variance_covers() -> None:
     motion, errors = winding(20.0, 5), []
     config = replace(CONFIG, radius_error=0.0, track_error=0.0)
-    true = read_wheels(motion, CLEAN, 0, 20 * SECOND_NS, 1).twist
+    true = WheelReader(CLEAN, 0, 1).read(motion, 20 * SECOND_NS).twist
     for key in range(20):
-        read = read_wheels(motion, config, 0, 20 * SECOND_NS, key)
+        read = WheelReader(config, 0, key).read(motion, 20 * SECOND_NS)
         errors.append((read.twist - true)[1:] ** 2 / read.twist_variance[1:])
     np.testing.assert_allclose(np.mean(errors, axis=(0, 1)), 1.0, rtol=0.1)
 
 
 def test_encoders_have_steps_and_the_scene_decides() -> None:
     motion = winding(10.0, 5)
-    read = read_wheels(motion, CONFIG, 0, 10 * SECOND_NS, 9)
+    read = WheelReader(CONFIG, 0, 9).read(motion, 10 * SECOND_NS)
     ticks = read.angle_rad * CONFIG.ticks / (2 * math.pi)
     assert np.abs(ticks - np.rint(ticks)).max() < 1e-6
-    again = read_wheels(motion, CONFIG, 0, 10 * SECOND_NS, 9)
+    again = WheelReader(CONFIG, 0, 9).read(motion, 10 * SECOND_NS)
     assert again.pose.tobytes() == read.pose.tobytes()
-    assert read_wheels(motion, CONFIG, 0, 5 * SECOND_NS, 9).pose.tobytes() == read.pose[:251].tobytes()
+    assert WheelReader(CONFIG, 0, 9).read(motion, 5 * SECOND_NS).pose.tobytes() == read.pose[:251].tobytes()
 
 
 def test_what_has_no_wheels_is_refused() -> None:
     still = Motion(kind="still", spacing_s=1.0, positions_m=((0.0, 0.0, 1.0),) * 6, turns=((0.0, 0.0, 0.0, 1.0),) * 6)
     with pytest.raises(SceneSynthError, match=r"wheels.enabled: expected a motion on wheels, got 'still'; set motion.kind:=base"):
-        read_wheels(still, CONFIG, 0, SECOND_NS, 1)
+        WheelReader(CONFIG, 0, 1).read(still, SECOND_NS)
