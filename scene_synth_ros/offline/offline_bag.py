@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any
 
 from grammar.synthesize import FloorMap
-from renderer.film.tone import Exposure
+from renderer.exposure import LightReading
 from scene_description import SceneDescription, scene_to_json
 from scene_description.whole import WholeFolder
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
@@ -97,7 +97,7 @@ class OfflineBag:
     def add_room(
         self,
         scene: SceneDescription,
-        metered: Callable[[str], Exposure] | None = None,
+        metered: Callable[[str], LightReading] | None = None,
         rendered: Callable[[], None] = lambda: None,
         former: RenderedRoom | None = None,
     ) -> str:
@@ -105,7 +105,7 @@ class OfflineBag:
 
         Args:
             scene: the room; its frames come after those of the rooms before.
-            metered: returns the exposure as it is metered for a renderer, by its name, where that is needed; None meters the room.
+            metered: returns what the meter tells for a renderer, by its name, where that is needed; None meters the room.
             rendered: called after every frame.
             former: as of :class:`RenderedRoom`, for the first renderer; the others have the one's before them.
 

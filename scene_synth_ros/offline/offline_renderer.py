@@ -7,6 +7,7 @@ from typing import NamedTuple
 from std_msgs.msg import String
 
 from renderer.camera.rig import mounted, mounted_path, rig_path
+from renderer.exposure import LightReading
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from scene_description import CameraPose, SceneDescription
@@ -63,11 +64,11 @@ class OfflineRenderer:
         return scene.index % config.share_count == config.share_index
 
     def begin_room(
-        self, scene: SceneDescription, metered: Callable[[], Exposure] | None = None, former: RenderedRoom | None = None
+        self, scene: SceneDescription, metered: Callable[[], LightReading] | None = None, former: RenderedRoom | None = None
     ) -> RenderedRoom:
         """Take a room, and return it as it is rendered until it ends.
 
-        ``metered``: returns its exposure as it is metered, where that is asked for; None meters the room.
+        ``metered``: returns what the meter tells of it, where that is asked for; None meters the room.
 
         Raises:
             SceneSynthError: the room cannot be made.

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from sample_scene import sample_scene
 
 from grammar.synthesize import FloorMap, SceneSynthesizer
-from renderer.film.tone import Exposure
+from renderer.exposure import LightReading
 from scene_description import SceneDescription
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -77,7 +77,7 @@ def test_what_is_left_out_is_neither_recorded_nor_rendered(tmp_path: Path) -> No
 def test_an_exposure_that_is_held_is_that_of_every_frame(tmp_path: Path) -> None:
     settings = settings_of("render.exposure_compensation_ev:=1.0")
     with OfflineBag(tmp_path / "bag", settings, floor_of) as bag:
-        bag.add_room(sample_scene(), {"renderer_node": Exposure(4.0, (0.33, 0.34))}.__getitem__)
+        bag.add_room(sample_scene(), {"renderer_node": LightReading(4.0, (0.33, 0.34))}.__getitem__)
     with BagReader(tmp_path / "bag") as reader:
         told = [bytes(message.data)[8:].rstrip(b"\0").decode() for message in reader.messages(["/synth/renderer_node/settings"])]
     assert {settings_from_json(text).exposure_ev100 for text in told} == {3.0}
