@@ -122,7 +122,7 @@ def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: Shade
 
 @inlined
 def limit_seen(primary: NDArray[np.float32]) -> None:
-    """Make what a rough lobe's ray has seen no brighter than _MOST_TIMES the mean of the packet's others.
+    """Make what a rough lobe's ray has seen no brighter than _MOST_TIMES the mean of the packet's others, where these have seen any light.
 
     Few rays of such lobes meet what is small and bright, a ceiling above a lamp say, and each would leave a spot as wide as its neighbours
     share it.
@@ -137,7 +137,7 @@ def limit_seen(primary: NDArray[np.float32]) -> None:
             seen = primary[rec.SEEN, k] + primary[rec.SEEN + 1, k] + primary[rec.SEEN + 2, k]
             even = primary[rec.EVEN, k] + primary[rec.EVEN + 1, k] + primary[rec.EVEN + 2, k]
             most = _MOST_TIMES * (total - seen + even) / count
-            scale = most / seen if seen > most else _ONE
+            scale = most / seen if seen > most > _ZERO else _ONE
             for channel in range(3):
                 primary[rec.SEEN + channel, k] *= scale
 

@@ -302,3 +302,11 @@ def test_one_ray_of_a_rough_lobe_is_not_much_brighter_than_its_neighbours(alpha,
     primary[SEEN : SEEN + 3, 2], primary[EVEN : EVEN + 3, 2] = 1000.0, 5.0
     from_python(limit_seen)(primary)
     np.testing.assert_allclose(primary[SEEN, :4], [1.0, 1.0, expected, 1.0], rtol=1e-6)
+
+
+def test_a_ray_that_alone_sees_light_keeps_it():
+    """Its own surface has none but the sun's, which is not of EVEN."""
+    primary = make_shade_scratch(make_scratch(0)).primary
+    primary[KIND, 0], primary[RAY_ALPHA, 0], primary[SEEN : SEEN + 3, 0] = 1.0, 0.2, 7.0
+    from_python(limit_seen)(primary)
+    assert primary[SEEN, 0] == 7.0
