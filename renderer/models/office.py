@@ -248,13 +248,13 @@ def build_laptop(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
 
 
 def _key_grid(x: tuple[float, float], half_w: float, z: float, travel: float, columns: int, rows: int) -> Mesh:
-    """Return rows of keys between two x, the front row with a space bar; ``columns`` keys to a row."""
-    low, high = [], []
+    """Return rows of keys between two x, the front row with a wide one in its middle; ``columns`` keys to a row."""
+    low, high, beside = [], [], min(3, columns // 4)
     xs = np.linspace(x[0], x[1], rows + 1)
     for r in range(rows):
         edges = np.linspace(-half_w, half_w, columns + 1)
         if r == rows - 1:
-            edges = np.concatenate([edges[:4], edges[columns - 4 + 1 :]])
+            edges = np.concatenate([edges[: beside + 1], edges[columns - beside :]])
         for a, b in itertools.pairwise(edges):
             gap = min(0.0016, 0.12 * (xs[1] - xs[0]))
             low.append((xs[r] + gap, a + gap, z))

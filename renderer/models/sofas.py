@@ -127,7 +127,7 @@ def _wing(rng: np.random.Generator, size_m: Size) -> Parts:
     for s in (-1.0, 1.0):
         y = half_w - 0.55 * arm - 0.02 * u
         fat = 0.036 * np.sqrt(np.clip(1.0 - el.power(2.0 * u - 1.0, 4), 0.02, 1.0))
-        faces = np.dstack([x, s * (y - s * fat), z]), np.dstack([x, s * (y + s * fat), z])
+        faces = np.dstack([x, s * y + fat, z]), np.dstack([x, s * y - fat, z])
         body.append(sheet(*faces))
         middle = s * (half_w - radius)
         path = points(np.linspace(-half_d + 0.06, half_d - 0.05, 4), middle, arm_z - radius)

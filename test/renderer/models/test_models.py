@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from model_sizes import SIZES, random_cases, sizes_of
+from trimesh.graph import connected_component_labels
 
 from grammar.appearance.appearance_rules import load_appearance
 from renderer.geometry.mesh import Mesh, signed_volume, surface_area
@@ -86,6 +87,19 @@ def test_model_fills_its_box_with_closed_outward_parts(generator: str) -> None:
             assert signed_volume(mesh) > 0.0, where
             agree = np.einsum("ij,ij->i", normals, mesh.normals[mesh.faces].mean(axis=1)) > 0.0
             assert area[agree].sum() > 0.97 * area.sum(), where
+
+
+@pytest.mark.parametrize(("generator", "style"), CASES)
+def test_no_piece_of_a_part_is_turned_inside_out(generator: str, style: str) -> None:
+    for name, mesh in build_model(generator, style, 1, SIZES[generator]).items():
+        if (generator, name) in SHEETS:
+            continue
+        _, corners = np.unique(np.round(1e6 * mesh.vertices.astype(np.float64)).astype(np.int64), axis=0, return_inverse=True)
+        faces = corners.reshape(-1)[mesh.faces.astype(np.int64)]
+        piece_of = connected_component_labels(np.vstack([faces[:, :2], faces[:, 1:]]), node_count=corners.max() + 1)[faces[:, 0]]
+        a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) - mesh.vertices.mean(axis=0) for k in range(3))
+        volumes = np.bincount(piece_of, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0)
+        assert volumes.min() > -1e-9, f"{generator} {style} {name}"
 
 
 @pytest.mark.parametrize(("generator", "style"), [(g, s) for g, s in CASES if g in TOPS])
