@@ -19,7 +19,9 @@ from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.reconstruction import Picture, aligned
-from renderer.irradiance_cache.records import SHARP, CachedView, ShadeScratch
+from renderer.irradiance_cache.records import CachedView, ShadeScratch
+from renderer.irradiance_cache.specular import is_mirror
+from renderer.path import surface_tables as st
 from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.surface_tables import Surfaces
@@ -32,8 +34,8 @@ _BEND = np.float32(0.95)
 _CONTRAST = np.float32(0.03)
 _LONE = np.float32(0.6)
 """Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
-_METAL = np.float32(0.25)
-"""What has to be mirrored for a pixel not to lend its light: polished metal shows other things beside its middle."""
+_STEP = np.float32(0.85)
+"""Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _PER_PIXEL = 3
 OFFSETS = np.zeros((2, _PER_PIXEL, 2 * LANES), np.float32)
@@ -80,22 +82,28 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> bool:
     """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light.
 
-    A gap in something is no farther away than its depth: there it is so that much less light comes from one of them.
+    A gap in something is no farther away than its depth: there it is so that much less light comes from one of them.  So it is where a
+    mirror or glass shows an edge.
     """
     height, width = distance.shape
     here = hits.face[y, x]
+    shows_other = here >= 0 and _shows_other(surfaces, here)
     for side in range(4):
         u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
         if u < 0 or v < 0 or u >= width or v >= height:
             continue
         there = hits.face[v, u]
-        if here == there or not _differ(image, x, y, u, v):
+        if (here == there and not shows_other) or not _differ(image, x, y, u, v):
+            continue
+        least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
+        if here == there:
+            if least < _STEP * most:
+                return True
             continue
         if here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]:
             return True
         if aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]:
             return True
-        least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
         if least < _LONE * most:
             return True
     return False
@@ -166,7 +174,7 @@ def smooth_edges(
 ) -> None:
     """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth``: a picture's light, a quarter at edges, and three more rays.
 
-    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on polished metal, and in
+    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on mirrors and glass, and in
     pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
     scene, view, image, turn = shown.scene, shown.traced, picture.light, samples.turn
@@ -186,7 +194,8 @@ def smooth_edges(
                     pixel = int(queue[6, begin + k])
                     y, x = row + pixel // TILE, column + pixel % TILE
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
-                    if turn == 0 and found and not _is_metal(picture, u, v) and not _is_lone(image, x, y):
+                    other = found and view.hits.face[v, u] >= 0 and _shows_other(scene.surfaces, view.hits.face[v, u])
+                    if turn == 0 and found and not other and not _is_lone(image, x, y):
                         for channel in range(3):
                             smooth[y, x, channel] += _QUARTER * image[v, u, channel]
                     else:
@@ -194,10 +203,10 @@ def smooth_edges(
 
 
 @inlined
-def _is_metal(picture: Picture, x: int, y: int) -> bool:
-    """Return whether a pixel shows mostly what polished metal mirrors; rough metal shares rays with its neighbours."""
-    alpha, share = abs(picture.alpha[y, x]), picture.share[y, x]
-    return bool(alpha != _ZERO and alpha < SHARP and max(share[0], share[1], share[2]) > _METAL)
+def _shows_other(surfaces: Surfaces, face: int) -> bool:
+    """Return whether a triangle is a mirror or clear glass, which show other things beside the middle of a pixel."""
+    materials, row = surfaces.materials, surfaces.face_part[face] * st.ROW_SIZE
+    return bool(is_mirror(materials, row) | (materials[row + st.TRANSMISSION] > st.CLEAR))
 
 
 @inlined
