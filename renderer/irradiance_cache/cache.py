@@ -26,6 +26,7 @@ from renderer.irradiance_cache.gathering import (
     gather_nodes,
     held_flux,
     light_from_bright,
+    light_from_images,
     links_to_bright,
 )
 from renderer.irradiance_cache.hemisphere import DARK, Rays, make_gather_scratch
@@ -106,10 +107,10 @@ class IrradianceCache:
             self._unlit = Pieces(len(chosen))
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            nodes, scratch = chosen[slice(*piece)], scene.scratch[worker]
-            light_nodes(
-                scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, geometry.sky_share, True, scratch, light
-            )
+            nodes, memory = chosen[slice(*piece)], self._memory[worker]
+            budget, share = config.coarse_light_samples, geometry.sky_share
+            light_nodes(scene.lit, self.coarse, self._key, budget, samples, nodes, share, True, memory.trace, light)
+            light_from_images(scene.lit, self.coarse, geometry.images, self._key, nodes, memory, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
         if self._settled is None:
@@ -125,7 +126,8 @@ class IrradianceCache:
         self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
         self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
         self.luminance = (luminance + passed)[geometry.other]
-        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, self._choose_bright(self.luminance))
+        bright = self._choose_bright(self.luminance)
+        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images)
         self._coarse_light = self._settled = None
 
     def _settle(self, light: NodeLight) -> _Settled:

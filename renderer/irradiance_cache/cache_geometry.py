@@ -12,11 +12,11 @@ from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import build_atlas, stand_in
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
-from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays
+from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
+from renderer.irradiance_cache.lamp_shapes import find_images
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
-from renderer.irradiance_cache.specular import SMOOTH
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import GRID, Atlas
 from renderer.scene.flat_scene import is_same_geometry
@@ -63,7 +63,7 @@ class CacheGeometry:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
         coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
-        sightings: rays that see lights by mirrors.
+        images: lamps as flat mirrors show them; sightings: rays that see other lights by mirrors.
         sky_share: (n,) float32, of coarse nodes that are seen outside by panes the share of their surroundings that is sky, 0 of others.
         worth: (n,) float32, 0 for coarse nodes that :attr:`known` rules out, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
@@ -106,6 +106,8 @@ class CacheGeometry:
         outdoors, self.sky_share = np.zeros((count, rays), np.bool_), np.zeros(count, np.float32)
         self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), outdoors, self.far, self.sky_share)
         self._sightings: dict[int, Sightings] = {}
+        mirrors = find_mirrors(scene.surfaces, self.coarse)
+        self.images = find_images(flat, self._shines, mirrors, self.coarse.cells[:, 0])
         self._uncut = [(atlas, Pieces(_count_charts(atlas))) for atlas in (self.coarse, self.fine)]
         self._unlinked, self._unresolved = Pieces(count), Pieces(count)
         self.complete = False
@@ -128,7 +130,7 @@ class CacheGeometry:
         def compute(worker: int, piece: tuple[int, int]) -> None:
             reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.looks, *piece)
             room = make_sightings(PIECE * len(rays.pattern))
-            rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
+            rows = link_nodes(scene.lit, coarse, rays, self.images, memory[worker], self._links, room, *piece)
             self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
 
         self._unlinked.run(workers, compute, cancelled)
@@ -190,11 +192,8 @@ def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:
     What they show is what those rays see; their own light must not be counted beside it.
     """
     rows = scene.surfaces.materials.reshape(-1, st.ROW_SIZE)[scene.flat.face_part[atlas.face]]
-    cells = atlas.cells[atlas.face]
-    wide = (cells[:, 3] == GRID) & (cells[:, 1] > 2) & (cells[:, 2] > 2)
-    mirror = (rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide
     clear = (rows[:, st.TRANSMISSION] > 0.5) & (rows[:, st.PORTAL] == 0.0)
-    return np.asarray(mirror | clear)
+    return np.asarray(find_mirrors(scene.surfaces, atlas)[atlas.face] | clear)
 
 
 def _count_charts(atlas: Atlas) -> int:

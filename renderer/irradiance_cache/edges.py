@@ -82,30 +82,38 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> bool:
     """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light.
 
-    A gap in something is no farther away than its depth: there it is so that much less light comes from one of them.  So it is where a
-    mirror or glass shows an edge.
+    A gap in something is no farther away than its depth: there it is so that much less light comes from one of them.
     """
     height, width = distance.shape
     here = hits.face[y, x]
-    shows_other = here >= 0 and _shows_other(surfaces, here)
+    if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
+        return True
     for side in range(4):
         u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
         if u < 0 or v < 0 or u >= width or v >= height:
             continue
         there = hits.face[v, u]
-        if (here == there and not shows_other) or not _differ(image, x, y, u, v):
-            continue
-        least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
-        if here == there:
-            if least < _STEP * most:
-                return True
+        if here == there or not _differ(image, x, y, u, v):
             continue
         if here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]:
             return True
         if aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]:
             return True
+        least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
         if least < _LONE * most:
             return True
+    return False
+
+
+@inlined
+def _is_step(hits: Hits, image: NDArray[np.float32], x: int, y: int) -> bool:
+    """Return whether one of the eight pixels around shows the same triangle in clearly other light: an edge in a mirror or behind glass."""
+    height, width, _ = image.shape
+    for v in range(max(y - 1, 0), min(y + 2, height)):
+        for u in range(max(x - 1, 0), min(x + 2, width)):
+            least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
+            if hits.face[v, u] == hits.face[y, x] and least < _STEP * most:
+                return True
     return False
 
 

@@ -18,11 +18,23 @@ from renderer.irradiance_cache.hemisphere import (
     UNKNOWN,
     GatherScratch,
     Rays,
+    aim_cone,
     aim_hemisphere,
     choose_node,
     follow,
+    is_image,
     node_seed,
     sighted_light,
+)
+from renderer.irradiance_cache.lamp_shapes import (
+    IMAGE_BALL,
+    MIRROR_ACROSS,
+    MIRROR_CENTER,
+    MIRROR_HALF,
+    MIRROR_LAMP_M,
+    MIRROR_NORMAL,
+    MIRROR_UP,
+    LampImages,
 )
 from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
@@ -31,7 +43,7 @@ from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from scene_description.products import matmul
 
-_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
+_ZERO, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _PI = np.float32(np.pi)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CLEAR_M = np.float32(1e-3)
@@ -75,13 +87,14 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
 
 
 class CoarseLight(NamedTuple):
-    """What fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), if known, and bright ones."""
+    """What fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, worth (n,), if known, bright ones, lamps in mirrors."""
 
     atlas: Atlas
     luminance: NDArray[np.float32]
     worth: NDArray[np.float32]
     known: NDArray[np.bool_]
     bright: Bright
+    images: LampImages
 
 
 class Gathered(NamedTuple):
@@ -123,9 +136,11 @@ def gather_nodes(
                     scene, source.bright, reflector, node_seed(node, rays.key), begin, memory.trace
                 )
                 r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
-        light.indirect[node, 0] += r
-        light.indirect[node, 1] += g
-        light.indirect[node, 2] += b
+        red, green, blue, dx, dy, dz = _light_of_images(scene, target, source.atlas, source.images, reflector, node, rays.key, memory)
+        x, y, z = x + dx, y + dy, z + dz
+        light.indirect[node, 0] += r + red
+        light.indirect[node, 1] += g + green
+        light.indirect[node, 2] += b + blue
         light.open_m[node] = count / max(sums.nearness, _TINY)
         open_share = max(min(sums.far / (_OPEN * count), _ONE), _LEAST_WORTH)
         light.valid[node] = open_share if sums.behind <= rays.most_behind * count else _ZERO
@@ -144,6 +159,19 @@ def light_from_bright(
         for begin in range(0, BRIGHT_RAYS, LANES):
             r, g, b, _, _, _ = _light_of_bright(scene, bright, reflector, node_seed(node, key), begin, scratch)
             lux[node, 0], lux[node, 1], lux[node, 2] = lux[node, 0] + r, lux[node, 1] + g, lux[node, 2] + b
+
+
+@entry
+def light_from_images(
+    scene: LitScene, atlas: Atlas, images: LampImages, key: np.uint32, nodes: NDArray[np.int64], memory: GatherScratch, light: NodeLight
+) -> None:
+    """Add to ``indirect`` of some nodes what falls on them from lamps by way of flat mirrors."""
+    for i in range(len(nodes)):
+        reflector = reflector_of(scene.surfaces, atlas.face[nodes[i]], True)
+        r, g, b, _, _, _ = _light_of_images(scene, atlas, atlas, images, reflector, nodes[i], key, memory)
+        light.indirect[nodes[i], 0] += r
+        light.indirect[nodes[i], 1] += g
+        light.indirect[nodes[i], 2] += b
 
 
 def links_to_bright(atlas: Atlas, bright: Bright, links: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -199,9 +227,9 @@ def _look_around(
 
 @inlined
 def _light_of_ray(surfaces: Surfaces, source: CoarseLight, k: int, memory: GatherScratch) -> tuple[np.float32, np.float32, np.float32, int]:
-    """Return the luminance (r, g, b) that ray k has found, and its link; bright nodes that are sampled as lights bring none."""
+    """Return the luminance (r, g, b) that ray k has found, and its link; what is sampled, bright nodes and images of lamps, brings none."""
     red = green = blue = _ZERO
-    if memory.sighted[k] >= 0:
+    if memory.sighted[k] >= 0 and not is_image(source.images, k, memory):
         red, green, blue = sighted_light(surfaces, memory.sighted[k], memory.sights, k)
     link, at, bright = memory.links[k], memory.at, source.bright
     if link >= 0:
@@ -261,3 +289,76 @@ def _light_of_bright(
             weight = _RED * red + _GREEN * green + _BLUE * blue
             vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     return r, g, b, vx, vy, vz
+
+
+@inlined
+def _light_of_images(
+    scene: LitScene,
+    target: Atlas,
+    atlas: Atlas,
+    images: LampImages,
+    reflector: Reflector,
+    node: int,
+    key: np.uint32,
+    memory: GatherScratch,
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance (r, g, b) by lamps that flat mirrors show to a node of ``target``, and luminance times direction.
+
+    Of each, 16 rays go to a sphere about its image; what they find counts if it is that lamp by that mirror alone; ``atlas``: coarse nodes.
+    """
+    nx, ny, nz = target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
+    u, v = unit_hash(node, key)
+    seed = node_seed(node, key)
+    r = g = b = vx = vy = vz = _ZERO
+    for i in range(len(images.lamp)):
+        x, y, z, spread = _toward_image(images.rows[i], target.position[node], target.normal[node])
+        if spread <= _ZERO:
+            continue
+        aim_hemisphere(target, node, images.pattern, 0, u, v, memory.trace.rays)
+        aim_cone(x, y, z, spread, images.pattern, u, v, memory.trace.rays)
+        for j in range(3 * LANES):
+            memory.toward[j] = memory.trace.rays.real[ray.DIR_X + j]
+        follow(scene, atlas, seed + np.uint32(31 * i), memory)
+        scale = _TWO * _PI * spread / np.float32(LANES)
+        for k in range(LANES):
+            dx, dy, dz = memory.toward[k], memory.toward[LANES + k], memory.toward[2 * LANES + k]
+            cosine = dx * nx + dy * ny + dz * nz
+            if cosine > _ZERO and memory.sighted[k] == images.lamp[i] and memory.mirror[k] == images.mirror[i]:
+                share = scale * reflected_share(reflector, cosine, scene.surfaces.albedos.reflected)
+                red, green, blue = sighted_light(scene.surfaces, memory.sighted[k], memory.sights, k)
+                red, green, blue = share * red, share * green, share * blue
+                r, g, b = r + cosine * red, g + cosine * green, b + cosine * blue
+                weight = _RED * red + _GREEN * green + _BLUE * blue
+                vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
+    return r, g, b, vx, vy, vz
+
+
+@inlined
+def _toward_image(
+    row: NDArray[np.float32], position: NDArray[np.float32], normal: NDArray[np.float32]
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return the unit direction from a node to a lamp's image, and 1 less the cosine of half the angle that it fills; 0 if it is not seen.
+
+    It is seen through the rectangle around its mirror, as by a window.
+    """
+    before_m = along = squared = _ZERO
+    for axis in range(3):
+        before_m += (position[axis] - row[MIRROR_CENTER + axis]) * row[MIRROR_NORMAL + axis]
+        between = row[IMAGE_BALL + axis] - position[axis]
+        along += between * normal[axis]
+        squared += between * between
+    radius = row[IMAGE_BALL + 3]
+    if before_m <= _CLEAR_M or row[MIRROR_LAMP_M] <= _ZERO or along <= -radius or squared <= radius * radius:
+        return _ZERO, _ZERO, _ZERO, _ZERO
+    through_m = before_m + row[MIRROR_LAMP_M]
+    share, right, up = before_m / through_m, _ZERO, _ZERO
+    for axis in range(3):
+        at = position[axis] + share * (row[IMAGE_BALL + axis] - position[axis]) - row[MIRROR_CENTER + axis]
+        right, up = right + at * row[MIRROR_ACROSS + axis], up + at * row[MIRROR_UP + axis]
+    far_m = np.sqrt(squared)
+    margin, inverse = share * radius * far_m / through_m, _ONE / far_m
+    if abs(right) > row[MIRROR_HALF] + margin or abs(up) > row[MIRROR_HALF + 1] + margin:
+        return _ZERO, _ZERO, _ZERO, _ZERO
+    sine_2 = radius * radius / squared
+    x, y, z = row[IMAGE_BALL] - position[0], row[IMAGE_BALL + 1] - position[1], row[IMAGE_BALL + 2] - position[2]
+    return inverse * x, inverse * y, inverse * z, sine_2 / (_ONE + np.sqrt(_ONE - sine_2))

@@ -13,9 +13,10 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
-from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
+from renderer.core.sampling import coordinate_system, cos_sin_two_pi, sample_cosine_hemisphere
+from renderer.irradiance_cache.lamp_shapes import LampImages
 from renderer.irradiance_cache.nodes import turned
-from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
+from renderer.irradiance_cache.specular import SMOOTH, clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.infinite_light import sky_le
@@ -25,7 +26,7 @@ from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 from renderer.scene.flat_scene import Sky
 
-_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
+_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _DEEPEST = 8
 _LEAN = np.float32(0.7)
@@ -39,6 +40,7 @@ What arrives by the last two is not known, and the other rays of a node stand fo
 
 INDOORS, MIRRORED, OUTDOORS = range(3)
 """``Scratch.sampled`` of rays: straight ones, those that have met a mirror, and those that have left by a pane."""
+_OTHER = -2
 
 # A row of sights: how a ray sees a lamp or the sky by way of a mirror.
 _SIGHT = Layout()
@@ -64,7 +66,7 @@ class Rays(NamedTuple):
 class GatherScratch(NamedTuple):
     """Memory of one thread.
 
-    trace: rays and lanes; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
+    trace: rays and lanes; links: (16,) int32, at: (48,), sighted, mirror: (16,) int32 and sights: (16,
     SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet.
     """
 
@@ -72,15 +74,16 @@ class GatherScratch(NamedTuple):
     links: NDArray[np.int32]
     at: NDArray[np.float32]
     sighted: NDArray[np.int32]
+    mirror: NDArray[np.int32]
     sights: NDArray[np.float32]
     toward: NDArray[np.float32]
 
 
 def make_gather_scratch(trace: Scratch) -> GatherScratch:
     """Return the memory that one thread needs to gather, beside its rays and lanes."""
-    links, sighted = np.zeros((2, LANES), np.int32)
+    links, sighted, mirror = np.zeros((3, LANES), np.int32)
     at, toward = np.zeros((2, 3 * LANES), np.float32)
-    return GatherScratch(trace, links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward)
+    return GatherScratch(trace, links, at, sighted, mirror, np.zeros((LANES, SIGHT), np.float32), toward)
 
 
 @inlined
@@ -117,6 +120,39 @@ def is_wide(atlas: Atlas, face: int) -> bool:
     return wide
 
 
+def find_mirrors(surfaces: Surfaces, atlas: Atlas) -> NDArray[np.bool_]:
+    """Return which triangles (m,) are mirrors for the rays of nodes."""
+    rows, cells = surfaces.materials.reshape(-1, st.ROW_SIZE)[surfaces.face_part], atlas.cells
+    wide = (cells[:, 3] == GRID) & (cells[:, 1] > 2) & (cells[:, 2] > 2)
+    return np.asarray((rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide)
+
+
+@inlined
+def aim_cone(
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    spread: np.float32,
+    pattern: NDArray[np.float32],
+    u: np.float32,
+    v: np.float32,
+    rays: Packet,
+) -> None:
+    """Turn the 16 rays of a packet to directions of a cone about a unit direction, evenly over its solid angle.
+
+    ``spread``: 1 less the cosine of half its angle; ``pattern``, ``u``, ``v``: as of :func:`aim_hemisphere`, which sets where rays begin.
+    """
+    ux, uy, uz, vx, vy, vz = coordinate_system(x, y, z)
+    for k in range(LANES):
+        below = spread * turned(pattern[k, 0], u)
+        cosine, sine = cos_sin_two_pi(turned(pattern[k, 1], v))
+        out = np.sqrt(below * (_TWO - below))
+        a, b, c = out * cosine, out * sine, _ONE - below
+        rays.real[ray.DIR_X + k] = a * ux + b * vx + c * x
+        rays.real[ray.DIR_Y + k] = a * uy + b * vy + c * y
+        rays.real[ray.DIR_Z + k] = a * uz + b * vz + c * z
+
+
 @inlined
 def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
     """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
@@ -138,15 +174,22 @@ def sighted_light(surfaces: Surfaces, part: int, sights: NDArray[np.float32], i:
 
 
 @inlined
+def is_image(images: LampImages, k: int, memory: GatherScratch) -> bool:
+    """Return whether ray k has sighted a lamp by one flat mirror, as nodes sample it."""
+    return bool(memory.mirror[k] >= 0 and images.sampled[memory.sighted[k]])
+
+
+@inlined
 def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch) -> None:
     """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK, ESCAPED or BEHIND.
 
-    ``sighted``: (16,), the part whose light only such rays find, or -1: lamps and the sky by way of a mirror.
+    ``sighted``: the part whose light only such rays find, or -1: lamps and the sky by way of a mirror; ``mirror``: where the
+    nodes of the only mirror on its way begin in ``grid``, negative if there is none, or more than one, or its back.
     """
     scratch, rays = memory.trace, memory.trace.rays
     real, integer, alive = rays.real, rays.integer, rays.alive
     for k in range(LANES):
-        memory.links[k], scratch.sampled[k], memory.sighted[k] = DARK, INDOORS, -1
+        memory.links[k], scratch.sampled[k], memory.sighted[k], memory.mirror[k] = DARK, INDOORS, -1, -1
     going = LANES
     for depth in range(_DEEPEST):
         if going == 0:
@@ -205,7 +248,9 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
         if u >= (np.sqrt(share) if clear else share):
             return 0
         go_on(rays, k, mirror)
-        ways[k] = MIRRORED if mirror else ways[k]
+        if mirror:
+            memory.mirror[k] = atlas.cells[face, 0] if front and ways[k] == INDOORS else _OTHER
+            ways[k] = MIRRORED
         return 1
     # All else: a node near the hit, which is chosen later.
     if front or has_back(atlas, face):

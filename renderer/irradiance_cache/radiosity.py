@@ -18,9 +18,11 @@ from renderer.irradiance_cache.hemisphere import (
     aim_hemisphere,
     choose_node,
     follow,
+    is_image,
     node_seed,
     sighted_light,
 )
+from renderer.irradiance_cache.lamp_shapes import LampImages
 from renderer.irradiance_cache.nodes import unit_hash
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene
@@ -70,9 +72,17 @@ def make_sightings(count: int) -> Sightings:
 
 @entry
 def link_nodes(
-    scene: LitScene, atlas: Atlas, rays: Rays, memory: GatherScratch, links: Links, sightings: Sightings, first: int, end: int
+    scene: LitScene,
+    atlas: Atlas,
+    rays: Rays,
+    images: LampImages,
+    memory: GatherScratch,
+    links: Links,
+    sightings: Sightings,
+    first: int,
+    end: int,
 ) -> int:
-    """Fill what the rays of nodes [first, end) hit, and the first rows of ``sightings``; return how many."""
+    """Fill what the rays of nodes [first, end) hit, and the first rows of ``sightings``, without ``images``; return how many."""
     count, rows, traced = len(rays.pattern), 0, memory.trace.rays
     for node in range(first, end):
         u, v = unit_hash(node, rays.key)
@@ -88,7 +98,7 @@ def link_nodes(
                 links.outdoors[node, begin + k] = memory.trace.sampled[k] == OUTDOORS
                 for axis in range(3):
                     links.at[node, axis, begin + k] = memory.at[LANES * axis + k]
-                if memory.sighted[k] >= 0:
+                if memory.sighted[k] >= 0 and not is_image(images, k, memory):
                     sightings.node_part[rows, 0], sightings.node_part[rows, 1] = node, memory.sighted[k]
                     for field in range(SIGHT):
                         sightings.sights[rows, field] = memory.sights[k, field]

@@ -9,6 +9,7 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.irradiance_cache.gathering import CoarseLight
+from renderer.irradiance_cache.lamp_shapes import Lamps
 from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
@@ -62,19 +63,6 @@ LAMP_RAY_COUNT = _GLOSS.field()  # how many shadow rays it is worth, 0 to LAMP_R
 PICKED = _GLOSS.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
 PICKED_U = _GLOSS.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
 PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
-
-
-class Lamps(NamedTuple):
-    """Lamps and panes as balls and rectangles, by which rough gloss shows them, for kernels.
-
-    balls: (n, 14) float32, centre, radius in metres, mean normal, whether it is flat, and if so half the sides (two vectors, metres) of
-    its rectangle, otherwise the form (xx, yy, zz, xy, xz, yz, m4) of directions that is the fourth power of the radius of what it shows
-    there; part: (n,) int32; most: (n,) float32, the most that one shows, r + g + b, cd/m2.
-    """
-
-    balls: NDArray[np.float32]
-    part: NDArray[np.int32]
-    most: NDArray[np.float32]
 
 
 class Tables(NamedTuple):

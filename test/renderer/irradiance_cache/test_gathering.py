@@ -6,12 +6,14 @@ from box_room import DARK, box, pierced, pose, quad, scene
 from cached_rooms import COARSE, filled, look_up, nodes_of, solved
 
 from renderer import CameraConfig
+from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.gathering import BRIGHT_RAYS, choose_bright
 from renderer.path.light_nodes import Atlas
 
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
 EVEN = box((-4, -4, -4), (4, 4, 4), inside=True, glow_cd_m2=10.0, color=(1.0, 0.5, 0.2), object_id=0)
 GLOW = 10.0 * np.array([1.0, 0.5, 0.2])
+FINE = CacheConfig(spacing_m=0.05, coarse_spacing_m=0.3)
 GREY = {"color": (0.5, 0.5, 0.5), "roughness": 1.0}
 
 
@@ -48,6 +50,27 @@ def test_a_mirror_shows_the_room_to_the_floor():
     shares = lux.mean(axis=1) / free.mean(axis=1)
     assert 0.5 < shares.min() and shares.max() < 1.0
     assert (shares < 0.85).any(), "near the mirror half of the light comes by way of it"
+
+
+@pytest.mark.parametrize(("height_m", "lit"), [(3.0, 1.0), (0.5, 0.0)])
+def test_a_lamp_lights_the_floor_by_way_of_a_mirror_as_one_behind_it_would(height_m, lit):
+    """In a black room; all that the far floor sees of the lamp's image lies above a low mirror."""
+    steel = {"metallic": 1.0, "roughness": 0.0, "color": (0.8, 0.8, 0.8), "object_id": 2}
+    mirror = [box((1.5, low, 0), (1.52, low + 3, height_m), **steel) for low in (-3, 0)]
+    lamp = box((-0.05, -0.05, 1.95), (0.05, 0.05, 2.05), emission=(1e4,) * 3, color=(0.0,) * 3, object_id=3)
+    walls = box((-4, -4, -1), (4, 4, 4), inside=True, object_id=1, color=(0.0,) * 3, roughness=1.0, ior=1.0)
+    floor = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), roughness=1.0, ior=1.0, object_id=0)
+    mirrored = scene(floor, walls, lamp, *mirror)
+    alone, cache = filled(scene(floor, walls, lamp), FINE), filled(mirrored, FINE)
+    assert np.array_equal(alone.atlas.position[:30], cache.atlas.position[:30]), "the floor's nodes come first"
+    nodes = nodes_of(cache, 0, mirrored)
+    nodes = nodes[(np.abs(cache.atlas.position[nodes, :2]) < 0.7).all(axis=1)]
+    by_mirror = cache.rows[nodes, 1] - alone.rows[nodes, 1]
+    toward = np.array([3.0, 0.0, 2.0]) - cache.atlas.position[nodes]
+    squared, cosines = (toward**2).sum(axis=1), np.abs(toward) / np.linalg.norm(toward, axis=1, keepdims=True)
+    expected = 0.8 * 1e4 * 0.1**2 * cosines.sum(axis=1) * cosines[:, 2] / squared
+    np.testing.assert_allclose(by_mirror / expected, lit, atol=0.1)
+    assert np.mean(by_mirror / expected) == pytest.approx(lit, abs=0.02)
 
 
 def test_rooms_below_the_horizon_bring_nothing():
