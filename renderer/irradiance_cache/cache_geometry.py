@@ -63,7 +63,7 @@ class CacheGeometry:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
         coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
-        images: lamps as flat mirrors show them; sightings: rays that see other lights by mirrors.
+        images: lamps as flat mirrors and panes show them; sightings: rays that see other lights by mirrors.
         sky_share: (n,) float32, of coarse nodes that are seen outside by panes the share of their surroundings that is sky, 0 of others.
         worth: (n,) float32, 0 for coarse nodes that :attr:`known` rules out, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
@@ -106,8 +106,8 @@ class CacheGeometry:
         outdoors, self.sky_share = np.zeros((count, rays), np.bool_), np.zeros(count, np.float32)
         self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), outdoors, self.far, self.sky_share)
         self._sightings: dict[int, Sightings] = {}
-        mirrors = find_mirrors(scene.surfaces, self.coarse)
-        self.images = find_images(flat, self._shines, mirrors, self.coarse.cells[:, 0])
+        mirrors, panes = find_mirrors(scene.surfaces, self.coarse)
+        self.images = find_images(flat, self._shines, mirrors | panes, self.coarse.cells[:, 0])
         self._uncut = [(atlas, Pieces(_count_charts(atlas))) for atlas in (self.coarse, self.fine)]
         self._unlinked, self._unresolved = Pieces(count), Pieces(count)
         self.complete = False
@@ -193,7 +193,7 @@ def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:
     """
     rows = scene.surfaces.materials.reshape(-1, st.ROW_SIZE)[scene.flat.face_part[atlas.face]]
     clear = (rows[:, st.TRANSMISSION] > 0.5) & (rows[:, st.PORTAL] == 0.0)
-    return np.asarray(find_mirrors(scene.surfaces, atlas)[atlas.face] | clear)
+    return np.asarray(find_mirrors(scene.surfaces, atlas)[0][atlas.face] | clear)
 
 
 def _count_charts(atlas: Atlas) -> int:

@@ -67,7 +67,8 @@ class GatherScratch(NamedTuple):
     """Memory of one thread.
 
     trace: rays and lanes; links: (16,) int32, at: (48,), sighted, mirror: (16,) int32 and sights: (16,
-    SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet.
+    SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet; certain: (1,) int32, the mirror or pane, as
+    in ``mirror``, that sends all rays on, not by chance, -1 for none.
     """
 
     trace: Scratch
@@ -77,13 +78,14 @@ class GatherScratch(NamedTuple):
     mirror: NDArray[np.int32]
     sights: NDArray[np.float32]
     toward: NDArray[np.float32]
+    certain: NDArray[np.int32]
 
 
 def make_gather_scratch(trace: Scratch) -> GatherScratch:
     """Return the memory that one thread needs to gather, beside its rays and lanes."""
     links, sighted, mirror = np.zeros((3, LANES), np.int32)
     at, toward = np.zeros((2, 3 * LANES), np.float32)
-    return GatherScratch(trace, links, at, sighted, mirror, np.zeros((LANES, SIGHT), np.float32), toward)
+    return GatherScratch(trace, links, at, sighted, mirror, np.zeros((LANES, SIGHT), np.float32), toward, np.full(1, -1, np.int32))
 
 
 @inlined
@@ -120,11 +122,11 @@ def is_wide(atlas: Atlas, face: int) -> bool:
     return wide
 
 
-def find_mirrors(surfaces: Surfaces, atlas: Atlas) -> NDArray[np.bool_]:
-    """Return which triangles (m,) are mirrors for the rays of nodes."""
+def find_mirrors(surfaces: Surfaces, atlas: Atlas) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which triangles (m,) are mirrors for the rays of nodes, and which are panes of such a size."""
     rows, cells = surfaces.materials.reshape(-1, st.ROW_SIZE)[surfaces.face_part], atlas.cells
     wide = (cells[:, 3] == GRID) & (cells[:, 1] > 2) & (cells[:, 2] > 2)
-    return np.asarray((rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide)
+    return (rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide, (rows[:, st.PORTAL] > 0.0) & wide
 
 
 @inlined
@@ -221,6 +223,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
     toward = -(dx * nx + dy * ny + dz * nz)
     u, front = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24), toward > _ZERO
+    certain = front and atlas.cells[face, 0] == memory.certain[0] and atlas.cells[face, 3] == GRID
     # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only; panes mirror surfaces.
     if front and ways[k] != OUTDOORS:
         cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
@@ -229,7 +232,9 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
             return 0
         if table[row + st.PORTAL] > _ZERO:
             mirrored = fresnel_thin_dielectric(cosine, table[row + st.IOR])
-            if u < mirrored:
+            if certain or u < mirrored:
+                if certain:
+                    memory.mirror[k], ways[k] = (atlas.cells[face, 0] if ways[k] == INDOORS else _OTHER), MIRRORED
                 go_on(rays, k, True)
                 return 1
             return _leave(bool(u < mirrored + pane_transmittance(surfaces, part, cosine)), k, memory)
@@ -245,7 +250,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     elif clear or mirror:
         share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
         # What the far face of glass sends back sees a room that is about as bright: only its colour takes light away.
-        if u >= (np.sqrt(share) if clear else share):
+        if u >= (np.sqrt(share) if clear else share) and not certain:
             return 0
         go_on(rays, k, mirror)
         if mirror:

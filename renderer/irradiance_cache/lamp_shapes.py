@@ -101,10 +101,13 @@ MIRROR_LAMP_M = _IMAGE.field()  # how far before the mirror the lamp's center is
 MIRROR_CENTER = _IMAGE.field(3)
 MIRROR_ACROSS, MIRROR_UP = _IMAGE.field(3), _IMAGE.field(3)  # unit vectors of a rectangle around the mirror
 MIRROR_HALF = _IMAGE.field(2)  # half of its sides
+MIRROR_TINT = _IMAGE.field(3)  # what it mirrors of light, for a pane 1
+MIRROR_IOR = _IMAGE.field()  # of a pane, which mirrors after Fresnel, else 0
+IMAGE_LE = _IMAGE.field()  # luminance of the lamp, r + g + b, cd/m2
 
 
 class LampImages(NamedTuple):
-    """Lamps as flat mirrors show them, which nodes sample as lights: their rays would meet few by chance.
+    """Lamps as flat mirrors and panes show them, which nodes sample as lights: their rays would meet few by chance.
 
     rows: (i, _IMAGE.size) float32; lamp: (i,) int32, part; mirror: (i,) int32, its chart, as ``mirror`` of
     :class:`renderer.irradiance_cache.hemisphere.GatherScratch`; sampled: (p,) bool, parts whose images in all flat mirrors are among them;
@@ -119,9 +122,9 @@ class LampImages(NamedTuple):
 
 
 def find_images(flat: FlatScene, shines: NDArray[np.bool_], mirrors: NDArray[np.bool_], chart: NDArray[np.int32]) -> LampImages:
-    """Return the images of all lamps in all flat mirrors that they stand before.
+    """Return the images of all lamps in all flat mirrors and panes that they stand before.
 
-    ``shines``, ``mirrors``: (m,) bool, triangles that are lights, and those that are mirrors; ``chart``: (m,) int32, equal for those that
+    ``shines``, ``mirrors``: (m,) bool, triangles that are lights, and those that are mirrors or panes; ``chart``: (m,) int32, equal for those that
     lie in one plane side by side.
     """
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
@@ -130,12 +133,17 @@ def find_images(flat: FlatScene, shines: NDArray[np.bool_], mirrors: NDArray[np.
     for plane in np.unique(chart[mirrors]).tolist():
         faces = np.flatnonzero(mirrors & (chart == plane))
         normal, center, axes, halves = _rectangle(corners[faces])
+        part = flat.face_part[faces[0]]
+        material = flat.parts.material[part]
+        is_pane = flat.parts.portal[part]
+        tint, ior = (np.ones(3), flat.materials.ior[material]) if is_pane else (flat.materials.base_color[material], 0.0)
         for lamp in lamps.tolist():
             points = corners[flat.face_part == lamp].reshape(-1, 3)
             middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
             before_m = float(matmul(middle - center, normal))
             radius = np.linalg.norm(points - middle, axis=1).max()
-            rows.append([*(middle - 2.0 * before_m * normal), radius, *normal, before_m, *center, *axes.ravel(), *halves])
+            image = [*(middle - 2.0 * before_m * normal), radius, *normal, before_m]
+            rows.append([*image, *center, *axes.ravel(), *halves, *tint, ior, flat.parts.emission[lamp].sum()])
             pairs.append((lamp, plane))
     lamp, mirror = np.array(pairs, np.int32).reshape(-1, 2).T.copy()
     sampled = np.zeros(len(flat.parts.label), np.bool_)
