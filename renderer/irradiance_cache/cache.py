@@ -18,7 +18,6 @@ from renderer.core.sampling import even_points
 from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
-from renderer.irradiance_cache.close_nodes import share_noise
 from renderer.irradiance_cache.gathering import (
     Bright,
     CoarseLight,
@@ -31,7 +30,18 @@ from renderer.irradiance_cache.gathering import (
 )
 from renderer.irradiance_cache.hemisphere import DARK, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
-from renderer.irradiance_cache.nodes import LIGHT, ROW, TOWARD, VALID, NodeLight, make_node_light, mixing_reach, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import (
+    LIGHT,
+    ROW,
+    TOWARD,
+    VALID,
+    NodeLight,
+    make_node_light,
+    mixing_reach,
+    share_noise,
+    smooth_nodes,
+    widen,
+)
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
 from renderer.path.light_nodes import Atlas, KnownLight
 

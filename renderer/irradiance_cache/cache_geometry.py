@@ -13,7 +13,7 @@ from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import build_atlas, stand_in
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
-from renderer.irradiance_cache.lamp_shapes import find_images
+from renderer.irradiance_cache.lamp_images import find_images
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links

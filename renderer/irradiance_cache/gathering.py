@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.microfacet import fresnel_thin_dielectric
 from renderer.bsdf.reflectance import Reflector, reflected_share
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
@@ -19,27 +18,13 @@ from renderer.irradiance_cache.hemisphere import (
     UNKNOWN,
     GatherScratch,
     Rays,
-    aim_cone,
     aim_hemisphere,
     choose_node,
     follow,
-    is_image,
     node_seed,
     sighted_light,
 )
-from renderer.irradiance_cache.lamp_shapes import (
-    IMAGE_BALL,
-    IMAGE_LE,
-    MIRROR_ACROSS,
-    MIRROR_CENTER,
-    MIRROR_HALF,
-    MIRROR_IOR,
-    MIRROR_LAMP_M,
-    MIRROR_NORMAL,
-    MIRROR_TINT,
-    MIRROR_UP,
-    LampImages,
-)
+from renderer.irradiance_cache.lamp_images import LampImages, is_image, light_of_images
 from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.light_nodes import Atlas
@@ -53,7 +38,6 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CLEAR_M = np.float32(1e-3)
 _OPEN, _LEAST_WORTH = np.float32(0.3), np.float32(0.02)
 _LEAST_COSINE = np.float32(0.05)
-_CHOICE = np.uint32(0x51A7E3)
 _MANY_RAYS = 1000
 """So many rays to bright nodes tell of their flux about as much as what is known of it before."""
 BRIGHT_RAYS = 2 * LANES
@@ -141,7 +125,7 @@ def gather_nodes(
                     scene, source.bright, reflector, node_seed(node, rays.key), begin, memory.trace
                 )
                 r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
-        red, green, blue, dx, dy, dz = _light_of_images(scene, target, source.atlas, source.images, reflector, node, rays.key, memory)
+        red, green, blue, dx, dy, dz = light_of_images(scene, target, source.atlas, source.images, reflector, node, rays.key, memory)
         x, y, z = x + dx, y + dy, z + dz
         light.indirect[node, 0] += r + red
         light.indirect[node, 1] += g + green
@@ -173,7 +157,7 @@ def light_from_images(
     """Add to ``indirect`` of some nodes what falls on them from lamps by way of flat mirrors and panes."""
     for i in range(len(nodes)):
         reflector = reflector_of(scene.surfaces, atlas.face[nodes[i]], True)
-        r, g, b, _, _, _ = _light_of_images(scene, atlas, atlas, images, reflector, nodes[i], key, memory)
+        r, g, b, _, _, _ = light_of_images(scene, atlas, atlas, images, reflector, nodes[i], key, memory)
         light.indirect[nodes[i], 0] += r
         light.indirect[nodes[i], 1] += g
         light.indirect[nodes[i], 2] += b
@@ -294,116 +278,3 @@ def _light_of_bright(
             weight = _RED * red + _GREEN * green + _BLUE * blue
             vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     return r, g, b, vx, vy, vz
-
-
-@inlined
-def _light_of_images(
-    scene: LitScene,
-    target: Atlas,
-    atlas: Atlas,
-    images: LampImages,
-    reflector: Reflector,
-    node: int,
-    key: np.uint32,
-    memory: GatherScratch,
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return illuminance (r, g, b) by lamps that flat mirrors and panes show to a node of ``target``, and luminance times direction.
-
-    ``atlas``: coarse nodes.  All images in mirrors are sampled, and of those in panes, which are faint, one by what it may bring.
-    """
-    seed = node_seed(node, key)
-    u = np.float32(mix_bits(np.uint32(seed ^ _CHOICE)) >> np.uint32(8)) * np.float32(2.0**-24)
-    total, chosen, worth = _ZERO, -1, _ZERO
-    r = g = b = x = y = z = _ZERO
-    for i in range(len(images.lamp)):
-        spread = _toward_image(images.rows[i], target.position[node], target.normal[node])[3]
-        if spread <= _ZERO:
-            continue
-        if images.rows[i, MIRROR_IOR] > _ZERO:
-            share = spread * images.rows[i, IMAGE_LE]
-            total += share
-            # One of them, each with its share, by a single number (reservoir sampling).
-            if u * total < share:
-                chosen, worth, u = i, share, u * total / share
-            else:
-                u = (u * total - share) / (total - share)
-            continue
-        red, green, blue, dx, dy, dz = _light_of_image(scene, target, atlas, images, i, reflector, node, key, memory)
-        r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
-    if chosen >= 0:
-        red, green, blue, dx, dy, dz = _light_of_image(scene, target, atlas, images, chosen, reflector, node, key, memory)
-        scale = total / worth
-        r, g, b, x, y, z = r + scale * red, g + scale * green, b + scale * blue, x + scale * dx, y + scale * dy, z + scale * dz
-    return r, g, b, x, y, z
-
-
-@inlined
-def _light_of_image(
-    scene: LitScene,
-    target: Atlas,
-    atlas: Atlas,
-    images: LampImages,
-    image: int,
-    reflector: Reflector,
-    node: int,
-    key: np.uint32,
-    memory: GatherScratch,
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return the same by one image: 16 rays go to a sphere about it, and what they find counts if it is that lamp by that mirror alone."""
-    row, nx, ny, nz = images.rows[image], target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
-    u, v = unit_hash(node, key)
-    x, y, z, spread = _toward_image(row, target.position[node], target.normal[node])
-    aim_hemisphere(target, node, images.pattern, 0, u, v, memory.trace.rays)
-    aim_cone(x, y, z, spread, images.pattern, u, v, memory.trace.rays)
-    for j in range(3 * LANES):
-        memory.toward[j] = memory.trace.rays.real[ray.DIR_X + j]
-    memory.certain[0] = images.mirror[image]
-    follow(scene, atlas, node_seed(node, key) + np.uint32(31 * image), memory)
-    memory.certain[0] = -1
-    scale = _TWO * _PI * spread / np.float32(LANES)
-    r = g = b = vx = vy = vz = _ZERO
-    for k in range(LANES):
-        dx, dy, dz = memory.toward[k], memory.toward[LANES + k], memory.toward[2 * LANES + k]
-        cosine = dx * nx + dy * ny + dz * nz
-        if cosine > _ZERO and memory.sighted[k] == images.lamp[image] and memory.mirror[k] == images.mirror[image]:
-            share = scale * reflected_share(reflector, cosine, scene.surfaces.albedos.reflected)
-            if row[MIRROR_IOR] > _ZERO:
-                slant = abs(dx * row[MIRROR_NORMAL] + dy * row[MIRROR_NORMAL + 1] + dz * row[MIRROR_NORMAL + 2])
-                share *= fresnel_thin_dielectric(min(slant, _ONE), row[MIRROR_IOR])
-            red, green, blue = sighted_light(scene.surfaces, memory.sighted[k], memory.sights, k)
-            red, green, blue = share * row[MIRROR_TINT] * red, share * row[MIRROR_TINT + 1] * green, share * row[MIRROR_TINT + 2] * blue
-            r, g, b = r + cosine * red, g + cosine * green, b + cosine * blue
-            weight = _RED * red + _GREEN * green + _BLUE * blue
-            vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
-    return r, g, b, vx, vy, vz
-
-
-@inlined
-def _toward_image(
-    row: NDArray[np.float32], position: NDArray[np.float32], normal: NDArray[np.float32]
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Return the unit direction from a node to a lamp's image, and 1 less the cosine of half the angle that it fills; 0 if it is not seen.
-
-    It is seen within the rectangle around its mirror.
-    """
-    before_m = along = squared = _ZERO
-    for axis in range(3):
-        before_m += (position[axis] - row[MIRROR_CENTER + axis]) * row[MIRROR_NORMAL + axis]
-        between = row[IMAGE_BALL + axis] - position[axis]
-        along += between * normal[axis]
-        squared += between * between
-    radius = row[IMAGE_BALL + 3]
-    if before_m <= _CLEAR_M or row[MIRROR_LAMP_M] <= _ZERO or along <= -radius or squared <= radius * radius:
-        return _ZERO, _ZERO, _ZERO, _ZERO
-    through_m = before_m + row[MIRROR_LAMP_M]
-    share, right, up = before_m / through_m, _ZERO, _ZERO
-    for axis in range(3):
-        at = position[axis] + share * (row[IMAGE_BALL + axis] - position[axis]) - row[MIRROR_CENTER + axis]
-        right, up = right + at * row[MIRROR_ACROSS + axis], up + at * row[MIRROR_UP + axis]
-    far_m = np.sqrt(squared)
-    margin, inverse = share * radius * far_m / through_m, _ONE / far_m
-    if abs(right) > row[MIRROR_HALF] + margin or abs(up) > row[MIRROR_HALF + 1] + margin:
-        return _ZERO, _ZERO, _ZERO, _ZERO
-    sine_2 = radius * radius / squared
-    x, y, z = row[IMAGE_BALL] - position[0], row[IMAGE_BALL + 1] - position[1], row[IMAGE_BALL + 2] - position[2]
-    return inverse * x, inverse * y, inverse * z, sine_2 / (_ONE + np.sqrt(_ONE - sine_2))

@@ -13,8 +13,7 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
-from renderer.core.sampling import coordinate_system, cos_sin_two_pi, sample_cosine_hemisphere
-from renderer.irradiance_cache.lamp_shapes import LampImages
+from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
 from renderer.irradiance_cache.nodes import turned
 from renderer.irradiance_cache.specular import SMOOTH, clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
@@ -26,7 +25,7 @@ from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 from renderer.scene.flat_scene import Sky
 
-_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
+_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _DEEPEST = 8
 _LEAN = np.float32(0.7)
@@ -130,32 +129,6 @@ def find_mirrors(surfaces: Surfaces, atlas: Atlas) -> tuple[NDArray[np.bool_], N
 
 
 @inlined
-def aim_cone(
-    x: np.float32,
-    y: np.float32,
-    z: np.float32,
-    spread: np.float32,
-    pattern: NDArray[np.float32],
-    u: np.float32,
-    v: np.float32,
-    rays: Packet,
-) -> None:
-    """Turn the 16 rays of a packet to directions of a cone about a unit direction, evenly over its solid angle.
-
-    ``spread``: 1 less the cosine of half its angle; ``pattern``, ``u``, ``v``: as of :func:`aim_hemisphere`, which sets where rays begin.
-    """
-    ux, uy, uz, vx, vy, vz = coordinate_system(x, y, z)
-    for k in range(LANES):
-        below = spread * turned(pattern[k, 0], u)
-        cosine, sine = cos_sin_two_pi(turned(pattern[k, 1], v))
-        out = np.sqrt(below * (_TWO - below))
-        a, b, c = out * cosine, out * sine, _ONE - below
-        rays.real[ray.DIR_X + k] = a * ux + b * vx + c * x
-        rays.real[ray.DIR_Y + k] = a * uy + b * vy + c * y
-        rays.real[ray.DIR_Z + k] = a * uz + b * vz + c * z
-
-
-@inlined
 def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
     """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
 
@@ -173,12 +146,6 @@ def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> R
 def sighted_light(surfaces: Surfaces, part: int, sights: NDArray[np.float32], i: int) -> Rgb:
     """Return the luminance (r, g, b) that the ray of row ``i`` of ``sights`` (n, SIGHT) sees of a part, cd/m2."""
     return surface_le(surfaces, part, sights[i, AHEAD], sights[i, AHEAD + 1], sights[i, AHEAD + 2], sights[i, COSINE])
-
-
-@inlined
-def is_image(images: LampImages, k: int, memory: GatherScratch) -> bool:
-    """Return whether ray k has sighted a lamp by one flat mirror, as nodes sample it."""
-    return bool(memory.mirror[k] >= 0 and images.sampled[memory.sighted[k]])
 
 
 @inlined

@@ -1,13 +1,10 @@
-"""What lamps and panes are like where rough gloss shows them: ellipsoids, and rectangles for what is flat; their images in mirrors."""
+"""What lamps and panes are like where rough gloss shows them: ellipsoids, and rectangles for what is flat."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.layout import Layout
-from renderer.core.ray_packet import LANES
-from renderer.core.sampling import even_points
 from renderer.scene.flat_scene import FlatScene, Sky
 from scene_description.products import matmul, norm
 
@@ -91,76 +88,3 @@ def _half_axes(
     halves = 0.5 * np.ptp(matmul(corners.reshape(-1, 3), axes.T), axis=0)
     scaled: NDArray[np.float64] = axes * (halves * np.sqrt(shown_m2 / max(4.0 * halves[0] * halves[1], 1e-12)))[:, None]
     return scaled
-
-
-# A row of ``LampImages.rows``: a lamp's image in a mirror, metres, world.
-_IMAGE = Layout()
-IMAGE_BALL = _IMAGE.field(4)  # center and radius of a sphere around the image
-MIRROR_NORMAL = _IMAGE.field(3)  # unit
-MIRROR_LAMP_M = _IMAGE.field()  # how far before the mirror the lamp's center is
-MIRROR_CENTER = _IMAGE.field(3)
-MIRROR_ACROSS, MIRROR_UP = _IMAGE.field(3), _IMAGE.field(3)  # unit vectors of a rectangle around the mirror
-MIRROR_HALF = _IMAGE.field(2)  # half of its sides
-MIRROR_TINT = _IMAGE.field(3)  # what it mirrors of light, for a pane 1
-MIRROR_IOR = _IMAGE.field()  # of a pane, which mirrors after Fresnel, else 0
-IMAGE_LE = _IMAGE.field()  # luminance of the lamp, r + g + b, cd/m2
-
-
-class LampImages(NamedTuple):
-    """Lamps as flat mirrors and panes show them, which nodes sample as lights: their rays would meet few by chance.
-
-    rows: (i, _IMAGE.size) float32; lamp: (i,) int32, part; mirror: (i,) int32, its chart, as ``mirror`` of
-    :class:`renderer.irradiance_cache.hemisphere.GatherScratch`; sampled: (p,) bool, parts whose images in all flat mirrors are among them;
-    pattern: (16, 2) float32, points of the unit square by which nodes sample an image.
-    """
-
-    rows: NDArray[np.float32]
-    lamp: NDArray[np.int32]
-    mirror: NDArray[np.int32]
-    sampled: NDArray[np.bool_]
-    pattern: NDArray[np.float32]
-
-
-def find_images(flat: FlatScene, shines: NDArray[np.bool_], mirrors: NDArray[np.bool_], chart: NDArray[np.int32]) -> LampImages:
-    """Return the images of all lamps in all flat mirrors and panes that they stand before.
-
-    ``shines``, ``mirrors``: (m,) bool, triangles that are lights, and those that are mirrors or panes; ``chart``: (m,) int32, equal for those that
-    lie in one plane side by side.
-    """
-    corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
-    lamps = np.setdiff1d(flat.face_part[shines], np.flatnonzero(flat.parts.portal))
-    rows, pairs = [], []
-    for plane in np.unique(chart[mirrors]).tolist():
-        faces = np.flatnonzero(mirrors & (chart == plane))
-        normal, center, axes, halves = _rectangle(corners[faces])
-        part = flat.face_part[faces[0]]
-        material = flat.parts.material[part]
-        is_pane = flat.parts.portal[part]
-        tint, ior = (np.ones(3), flat.materials.ior[material]) if is_pane else (flat.materials.base_color[material], 0.0)
-        for lamp in lamps.tolist():
-            points = corners[flat.face_part == lamp].reshape(-1, 3)
-            middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-            before_m = float(matmul(middle - center, normal))
-            radius = np.linalg.norm(points - middle, axis=1).max()
-            image = [*(middle - 2.0 * before_m * normal), radius, *normal, before_m]
-            rows.append([*image, *center, *axes.ravel(), *halves, *tint, ior, flat.parts.emission[lamp].sum()])
-            pairs.append((lamp, plane))
-    lamp, mirror = np.array(pairs, np.int32).reshape(-1, 2).T.copy()
-    sampled = np.zeros(len(flat.parts.label), np.bool_)
-    sampled[lamp] = True
-    return LampImages(np.array(rows, np.float32).reshape(-1, _IMAGE.size), lamp, mirror, sampled, even_points(LANES))
-
-
-def _rectangle(
-    corners: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return unit normal, center, unit axes (2, 3) and half sides (2,) of a rectangle around triangles of a plane, (m, 3, 3)."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-    normal /= norm(normal)
-    across = corners[0, 1] - corners[0, 0]
-    across /= norm(across)
-    axes = np.array([across, np.cross(normal, across)])
-    along = matmul(corners.reshape(-1, 3), axes.T)
-    middle, halves = 0.5 * (along.min(axis=0) + along.max(axis=0)), 0.5 * np.ptp(along, axis=0)
-    center = matmul(middle, axes) + matmul(corners[0, 0], normal) * normal
-    return normal, center, axes, halves

@@ -18,11 +18,10 @@ from renderer.irradiance_cache.hemisphere import (
     aim_hemisphere,
     choose_node,
     follow,
-    is_image,
     node_seed,
     sighted_light,
 )
-from renderer.irradiance_cache.lamp_shapes import LampImages
+from renderer.irradiance_cache.lamp_images import LampImages, is_image
 from renderer.irradiance_cache.nodes import unit_hash
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene

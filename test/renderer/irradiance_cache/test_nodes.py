@@ -6,8 +6,7 @@ from box_room import box, quad, scene
 
 from renderer.irradiance_cache.atlas import build_atlas
 from renderer.irradiance_cache.charts import find_charts
-from renderer.irradiance_cache.close_nodes import share_noise
-from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, mixing_reach, places, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, mixing_reach, places, share_noise, smooth_nodes, widen
 
 SPACING = np.float32(0.1)
 
