@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.layers import ANY_COAT, ANY_GLASS, ANY_GLOSSY, COAT_F0, look_up_albedo
-from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric, ggx_d, ggx_g1_root, sample_ggx_wm, schlick_weight
+from renderer.bsdf.microfacet import (
+    fresnel_dielectric,
+    fresnel_thin_dielectric,
+    ggx_d,
+    ggx_g1_root,
+    sample_ggx_wm,
+    schlick_albedo,
+    schlick_weight,
+)
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
@@ -67,7 +75,7 @@ def _add_diffuse(lanes: NDArray[np.float32]) -> None:
         z = lanes[ln.WI_Z + k]
         cos_over_pi = (z if z > _ZERO else _ZERO) * _INVERSE_PI
         e_wi, e_schlick = lanes[ln.E_WI + k], lanes[ln.E_WI_SCHLICK + k]
-        enters = cos_over_pi * (_ONE - (lanes[ln.BASE_F0 + k] * (e_wi - e_schlick) + lanes[ln.BASE_F90 + k] * e_schlick))
+        enters = cos_over_pi * (_ONE - schlick_albedo(lanes[ln.BASE_F0 + k], lanes[ln.BASE_F90 + k], e_wi, e_schlick))
         lost = cos_over_pi * (_ONE - e_wi)
         lanes[ln.F_COS_R + k] = lanes[ln.DIFFUSE_R + k] * enters + lanes[ln.MULTISCATTER_R + k] * lost
         lanes[ln.F_COS_G + k] = lanes[ln.DIFFUSE_G + k] * enters + lanes[ln.MULTISCATTER_G + k] * lost

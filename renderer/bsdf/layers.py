@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.albedo import MIN_ALPHA, STEPS, Albedos
-from renderer.bsdf.microfacet import fresnel_thin_dielectric
+from renderer.bsdf.microfacet import fresnel_thin_dielectric, schlick_albedo
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import inlined, kernel
@@ -180,12 +180,12 @@ def _mix_layers(lanes: NDArray[np.float32]) -> None:
         # What coat and sheen leave.
         e_wo, e_wo_schlick = lanes[ln.E_WO + k], lanes[ln.E_WO_SCHLICK + k]
         mean, e_mean_schlick = lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k]
-        coat_albedo = lanes[ln.COAT + k] * (COAT_F0 * (lanes[ln.E_COAT + k] - lanes[ln.E_COAT_SCHLICK + k]) + lanes[ln.E_COAT_SCHLICK + k])
+        coat_albedo = lanes[ln.COAT + k] * schlick_albedo(COAT_F0, _ONE, lanes[ln.E_COAT + k], lanes[ln.E_COAT_SCHLICK + k])
         sheen = lanes[ln.SHEEN + k] * (_ONE - coat_albedo)
         under = (_ONE - coat_albedo) * (_ONE - lanes[ln.SHEEN + k] * lanes[ln.E_SHEEN + k])
         # The diffuse base takes what the boundary lets through, multiple scattering what the microfacets lose.
-        enters = _ONE - (base_f0 * (e_wo - e_wo_schlick) + base_f90 * e_wo_schlick)
-        enters_mean = _ONE - (base_f0 * (mean - e_mean_schlick) + base_f90 * e_mean_schlick)
+        enters = _ONE - schlick_albedo(base_f0, base_f90, e_wo, e_wo_schlick)
+        enters_mean = _ONE - schlick_albedo(base_f0, base_f90, mean, e_mean_schlick)
         diffuse = under * opaque * enters / enters_mean * _share_of_side(lanes, k)
         lost = _ONE - mean
         thick = _ONE - lanes[ln.THIN + k]
@@ -209,7 +209,8 @@ def _mix_layers(lanes: NDArray[np.float32]) -> None:
         # What each lobe reflects towards wo, by luminance.
         e_sheen = sheen * lanes[ln.E_SHEEN + k]
         lanes[ln.PR_DIFFUSE + k] = _luminance(r, g, b) * diffuse * enters_mean + _luminance(multi_r, multi_g, multi_b) * lost + e_sheen
-        lanes[ln.PR_SPECULAR + k] = _luminance(specular_r, specular_g, specular_b) * (e_wo - e_wo_schlick) + specular_f90 * e_wo_schlick
+        specular_f0 = _luminance(specular_r, specular_g, specular_b)
+        lanes[ln.PR_SPECULAR + k] = schlick_albedo(specular_f0, specular_f90, e_wo, e_wo_schlick)
         lanes[ln.PR_GLASS + k] = lanes[ln.PR_PASS + k] = _ZERO
         lanes[ln.PR_COAT + k] = coat_albedo
 

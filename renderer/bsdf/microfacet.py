@@ -40,6 +40,16 @@ def schlick_weight(cosine: np.float32) -> np.float32:
 
 
 @inlined
+def schlick_albedo(f0: np.float32, f90: np.float32, albedo: np.float32, schlick: np.float32) -> np.float32:
+    """Return what microfacets reflect whose Fresnel term is Schlick's, from ``f0`` at normal incidence to ``f90`` at grazing.
+
+    ``albedo``: what they reflect if all is 1; ``schlick``: the part of that which Schlick's weight lets count.
+    """
+    reflected: np.float32 = f0 * (albedo - schlick) + f90 * schlick
+    return reflected
+
+
+@inlined
 def ggx_d(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32) -> np.float32:
     """Return D, GGX's density of microfacet normals (x, y, z) (Walter et al. 2007)."""
     square = alpha * alpha

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.layers import ANY_COAT, ANY_GLOSSY, COAT_F0, boundary_reflectance, look_up_albedo, look_up_mean
+from renderer.bsdf.microfacet import schlick_albedo
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
@@ -21,7 +22,7 @@ def diffuse_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
     r, g, b = lanes[ln.DIFFUSE_R + k], lanes[ln.DIFFUSE_G + k], lanes[ln.DIFFUSE_B + k]
     if kinds & ANY_GLOSSY:
         mean, schlick = lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k]
-        enters = _ONE - (lanes[ln.BASE_F0 + k] * (mean - schlick) + lanes[ln.BASE_F90 + k] * schlick)
+        enters = _ONE - schlick_albedo(lanes[ln.BASE_F0 + k], lanes[ln.BASE_F90 + k], mean, schlick)
         lost, sheen = _ONE - mean, lanes[ln.SHEEN_WEIGHT + k] * lanes[ln.E_SHEEN + k]
         r = r * enters + lanes[ln.MULTISCATTER_R + k] * lost + sheen
         g = g * enters + lanes[ln.MULTISCATTER_G + k] * lost + sheen
@@ -55,7 +56,7 @@ def diffuse_reflector(ior: np.float32, roughness: np.float32, reflected: NDArray
     """
     f0, f90 = boundary_reflectance(ior)
     mean, schlick = look_up_mean(reflected, roughness)
-    return Reflector(f0, f90, roughness, _ONE, _ZERO, _ZERO, roughness, _ONE / (_ONE - (f0 * (mean - schlick) + f90 * schlick)))
+    return Reflector(f0, f90, roughness, _ONE, _ZERO, _ZERO, roughness, _ONE / (_ONE - schlick_albedo(f0, f90, mean, schlick)))
 
 
 @inlined
@@ -66,8 +67,8 @@ def whole_reflector(
     f0, f90 = boundary_reflectance(ior)
     mean, schlick = look_up_mean(reflected, roughness)
     coat_mean, coat_schlick = look_up_mean(reflected, coat_roughness)
-    by_coat = coat * (COAT_F0 * (coat_mean - coat_schlick) + coat_schlick)
-    by_boundary = f0 * (mean - schlick) + f90 * schlick
+    by_coat = coat * schlick_albedo(COAT_F0, _ONE, coat_mean, coat_schlick)
+    by_boundary = schlick_albedo(f0, f90, mean, schlick)
     under = _ONE - by_coat
     whole = by_coat + under * (base * (_ONE - by_boundary) + by_boundary)
     return Reflector(f0, f90, roughness, under * base, under, coat, coat_roughness, _ONE / max(whole, _LEAST_ALBEDO))
@@ -79,11 +80,11 @@ def reflected_share(reflector: Reflector, cosine: np.float32, reflected: NDArray
     if reflector.f0 + reflector.coat == _ZERO:
         return _ONE
     albedo, schlick = look_up_albedo(reflected, reflector.roughness, cosine)
-    by_boundary = reflector.f0 * (albedo - schlick) + reflector.f90 * schlick
+    by_boundary = schlick_albedo(reflector.f0, reflector.f90, albedo, schlick)
     counted = reflector.scattered * (_ONE - by_boundary) + reflector.mirrored * by_boundary
     if reflector.coat > _ZERO:
         albedo, schlick = look_up_albedo(reflected, reflector.coat_roughness, cosine)
-        counted += reflector.coat * (COAT_F0 * (albedo - schlick) + schlick)
+        counted += reflector.coat * schlick_albedo(COAT_F0, _ONE, albedo, schlick)
     return reflector.per_mean * counted
 
 
@@ -96,7 +97,7 @@ def passed_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
     scale = through / (_ONE - through)
     if kinds & ANY_GLOSSY:
         mean, schlick = lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k]
-        scale *= _ONE - (lanes[ln.BASE_F0 + k] * (mean - schlick) + lanes[ln.BASE_F90 + k] * schlick)
+        scale *= _ONE - schlick_albedo(lanes[ln.BASE_F0 + k], lanes[ln.BASE_F90 + k], mean, schlick)
     return scale * lanes[ln.DIFFUSE_R + k], scale * lanes[ln.DIFFUSE_G + k], scale * lanes[ln.DIFFUSE_B + k]
 
 

@@ -10,6 +10,7 @@ from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
+from renderer.irradiance_cache.lamp_shapes import Lamps
 from renderer.irradiance_cache.lobe_shares import (
     build_frames,
     cosines_along,
@@ -23,7 +24,7 @@ from renderer.irradiance_cache.lobe_shares import (
     to_world,
 )
 from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
-from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, Lamps, ShadeScratch
+from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
