@@ -125,7 +125,9 @@ def gather_nodes(
                     scene, source.bright, reflector, node_seed(node, rays.key), begin, memory.trace
                 )
                 r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
-        red, green, blue, dx, dy, dz = light_of_images(scene, target, source.atlas, source.images, reflector, node, rays.key, memory)
+        known = r + g + b + light.indirect[node, 0] + light.indirect[node, 1] + light.indirect[node, 2]
+        known += light.direct[node, 0] + light.direct[node, 1] + light.direct[node, 2]
+        red, green, blue, dx, dy, dz = light_of_images(scene, target, source.atlas, source.images, reflector, node, known, rays.key, memory)
         x, y, z = x + dx, y + dy, z + dz
         light.indirect[node, 0] += r + red
         light.indirect[node, 1] += g + green
@@ -157,7 +159,8 @@ def light_from_images(
     """Add to ``indirect`` of some nodes what falls on them from lamps by way of flat mirrors and panes."""
     for i in range(len(nodes)):
         reflector = reflector_of(scene.surfaces, atlas.face[nodes[i]], True)
-        r, g, b, _, _, _ = light_of_images(scene, atlas, atlas, images, reflector, nodes[i], key, memory)
+        known = light.direct[nodes[i], 0] + light.direct[nodes[i], 1] + light.direct[nodes[i], 2]
+        r, g, b, _, _, _ = light_of_images(scene, atlas, atlas, images, reflector, nodes[i], known, key, memory)
         light.indirect[nodes[i], 0] += r
         light.indirect[nodes[i], 1] += g
         light.indirect[nodes[i], 2] += b

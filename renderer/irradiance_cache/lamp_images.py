@@ -25,6 +25,7 @@ _ZERO, _ONE, _TWO, _PI = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.f
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CHOICE = np.uint32(0x51A7E3)
 _CLEAR_M = np.float32(1e-3)
+_LEAST, _BY_PANE = np.float32(0.002), np.float32(0.1)
 
 # A row of ``LampImages.rows``: a lamp's image in a mirror, metres, world.
 _IMAGE = Layout()
@@ -139,12 +140,14 @@ def light_of_images(
     images: LampImages,
     reflector: Reflector,
     node: int,
+    known: np.float32,
     key: np.uint32,
     memory: GatherScratch,
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by lamps that flat mirrors and panes show to a node of ``target``, and luminance times direction.
 
-    ``atlas``: coarse nodes.  All images in mirrors are sampled, and of those in panes, which are faint, one by what it may bring.
+    ``atlas``: coarse nodes; ``known``: other illuminance, r + g + b, of which a five-hundredth is too little to look for.  All images in
+    mirrors are sampled, and of those in panes, which are faint, one by what it may bring.
     """
     seed = node_seed(node, key)
     u = np.float32(mix_bits(np.uint32(seed ^ _CHOICE)) >> np.uint32(8)) * np.float32(2.0**-24)
@@ -152,10 +155,12 @@ def light_of_images(
     r = g = b = x = y = z = _ZERO
     for i in range(len(images.lamp)):
         spread = _toward_image(images.rows[i], target.position[node], target.normal[node])[3]
-        if spread <= _ZERO:
+        share = _TWO * _PI * spread * images.rows[i, IMAGE_LE]
+        if images.rows[i, MIRROR_IOR] > _ZERO:
+            share *= _BY_PANE
+        if share <= _LEAST * known:
             continue
         if images.rows[i, MIRROR_IOR] > _ZERO:
-            share = spread * images.rows[i, IMAGE_LE]
             total += share
             # One of them, each with its share, by a single number (reservoir sampling).
             if u * total < share:
