@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from box_room import pose, quad, scene
+from box_room import box, pose, quad, scene
 from cached_rooms import look_up
 
 from renderer import CameraConfig
@@ -25,6 +25,21 @@ def test_a_bar_that_no_middle_of_a_pixel_sees_shines_by_a_quarter():
     flat = scene(wall(-60, 0.45, 20), wall(0.45, 60, 10), wall(0.8, 0.92, 1000, 1.99))
     row = look_up(flat, AHEAD, camera=CAMERA).radiance[24, :, 1]
     np.testing.assert_allclose(row[30:35], [20, 20, (10 + 20 + 1000 + 10) / 4, 10, 10], rtol=0.01)
+
+
+@pytest.mark.parametrize("shown_by", ["mirror", "glass"])
+def test_an_edge_in_a_mirror_or_behind_glass_is_as_smooth_as_others(shown_by):
+    """It lies where two of the four points of a pixel see its one side, and two the other."""
+    edge, far = (3 if shown_by == "mirror" else 2) * 0.45 * PIXEL_M, 4.0
+    if shown_by == "mirror":
+        before = quad((-2, 2, -2), (4, 0, 0), (0, 0, 4), metallic=1.0, roughness=0.0, color=(0.9, 0.9, 0.9))
+        sides = [((0, 0, 18), (edge + 9, 0, 0), (-9, -2, -9), 20), ((0, 0, 18), (9 - edge, 0, 0), (edge, -2, -9), 10)]
+    else:
+        before = box((-2, 2, -2), (2, 2.01, 2), transmission=1.0, ior=1.5, roughness=0.0, color=(1, 1, 1))
+        sides = [((edge + 9, 0, 0), (0, 0, 18), (-9, far, -9), 20), ((9 - edge, 0, 0), (0, 0, 18), (edge, far, -9), 10)]
+    walls = [quad(corner, u, v, glow_cd_m2=glow, color=(1, 1, 1), name=f"{glow}/wall") for u, v, corner, glow in sides]
+    row = look_up(scene(before, *walls), AHEAD, camera=CAMERA).radiance[10, :, 1]
+    np.testing.assert_allclose(row[30:35] / row[30], [1, 1, 0.75, 0.5, 0.5], rtol=0.02)
 
 
 @pytest.mark.parametrize("turn", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
