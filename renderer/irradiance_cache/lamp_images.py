@@ -16,6 +16,7 @@ from renderer.core.ray_packet import LANES, Packet
 from renderer.core.sampling import coordinate_system, cos_sin_two_pi, even_points
 from renderer.irradiance_cache.hemisphere import GatherScratch, aim_hemisphere, follow, node_seed, sighted_light
 from renderer.irradiance_cache.nodes import turned, unit_hash
+from renderer.path import surface_tables as st
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene
 from renderer.scene.flat_scene import FlatScene
@@ -26,6 +27,7 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CHOICE = np.uint32(0x51A7E3)
 _CLEAR_M = np.float32(1e-3)
 _LEAST, _BY_PANE = np.float32(0.002), np.float32(0.1)
+"""What an image must be able to bring, over all other light, to be sampled, and about what panes mirror."""
 
 # A row of ``LampImages.rows``: a lamp's image in a mirror, metres, world.
 _IMAGE = Layout()
@@ -37,7 +39,6 @@ MIRROR_ACROSS, MIRROR_UP = _IMAGE.field(3), _IMAGE.field(3)  # unit vectors of a
 MIRROR_HALF = _IMAGE.field(2)  # half of its sides
 MIRROR_TINT = _IMAGE.field(3)  # what it mirrors of light, for a pane 1
 MIRROR_IOR = _IMAGE.field()  # of a pane, which mirrors after Fresnel, else 0
-IMAGE_LE = _IMAGE.field()  # luminance of the lamp, r + g + b, cd/m2
 
 
 class LampImages(NamedTuple):
@@ -77,7 +78,7 @@ def find_images(flat: FlatScene, shines: NDArray[np.bool_], mirrors: NDArray[np.
             before_m = float(matmul(middle - center, normal))
             radius = np.linalg.norm(points - middle, axis=1).max()
             image = [*(middle - 2.0 * before_m * normal), radius, *normal, before_m]
-            rows.append([*image, *center, *axes.ravel(), *halves, *tint, ior, flat.parts.emission[lamp].sum()])
+            rows.append([*image, *center, *axes.ravel(), *halves, *tint, ior])
             pairs.append((lamp, plane))
     lamp, mirror = np.array(pairs, np.int32).reshape(-1, 2).T.copy()
     sampled = np.zeros(len(flat.parts.label), np.bool_)
@@ -149,13 +150,14 @@ def light_of_images(
     ``atlas``: coarse nodes; ``known``: other illuminance, r + g + b, of which a five-hundredth is too little to look for.  All images in
     mirrors are sampled, and of those in panes, which are faint, one by what it may bring.
     """
-    seed = node_seed(node, key)
+    seed, materials = node_seed(node, key), scene.surfaces.materials
     u = np.float32(mix_bits(np.uint32(seed ^ _CHOICE)) >> np.uint32(8)) * np.float32(2.0**-24)
     total, chosen, worth = _ZERO, -1, _ZERO
     r = g = b = x = y = z = _ZERO
     for i in range(len(images.lamp)):
         spread = _toward_image(images.rows[i], target.position[node], target.normal[node])[3]
-        share = _TWO * _PI * spread * images.rows[i, IMAGE_LE]
+        emission = images.lamp[i] * st.ROW_SIZE + st.EMISSION
+        share = _TWO * _PI * spread * (materials[emission] + materials[emission + 1] + materials[emission + 2])
         if images.rows[i, MIRROR_IOR] > _ZERO:
             share *= _BY_PANE
         if share <= _LEAST * known:
