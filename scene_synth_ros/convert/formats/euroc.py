@@ -4,7 +4,8 @@ Burri et al., "The EuRoC micro aerial vehicle datasets" (IJRR 2016), section 3. 
 ITU-R BT.601).  The body frame is that of the inertial measurement unit, ``imu0``, where the room has one, and the states are true ones at
 its rate; else it is the optical frame of ``cam0``, and ``state_groundtruth_estimate0`` has its poses, velocities that are central
 differences of its positions, and biases of 0.  ``T_BS`` of a camera is its place against the body, which must not change.  Stamps and names
-of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` beside ``mav0`` is for ORB-SLAM3, which reads such folders.
+of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` and, with a device, ``open_vins`` beside ``mav0`` are for
+programs that read such folders.
 """
 
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
 from scene_synth_ros.convert.files import write_png
 from scene_synth_ros.convert.formats.euroc_imu import DIGITS, RoomImu, room_imu, states_of, write_imu
+from scene_synth_ros.convert.formats.kalibr import write_kalibr
 from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera, settings_text
 from scene_synth_ros.convert.writer import ConvertError, Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
@@ -112,8 +114,10 @@ class FormatWriter(Writer):
         if place == 0:
             _write_body(state, body.imu)
         if place == state.sequence.cameras - 1:
-            settings = settings_text(body.cameras, None if body.imu is None else body.imu.config)
-            (state.room / "orb_slam3.yaml").write_text(settings, encoding="utf-8")
+            config = None if body.imu is None else body.imu.config
+            (state.room / "orb_slam3.yaml").write_text(settings_text(body.cameras, config), encoding="utf-8")
+            if config is not None:
+                write_kalibr(state.room / "open_vins", body.cameras, config)
             del self._bodies[state.sequence.folder]
 
     def _mounted(self, body: list[CameraPose], state: _Camera) -> NDArray[np.float64]:
