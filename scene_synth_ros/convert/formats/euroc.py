@@ -185,15 +185,11 @@ def camera_yaml(lens: Lens, mounted: NDArray[np.float64], rate: float) -> str:
     return (
         _sensor("a camera of scene_synth_ros", "camera", mounted)
         + f"rate_hz: {rate!r}\nresolution: [{lens.width}, {lens.height}]\ncamera_model: pinhole\n"
-        + f"intrinsics: {_list((lens.fx, lens.fy, lens.cx, lens.cy))} # fu, fv, cu, cv\n"
-        + f"distortion_model: {_DISTORTION[lens.model]}\ndistortion_coefficients: {_list(coefficients)}\n"
+        + f"intrinsics: {[lens.fx, lens.fy, lens.cx, lens.cy]} # fu, fv, cu, cv\n"
+        + f"distortion_model: {_DISTORTION[lens.model]}\ndistortion_coefficients: {list(coefficients)}\n"
     )
 
 
 def _sensor(comment: str, kind: str, mounted: NDArray[np.float64]) -> str:
     rows = ",\n         ".join(", ".join(repr(number) for number in row) for row in mounted.tolist())
     return f"sensor_type: {kind}\ncomment: {comment}\nT_BS:\n  cols: 4\n  rows: 4\n  data: [{rows}]\n"
-
-
-def _list(numbers: tuple[float, ...]) -> str:
-    return f"[{', '.join(repr(float(number)) for number in numbers)}]"

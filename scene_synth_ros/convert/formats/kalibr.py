@@ -18,26 +18,20 @@ from scene_synth_ros.convert.camera import rigid_inverse
 from scene_synth_ros.convert.formats.euroc_imu import noise_rows
 from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera
 
-_HEAD = "%YAML 1.0\n---\n"
 _DISTORTION = {"pinhole": "radtan", "brown_conrady": "radtan", "kannala_brandt": "equidistant"}
 
 
 def write_kalibr(folder: Path, cameras: list[MountedCamera], imu: ImuConfig) -> None:
     """Write calibration and settings of a body's cameras and its device into a new folder."""
     folder.mkdir()
-    noise = "".join(f"  {row}" for row in noise_rows(imu))
-    exact = _matrix("T_i_b", np.eye(4)) + "".join(_matrix(name, np.eye(3)) for name in ("Tw", "Ta", "R_IMUtoGYRO", "R_IMUtoACC"))
-    device = f"  model: kalibr\n  rostopic: /imu0\n  time_offset: 0.0\n  update_rate: {imu.rate_hz!r}\n"
+    told = {"noise": "  ".join(noise_rows(imu)), "imu_hz": imu.rate_hz, "gravity": GRAVITY_M_S2}
+    told |= {"cameras": len(cameras), "stereo": len(cameras) == 2, "camera_hz": max(camera.rate_hz for camera in cameras) + 1.0}
+    names = ("kalibr_imu_chain.yaml", "estimator_config.yaml")
+    files = {name: config_path(f"templates/{name}").read_text(encoding="utf-8").format(**told) for name in names}
     shift = f"  timeshift_cam_imu: {imu.clock_offset_s!r}\n"
-    fastest = max(camera.rate_hz for camera in cameras)
-    fixed = config_path("templates/open_vins.yaml").read_text(encoding="utf-8")
-    files = {
-        "kalibr_imu_chain": f"{_HEAD}imu0:\n{noise}{device}{exact}{_matrix('Tg', np.zeros((3, 3)))}",
-        "kalibr_imucam_chain": _HEAD + "".join(_camera(cameras, number) + shift for number in range(len(cameras))),
-        "estimator_config": fixed.format(cameras=len(cameras), stereo=len(cameras) == 2, gravity=GRAVITY_M_S2, rate=fastest + 1.0),
-    }
+    files["kalibr_imucam_chain.yaml"] = "%YAML 1.0\n---\n" + "".join(_camera(cameras, number) + shift for number in range(len(cameras)))
     for name, text in files.items():
-        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _camera(cameras: list[MountedCamera], number: int) -> str:
