@@ -11,9 +11,7 @@ import numpy as np
 
 from scene_description import CameraPose
 from scene_description.products import matmul
-from scene_synth_ros.convert.camera import (
-    camera_from_world, camera_pose, lens_of, refuse_lens, refuse_rolling_shutter, rigid_inverse, world_from_camera,
-)  # fmt: skip
+from scene_synth_ros.convert import camera
 from scene_synth_ros.convert.files import write_png
 from scene_synth_ros.convert.formats import euroc
 from scene_synth_ros.convert.formats.euroc import STILL, GreyCamera, mounted_on_first, to_grey
@@ -36,20 +34,20 @@ class FormatWriter(euroc.FormatWriter):
         Raises:
             ConvertError: the lens bends, the shutter rolls, or it is a third camera.
         """
-        lens = lens_of(self.source.camera(sequence))
+        lens = camera.lens_of(self.source.camera(sequence))
         if lens.model != "pinhole" or sequence.place > 1:
-            raise refuse_lens(lens, sequence.camera, self.name, "pinhole of one camera or a pair", "choose --to euroc, or --camera NAME")
-        refuse_rolling_shutter(self.source.frame(sequence, 0), sequence.camera, self.name)
+            raise camera.refuse_lens(lens, sequence.camera, self.name, "pinhole of one camera or a pair", "choose --to euroc or --camera")
+        camera.refuse_rolling_shutter(self.source.frame(sequence, 0), sequence.camera, self.name)
         self._lefts.setdefault(sequence.folder, [])
         folder = self.out / "sequences" / f"{len(self._lefts) - 1:02d}"
-        camera = GreyCamera(folder, folder / f"image_{sequence.place}", sequence, lens)
-        camera.path.mkdir(parents=True)
-        return camera
+        made = GreyCamera(folder, folder / f"image_{sequence.place}", sequence, lens)
+        made.path.mkdir(parents=True)
+        return made
 
     def encode(self, frame: Frame, number: int, state: GreyCamera) -> CameraPose:
         """Write the picture; return the pose."""
         write_png(state.path / f"{number:06d}.png", to_grey(frame[self.source.roles["picture"]]))
-        return camera_pose(frame)
+        return camera.camera_pose(frame)
 
     def end_sequence(self, state: GreyCamera) -> None:
         """Write times and poses of the left camera, and the projection of each.
@@ -60,15 +58,15 @@ class FormatWriter(euroc.FormatWriter):
         between, place = np.eye(4), state.sequence.place
         if place == 0:
             self._lefts[state.sequence.folder] = state.poses
-            first = camera_from_world(state.poses[0])
-            rows = [matmul(first, world_from_camera(pose))[:3].ravel() for pose in state.poses]
+            first = camera.camera_from_world(state.poses[0])
+            rows = [matmul(first, camera.world_from_camera(pose))[:3].ravel() for pose in state.poses]
             np.savetxt(self.out / "poses" / f"{state.room.name}.txt", rows, "%.12e")
             times = [(pose.stamp_ns - state.poses[0].stamp_ns) * 1e-9 for pose in state.poses]
             np.savetxt(state.room / "times.txt", times, "%.9e")
         else:
             where = f"kitti: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
             left = self._lefts[state.sequence.folder]
-            between = rigid_inverse(mounted_on_first(left, state.poses, where))
+            between = camera.rigid_inverse(mounted_on_first(left, state.poses, where))
             same = [pose.stamp_ns for pose in left] == [pose.stamp_ns for pose in state.poses]
             if not same or np.abs(np.delete((between - np.eye(4)).ravel(), 3)).max() > STILL:
                 raise ConvertError(f"{where}: expected a camera right beside the first one with the same frames, got another; --to euroc")
