@@ -1,5 +1,6 @@
 """A true bag is proved; every kind of planted fault is named by the check that it is for."""
 
+import argparse
 import json
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 from body_bag import write_bag
 from planted_faults import KINDS, Recorded, colors_of_another, named, read
 
+from scene_synth_ros.cli.commands import prove_command
 from scene_synth_ros.dataset.camera import Camera
 from scene_synth_ros.prove.lens import directions, pixels
 from scene_synth_ros.prove.prove import CHECKS, Proof, by_check, lines_of, proof_to_json, prove_bag, prove_messages
@@ -52,6 +54,21 @@ def test_a_planted_fault_is_named(recorded: Recorded, kind: str) -> None:
 def test_colors_of_the_next_frame_or_the_one_before_are_named_with_room_to_spare(recorded: Recorded, by: int) -> None:
     (found,) = (verdict for verdict in prove_messages(colors_of_another(recorded, by)).verdicts if verdict.check == "color")
     assert found.worst > 1.2 > found.limit
+
+
+def test_the_shards_of_a_dataset_are_proved_one_after_the_other(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (source,) = bag.glob("*.mcap")
+    for number, name in enumerate(("00000", "00001")):
+        file = tmp_path / "shards" / name / f"{name}_0.mcap"
+        file.parent.mkdir(parents=True)
+        content = source.read_bytes()
+        file.write_bytes(content.replace(b"renderer_node/settings", b"renderer_nodf/settings") if number else content)
+        told = {"schema": "scene_synth_shard/1", "shard": number, "rooms": [], "files": [{"name": f"{name}/{file.name}"}]}
+        (tmp_path / "shards" / f"{name}.json").write_text(json.dumps(told))
+    arguments = argparse.Namespace(bag=tmp_path, catalog=None, json=False)
+    assert prove_command.run(arguments) == 1
+    ends = [line for line in capsys.readouterr().out.splitlines() if line.startswith(str(tmp_path))]
+    assert len(ends) == 2 and ends[0].endswith("00000: all that was checked is true") and ends[1].endswith(" faults")
 
 
 def test_the_command_tells_a_changed_file_and_fails(bag: Path, tmp_path: Path) -> None:
