@@ -62,7 +62,7 @@ def test_the_shards_of_a_dataset_are_proved_one_after_the_other(bag: Path, tmp_p
         file = tmp_path / "shards" / name / f"{name}_0.mcap"
         file.parent.mkdir(parents=True)
         content = source.read_bytes()
-        file.write_bytes(content.replace(b"renderer_node/settings", b"renderer_nodf/settings") if number else content)
+        file.write_bytes(content.replace(b"renderer_node/settings", b"renderer_nodf/settings", 1) if number else content)
         told = {"schema": "scene_synth_shard/1", "shard": number, "rooms": [], "files": [{"name": f"{name}/{file.name}"}]}
         (tmp_path / "shards" / f"{name}.json").write_text(json.dumps(told))
     arguments = argparse.Namespace(bag=tmp_path, catalog=None, json=False)
