@@ -17,7 +17,7 @@ from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from benchmarks.table import Row, at_most
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.prove.bag import ReadBag
-from scene_synth_ros.prove.decode import CloudRow, ImuRows, cloud_row, imu_rows
+from scene_synth_ros.prove.decode import CloudRow, ImuRows, cloud_row, imu_rows, xyz_of
 from scene_synth_ros.prove.evidence import Evidence, Room
 
 Floats = NDArray[np.float64]
@@ -66,23 +66,20 @@ class Ride(NamedTuple):
 def rides(bag: Path) -> Iterator[Ride]:
     """Yield what each judge makes of each room of a bag."""
     with closing(ReadBag(bag, print)) as messages:
-        yield from _rides(bag.name, Evidence(messages))
-
-
-def _rides(name: str, evidence: Evidence) -> Iterator[Ride]:
-    for number, room in enumerate(evidence.rooms):
-        if room.curve is None or room.body is None:
-            continue
-        way = float(np.linalg.norm(np.diff(room.body.place, axis=0), axis=1).sum())
-        turned = float(np.abs(room.body.spin[:-1, 2] * np.diff(room.body.stamps) * 1e-9).sum())
-        errors = {}
-        for errs in (True, False):
-            sensed = _sensed(evidence, room, errs)
-            stamps = 1e-9 * np.array([sweep.stamp_ns for sweep in sensed.sweeps])
-            for title, (places, at) in JUDGES.items():
-                true = places_only(stamps, _true_places(evidence, room, sensed, at))
-                errors[title, errs] = judge(places_only(stamps, places(sensed)), true).ate_m
-        yield Ride(f"{name}, room {number}", way, turned, errors)
+        evidence = Evidence(messages)
+        for number, room in enumerate(evidence.rooms):
+            if room.curve is None or room.body is None:
+                continue
+            way = float(np.linalg.norm(np.diff(room.body.place, axis=0), axis=1).sum())
+            turned = float(np.abs(room.body.spin[:-1, 2] * np.diff(room.body.stamps) * 1e-9).sum())
+            errors = {}
+            for errs in (True, False):
+                sensed = _sensed(evidence, room, errs)
+                stamps = 1e-9 * np.array([sweep.stamp_ns for sweep in sensed.sweeps])
+                for title, (places, at) in JUDGES.items():
+                    true = places_only(stamps, _true_places(evidence, room, sensed, at))
+                    errors[title, errs] = judge(places_only(stamps, places(sensed)), true).ate_m
+            yield Ride(f"{bag.name}, room {number}", way, turned, errors)
 
 
 def _sensed(evidence: Evidence, room: Room, errs: bool) -> Sensed:
@@ -104,10 +101,6 @@ def _true_places(evidence: Evidence, room: Room, sensed: Sensed, at: float) -> F
     return np.array([mount.on(*room.curve.at(sweep.stamp_ns, at * sensed.period_s))[0][0] for sweep in sensed.sweeps])
 
 
-def _places(points: NDArray[Any]) -> Floats:
-    return np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
-
-
 def _by_kiss_icp(sensed: Sensed, *, deskewed: bool) -> Floats:
     from kiss_icp.config import KISSConfig
     from kiss_icp.config.config import DataConfig, MappingConfig
@@ -117,7 +110,7 @@ def _by_kiss_icp(sensed: Sensed, *, deskewed: bool) -> Floats:
     odometry, said = KissICP(KISSConfig(data=data, mapping=MappingConfig(voxel_size=_VOXEL_M))), []
     for sweep in sensed.sweeps:
         points = sweep.points.ravel()
-        odometry.register_frame(_places(points), points["time"].astype(np.float64) / sensed.period_s)
+        odometry.register_frame(xyz_of(points), points["time"].astype(np.float64) / sensed.period_s)
         said.append(odometry.last_pose[:3, 3])
     return np.array(said)
 
@@ -137,7 +130,7 @@ def _by_rko_lio(sensed: Sensed, *, deskewed: bool) -> Floats:
             odometry.add_imu_measurement(sensed.imu.force[fed], sensed.imu.rate[fed], int(sensed.imu.stamps[fed]), sensed.lidar_from_imu)
             fed += 1
         times = sweep.stamp_ns + np.rint(points["time"].astype(np.float64) * 1e9).astype(np.int64)
-        odometry.register_scan(_places(points), times, np.eye(4), sweep.stamp_ns, end_ns)
+        odometry.register_scan(xyz_of(points), times, np.eye(4), sweep.stamp_ns, end_ns)
         said.append(odometry.pose()[:3, 3])
     return np.array(said)
 
@@ -147,7 +140,7 @@ def _by_small_gicp(sensed: Sensed) -> Floats:
 
     model, pose, step, said = small_gicp.GaussianVoxelMap(_COARSE_M), np.eye(4), np.eye(4), []
     for number, sweep in enumerate(sensed.sweeps):
-        cloud, _ = small_gicp.preprocess_points(_places(sweep.points.ravel()), downsampling_resolution=_VOXEL_M)
+        cloud, _ = small_gicp.preprocess_points(xyz_of(sweep.points.ravel()), downsampling_resolution=_VOXEL_M)
         if number:
             found = small_gicp.align(model, cloud, init_T_target_source=pose @ step).T_target_source
             step, pose = np.linalg.inv(pose) @ found, found

@@ -13,7 +13,7 @@ _APART_S = 0.002
 
 
 class Judged(NamedTuple):
-    """What evo says of a trajectory: root mean square error (m), scale against the truth, poses that were compared."""
+    """What evo says of a trajectory: root mean square error (m), its scale by the truth's, poses that were compared."""
 
     ate_m: float
     scale: float
@@ -29,9 +29,9 @@ def judge(said: PoseTrajectory3D, true: PoseTrajectory3D, *, scaled: bool = Fals
         evo.core.sync.SyncException: no stamp of one is within 2 ms of one of the other.
     """
     true, said = sync.associate_trajectories(true, said, max_diff=_APART_S)
-    free = PoseTrajectory3D(said.positions_xyz, said.orientations_quat_wxyz, said.timestamps)
+    whole = PoseTrajectory3D(true.positions_xyz, true.orientations_quat_wxyz, true.timestamps)
     try:
-        scale = 1.0 / float(free.align(true, correct_scale=True)[2])
+        scale = float(whole.align(said, correct_scale=True)[2])  # the truth scaled to what is said: errors of that make it no larger
         said.align(true, correct_scale=scaled)
     except GeometryException:
         scale = math.nan

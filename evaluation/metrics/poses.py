@@ -7,6 +7,7 @@ its translation in m and its rotation in degrees; no alignment changes it.  Cove
 Over several rooms the squares of all poses are averaged.  Two poses or fewer have no ATE: they can always be aligned.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from evaluation.core.errors import EvaluationError
 from evaluation.core.sums import Sums, sums_tallying
 from evaluation.core.task import Measurement, Metric, Task, Truth
+from scene_description import CameraPose
 from scene_description.poses import rotation_from_quaternion
 
 _STURM = "Sturm et al., IROS 2012"
@@ -40,6 +42,16 @@ class Trajectory:
     stamps_ns: NDArray[np.int64]
     positions_m: NDArray[np.float64]
     orientations: NDArray[np.float64]
+
+
+def trajectory_of(poses: Iterable[CameraPose]) -> Trajectory:
+    """Return poses as a trajectory, by ascending stamps."""
+    ordered = sorted(poses, key=lambda pose: pose.stamp_ns)
+    return Trajectory(
+        stamps_ns=np.array([pose.stamp_ns for pose in ordered], np.int64),
+        positions_m=np.array([pose.position_m for pose in ordered], np.float64).reshape(-1, 3),
+        orientations=np.array([pose.orientation for pose in ordered], np.float64).reshape(-1, 4),
+    )
 
 
 def _poses(given: object, whose: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -7,7 +7,6 @@ Put your own estimator in the place of ``wheel_odometry``, or run a program: ``j
 
 from pathlib import Path
 
-from scene_description import CameraPose
 from scene_description.tum_trajectory import trajectory_to_tum
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.messages.poses import read_odometry_pose
@@ -24,8 +23,7 @@ ONLY_WHEELS = {f"streams.{layer}": False for layer in ("color", "normals", "sema
 def wheel_odometry(recording: Recording) -> Path:
     """Return the file of a trajectory, in TUM's form."""
     with BagReader(recording.bag) as reader:
-        said = [read_odometry_pose(message.data) for message in reader.messages(["/synth/odom"])]
-    poses = [CameraPose(stamp_ns=at.stamp_ns, position_m=at.translation_m, orientation=at.quaternion) for at in said]
+        poses = [read_odometry_pose(message.data).camera_pose for message in reader.messages(["/synth/odom"])]
     file = recording.folder / "trajectory.txt"
     file.write_text(trajectory_to_tum(poses))
     return file

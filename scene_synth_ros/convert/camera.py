@@ -118,10 +118,14 @@ def world_from_camera(pose: CameraPose) -> NDArray[np.float64]:
 
 def camera_from_world(pose: CameraPose) -> NDArray[np.float64]:
     """Return the matrix (4, 4) that takes points of the map to the optical frame."""
-    forth = world_from_camera(pose)
+    return rigid_inverse(world_from_camera(pose))
+
+
+def rigid_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse of a rotation and shift (4, 4)."""
     back = np.eye(4)
-    back[:3, :3] = forth[:3, :3].T
-    back[:3, 3] = matmul(-forth[:3, :3].T, forth[:3, 3])
+    back[:3, :3] = matrix[:3, :3].T
+    back[:3, 3] = matmul(-matrix[:3, :3].T, matrix[:3, 3])
     return back
 
 

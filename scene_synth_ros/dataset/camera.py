@@ -116,4 +116,4 @@ def read_pose(data: bytes | memoryview) -> Pose:
         PoseReadError: the message is cut off.
     """
     pose = poses.read_pose(data)
-    return Pose(np.array(pose.position_m, np.float64), np.array(pose.quaternion, np.float64), pose.world)
+    return Pose(np.array(pose.position_m, np.float64), np.array(pose.quaternion, np.float64), pose.parent)

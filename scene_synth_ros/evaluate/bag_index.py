@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from evaluation.evaluation_file import TruthRecord
+from scene_description import CameraPose
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.indexed_bag import IndexedBag
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, read_parameters
 from scene_synth_ros.dataset.rooms import RoomsByStart
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
-from scene_synth_ros.evaluate.readings import StampedPose, read_message
+from scene_synth_ros.evaluate.readings import read_message
 from scene_synth_ros.evaluate.task_streams import POSES
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.evaluate.truth_facts import camera_facts, label_facts, read_class_names, run_facts
@@ -37,7 +38,7 @@ class BagIndex:
     rooms: RoomsByStart = field(default_factory=RoomsByStart)
     stamps: dict[str, Counter[int]] = field(default_factory=dict)
     unstamped: Counter[str] = field(default_factory=Counter)
-    poses: dict[str, dict[int, StampedPose]] = field(default_factory=dict)
+    poses: dict[str, dict[int, CameraPose]] = field(default_factory=dict)
     class_names: dict[int, str] = field(default_factory=dict)
     truth: TruthRecord = field(default_factory=TruthRecord)
 

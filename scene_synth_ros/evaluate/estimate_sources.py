@@ -9,13 +9,14 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo
 
 from evaluation.metrics.instance import Instances
+from scene_description import CameraPose
 from scene_description.poses import quaternion_from_rotation, world_from_optical
 from scene_synth_ros.bags.indexed_bag import IndexedBag
 from scene_synth_ros.evaluate.algorithm import NEXT, THIS, Algorithm, AlgorithmFrame, frame_of
 from scene_synth_ros.evaluate.bag_index import BagIndex
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.measuring import Estimates
-from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, StampedPose, read_message
+from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, read_message
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.stamps import CdrBytes
@@ -73,7 +74,7 @@ class AlgorithmEstimates:
         tasks: Sequence[str],
         images: Mapping[str, TypedTopic],
         infos: Mapping[str, TypedTopic],
-        poses: Mapping[int, StampedPose],
+        poses: Mapping[int, CameraPose],
     ) -> None:
         self._algorithm, self._tasks, self._images, self._infos, self._poses = algorithm, tasks, images, infos, poses
         self._room = 0
@@ -130,7 +131,7 @@ class AlgorithmEstimates:
             images=images,
             D=np.array(own.d, np.float64),
             projections={name: np.array(info.p, np.float64).reshape(3, 4) for name, info in infos.items() if name},
-            world_from_camera=None if pose is None else world_from_optical(pose.position_m, pose.quaternion),
+            world_from_camera=None if pose is None else world_from_optical(pose.position_m, pose.orientation),
             room=self._room,
         )
 
@@ -156,14 +157,14 @@ def _image(task: str, value: Any, stamp_ns: int) -> NDArray[Any]:
     return converted
 
 
-def _pose(task: str, value: Any, stamp_ns: int) -> tuple[StampedPose, ...]:
+def _pose(task: str, value: Any, stamp_ns: int) -> tuple[CameraPose, ...]:
     matrix = np.asarray(value, np.float64)
     rotation = matrix[:3, :3] if matrix.shape == (4, 4) else None
     if rotation is None or not np.isfinite(matrix).all() or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3):
         got = "no rotation in it" if rotation is not None else f"shape {matrix.shape}"
         raise EstimateError(f"expected a pose as a (4, 4) array world_from_camera, got {got}")
     x, y, z = map(float, matrix[:3, 3])
-    return (StampedPose(stamp_ns, (x, y, z), quaternion_from_rotation(rotation)),)
+    return (CameraPose(stamp_ns=stamp_ns, position_m=(x, y, z), orientation=quaternion_from_rotation(rotation)),)
 
 
 def _points(task: str, value: Any, stamp_ns: int) -> Cloud:

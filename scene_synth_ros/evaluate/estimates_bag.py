@@ -1,6 +1,7 @@
 """Writes estimates as a bag with the stamps of their frames, so that other programs, and a report, can show them beside the truth."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,7 +14,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from evaluation.metrics.instance import Instances
 from scene_description import CameraPose
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.evaluate.readings import BoxList, Cloud, StampedPose
+from scene_synth_ros.evaluate.readings import BoxList, Cloud
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
 from scene_synth_ros.messages.cdr import CdrWriter
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, header, image_to_msg, pose_to_msg
@@ -73,8 +74,8 @@ def _instances(task: str, value: Any, stamp_ns: int, frame_id: str) -> bytes:
     return _image(task, ids, stamp_ns, frame_id)
 
 
-def _pose(task: str, value: StampedPose, stamp_ns: int, frame_id: str) -> bytes:
-    message: PoseStamped = pose_to_msg(CameraPose(stamp_ns=stamp_ns, position_m=value.position_m, orientation=value.quaternion), WORLD)
+def _pose(task: str, value: CameraPose, stamp_ns: int, frame_id: str) -> bytes:
+    message: PoseStamped = pose_to_msg(replace(value, stamp_ns=stamp_ns), WORLD)
     return bytes(serialize_message(message))
 
 

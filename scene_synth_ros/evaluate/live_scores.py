@@ -12,11 +12,12 @@ from evaluation.core.task import Measurement, Tally
 from evaluation.evaluation_file import FrameKey
 from evaluation.summary import MeasuredFrame
 from evaluation.tasks import TASKS
+from scene_description import CameraPose
 from scene_synth_ros.dataset.rooms import RoomInfo, RoomsByStart
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError, Notes
 from scene_synth_ros.evaluate.flow_direction import FlowDirections
 from scene_synth_ros.evaluate.measuring import Estimates, TruthFrame, measure_frame, measure_room
-from scene_synth_ros.evaluate.readings import Reading, StampedPose
+from scene_synth_ros.evaluate.readings import Reading
 from scene_synth_ros.evaluate.stamp_buffer import Gathered
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
@@ -30,8 +31,8 @@ class _OfFrame(NamedTuple):
 
     stamp_ns: int
     measurement: Measurement | None = None
-    truth: StampedPose | None = None
-    estimate: StampedPose | None = None
+    truth: CameraPose | None = None
+    estimate: CameraPose | None = None
 
 
 class LiveScores:

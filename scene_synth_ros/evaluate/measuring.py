@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from evaluation.core.task import Measurement
 from evaluation.metrics.detections import Boxes
 from evaluation.metrics.instance import Instances
-from evaluation.metrics.poses import Trajectory
+from evaluation.metrics.poses import trajectory_of
 from evaluation.tasks import TASKS
+from scene_description import CameraPose
 from scene_description.strict import whole_number
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
-from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
+from scene_synth_ros.evaluate.readings import BoxList, Reading
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS, check_pair, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.stamps import CdrBytes
@@ -117,7 +118,7 @@ def measure_frame(task: str, truth: TruthFrame, estimates: Estimates) -> Measure
     return TASKS[task].measure(truth.layers(task), value if form is None else form(value, estimates, truth.class_ids))
 
 
-def measure_room(task: str, truth: Sequence[StampedPose], estimate: Sequence[StampedPose]) -> Measurement | None:
+def measure_room(task: str, truth: Sequence[CameraPose], estimate: Sequence[CameraPose]) -> Measurement | None:
     """Return the measurement of a room's trajectory; None without any estimate.
 
     Poses that say nothing, as of a tracker that is lost (numbers that are not finite, a quaternion of zeros), count as none.
@@ -125,17 +126,8 @@ def measure_room(task: str, truth: Sequence[StampedPose], estimate: Sequence[Sta
     Raises:
         EvaluationError: the trajectories cannot be compared.
     """
-    known = [pose for pose in estimate if np.isfinite([*pose.position_m, *pose.quaternion]).all() and any(pose.quaternion)]
-    return TASKS[task].measure({TASK_STREAMS[task].name: _trajectory(truth)}, _trajectory(known)) if known else None
-
-
-def _trajectory(poses: Sequence[StampedPose]) -> Trajectory:
-    ordered = sorted(poses)
-    return Trajectory(
-        stamps_ns=np.array([pose.stamp_ns for pose in ordered], np.int64),
-        positions_m=np.array([pose.position_m for pose in ordered], np.float64).reshape(-1, 3),
-        orientations=np.array([pose.quaternion for pose in ordered], np.float64).reshape(-1, 4),
-    )
+    known = [pose for pose in estimate if np.isfinite([*pose.position_m, *pose.orientation]).all() and any(pose.orientation)]
+    return TASKS[task].measure({TASK_STREAMS[task].name: trajectory_of(truth)}, trajectory_of(known)) if known else None
 
 
 def _boxes(found: BoxList, class_ids: Mapping[str, int], *, truth: bool) -> Boxes:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 
+from scene_description import CameraPose
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.messages.cdr import CdrReader, CdrReadError
 from scene_synth_ros.messages.image_reader import CodecError, read_image
@@ -35,14 +36,6 @@ from scene_synth_ros.messages.streams import (
 
 _POINT_TYPES = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
 _LABEL_TYPES = {PointField.UINT8: "u1", PointField.UINT16: "u2", PointField.UINT32: "u4", PointField.INT32: "i4"}
-
-
-class StampedPose(NamedTuple):
-    """A pose of a camera: metres, unit quaternion (x, y, z, w), in a world of its own."""
-
-    stamp_ns: int
-    position_m: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +65,7 @@ class Cloud(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What a message says: an array, a Cloud, a BoxList or a tuple of StampedPose; and the frame that its header names.
+    """What a message says: an array, a Cloud, a BoxList or a tuple of CameraPose; and the frame that its header names.
 
     What an algorithm has returned has no header; it is meant in the frame of the truth, and ``frame_id`` is None.
     """
@@ -118,14 +111,15 @@ def _read_cloud(data: bytes, topic: str) -> Reading:
     return Reading(Cloud(points[finite], labels), message.header.frame_id)
 
 
-def _stamped(header: Any, pose: Pose) -> StampedPose:
+def _stamped(header: Any, pose: Pose) -> CameraPose:
     p, q = pose.position, pose.orientation
-    return StampedPose(header.stamp.sec * NANOSECONDS + header.stamp.nanosec, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+    stamp_ns = header.stamp.sec * NANOSECONDS + header.stamp.nanosec
+    return CameraPose(stamp_ns=stamp_ns, position_m=(p.x, p.y, p.z), orientation=(q.x, q.y, q.z, q.w))
 
 
 def _read_pose(data: bytes, topic: str) -> Reading:
     pose = read_pose(data)
-    return Reading((StampedPose(pose.stamp_ns, pose.position_m, pose.quaternion),), pose.world)
+    return Reading((pose.camera_pose,), pose.parent)
 
 
 def _read_odometry(data: bytes, topic: str) -> Reading:
@@ -149,8 +143,8 @@ def read_transforms(data: bytes, child: str) -> Reading:
         header, name, numbers = reader.header(), reader.text(), reader.numbers("d", 7)
         if name == child or not child:
             parent = header.frame_id
-            x, y, z, *quaternion = numbers
-            poses.append(StampedPose(header.stamp_ns, (x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3])))
+            x, y, z, qx, qy, qz, qw = numbers
+            poses.append(CameraPose(stamp_ns=header.stamp_ns, position_m=(x, y, z), orientation=(qx, qy, qz, qw)))
     return Reading(tuple(poses), parent)
 
 

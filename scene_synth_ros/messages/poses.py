@@ -14,38 +14,28 @@ class PoseReadError(SceneSynthError):
     """Bytes that are no pose; one line."""
 
 
-class TimedPose(NamedTuple):
-    """The optical pose of a camera in a frame of the world, as its topic said it: metres, unit quaternion (x, y, z, w)."""
+class StampedTransform(NamedTuple):
+    """The pose of frame ``child``, unnamed where a camera's topic says it, in frame ``parent``: metres, unit quaternion (x, y, z, w)."""
 
     stamp_ns: int
-    world: str
+    parent: str
+    child: str
     position_m: Position
     quaternion: Quaternion
 
     @property
     def camera_pose(self) -> CameraPose:
-        """The pose as scenes have it, without the frame's name."""
+        """The pose as scenes have it, without the names of frames."""
         return CameraPose(stamp_ns=self.stamp_ns, position_m=self.position_m, orientation=self.quaternion)
 
 
-class StampedTransform(NamedTuple):
-    """The pose of frame ``child`` in frame ``parent``: metres, unit quaternion (x, y, z, w)."""
-
-    stamp_ns: int
-    parent: str
-    child: str
-    translation_m: Position
-    quaternion: Quaternion
-
-
-def read_pose(data: bytes | memoryview) -> TimedPose:
-    """Return what a serialised geometry_msgs/PoseStamped says.
+def read_pose(data: bytes | memoryview) -> StampedTransform:
+    """Return what a serialised geometry_msgs/PoseStamped says, as a transform.
 
     Raises:
         PoseReadError: the bytes are no such message.
     """
-    stamp_ns, world, _, place, quaternion = _read(data, child=False)
-    return TimedPose(stamp_ns, world, place, quaternion)
+    return _read(data, child=False)
 
 
 def read_odometry_pose(data: bytes | memoryview) -> StampedTransform:
@@ -110,5 +100,5 @@ def encode_tf_message(transforms: Sequence[StampedTransform]) -> bytes:
         except ValueError as error:
             raise ValueError(f"transform {transform.parent} -> {transform.child}: {error}") from None
         writer.text(transform.child)
-        writer.numbers("d", *transform.translation_m, *transform.quaternion)
+        writer.numbers("d", *transform.position_m, *transform.quaternion)
     return writer.message()

@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from scene_synth_ros.dataset.camera import read_camera
 from scene_synth_ros.dataset.part import find_cameras
 from scene_synth_ros.messages import streams as roles
-from scene_synth_ros.prove.decode import PoseRows, Ticks, clock_ticks
+from scene_synth_ros.prove.decode import PoseRows, clock_ticks
 from scene_synth_ros.prove.evidence import HEADED, NS, Evidence, Room
 from scene_synth_ros.prove.stack import read_table
 from scene_synth_ros.prove.verdict import Verdict, at_most
@@ -24,7 +23,7 @@ _STAMPED = 12
 
 def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     """Yield whether stamps are log times, ascend, come at an even rate, and are the same for all that a frame has."""
-    for topic, stream in evidence.streams_of(HEADED).items():
+    for topic, stream in evidence.streams(*HEADED).items():
         logged, found = room.heads(topic)
         if not len(logged):
             continue
@@ -38,14 +37,10 @@ def stamps(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     for topics in find_cameras(evidence.types).values():
         if not topics.pose:
             continue
-        whole = _header_stamps(room, topics.pose)
+        whole = room.heads(topics.pose)[1].stamps
         for topic in (*topics.images.values(), *topics.infos.values()):
-            lost = np.setxor1d(whole, _header_stamps(room, topic))
+            lost = np.setxor1d(whole, room.heads(topic)[1].stamps)
             yield at_most("stamps", topic, "frames without a pose of their stamp, or poses without it", [len(lost)], 0.0, "", lost[:1])
-
-
-def _header_stamps(room: Room, topic: str) -> NDArray[np.int64]:
-    return room.heads(topic)[1].stamps
 
 
 def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
@@ -58,7 +53,7 @@ def frames(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     known, children = {name for pair in pairs for name in pair}, [child for child, _ in pairs]
     yield at_most("frames", "/tf", "frames with more than one parent", [len(children) - len(set(children))], 0.0)
     yield at_most("frames", "/tf", "frames without a parent, but for one", [len(known - set(children)) - 1], 0.0)
-    for topic in evidence.streams_of(HEADED):
+    for topic in evidence.streams(*HEADED):
         named = set(np.unique(room.heads(topic)[1].frames).tolist()) - {""}
         yield at_most(
             "frames", topic, f"frames in headers that the tree does not know ({', '.join(sorted(named))[:80]})", [len(named - known)], 0.0
@@ -134,10 +129,10 @@ def clock(evidence: Evidence, room: Room) -> Iterator[Verdict]:
     if not topic:
         return
     messages = [data for _, data in room.each(topic)]
-    ticks = read_table(messages, clock_ticks, Ticks).stamps if messages else np.zeros(0, np.int64)
+    ticks = read_table(messages, clock_ticks, np.asarray) if messages else np.zeros(0, np.int64)
     if len(ticks):
         yield at_most("clock", topic, "seconds that the clock goes back", -np.diff(ticks) * NS, 0.0, "s", ticks[1:])
     for topics in find_cameras(evidence.types).values():
         if topics.pose and len(ticks):
-            missing = np.setdiff1d(_header_stamps(room, topics.pose), ticks)
+            missing = np.setdiff1d(room.heads(topics.pose)[1].stamps, ticks)
             yield at_most("clock", topic, "frames at whose stamp it has not ticked", [len(missing)], 0.0, "", missing[:1])

@@ -64,12 +64,6 @@ class PoseRows(NamedTuple):
     quaternion: Floats
 
 
-class Ticks(NamedTuple):
-    """rosgraph_msgs/Clock: stamps (n,) int64."""
-
-    stamps: NDArray[np.int64]
-
-
 class ScanRow(NamedTuple):
     """A sensor_msgs/LaserScan; seconds, radians, metres."""
 
@@ -132,7 +126,7 @@ def transform_rows(stack: Stack) -> list[Columns]:
 
 
 def clock_ticks(stack: Stack) -> list[Columns]:
-    """Read rosgraph_msgs/Clock."""
+    """Read the stamps of rosgraph_msgs/Clock."""
     return [(stack.stamp(),)]
 
 
@@ -164,6 +158,11 @@ def cloud_row(reader: CdrReader) -> CloudRow:
     names, offsets, kinds = [row[0] for row in fields], [row[1] for row in fields], [order + _KINDS.get(row[2], "f4") for row in fields]
     record = np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": int(size)})
     return CloudRow(head.stamp_ns, head.frame_id, np.frombuffer(reader.octets(), record).reshape(height, width))
+
+
+def xyz_of(points: NDArray[Any]) -> Floats:
+    """Return the places (n, 3) of a cloud's points (n,)."""
+    return np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
 
 
 def cut(table: Any, kept: NDArray[np.bool_]) -> Any:

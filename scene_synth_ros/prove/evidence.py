@@ -132,10 +132,6 @@ HEADED = (
 """Roles whose messages begin with a header, and are logged at its stamp."""
 
 
-Digest = Callable[[memoryview], Any]
-NOTHING_DIGESTED: Mapping[Role, Digest] = MappingProxyType({})
-
-
 class Evidence:
     """The streams of a bag: its small messages, and of large ones how they begin; these are read again where they are looked at.
 
@@ -145,7 +141,9 @@ class Evidence:
         digest: role -> what is kept of each of its messages, which are large and looked at once: all are decompressed only once for that.
     """
 
-    def __init__(self, messages: Messages, catalog_dir: Path | None = None, digest: Mapping[Role, Digest] = NOTHING_DIGESTED) -> None:
+    def __init__(
+        self, messages: Messages, catalog_dir: Path | None = None, digest: Mapping[Role, Callable[[memoryview], Any]] = MappingProxyType({})
+    ) -> None:
         self.types, self.catalog_dir = messages.types, catalog_dir
         self._messages = messages
         self._tables: dict[str, Any] = {}
@@ -184,11 +182,7 @@ class Evidence:
         """Return log time and what was kept of each message of a topic."""
         return self._digested[topic]
 
-    def streams(self, role: Role) -> dict[str, Stream]:
-        """Return topic -> stream of a role."""
-        return find_streams(self.types, role)
-
-    def streams_of(self, wanted: tuple[Role, ...]) -> dict[str, Stream]:
+    def streams(self, *wanted: Role) -> dict[str, Stream]:
         """Return topic -> stream of some roles."""
         return find_streams(self.types, *wanted)
 

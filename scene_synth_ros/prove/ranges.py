@@ -12,7 +12,7 @@ from scene_description import SceneSynthError
 from scene_synth_ros.messages import streams as roles
 from scene_synth_ros.messages.cdr import CdrReader
 from scene_synth_ros.messages.streams import LASER, POSE
-from scene_synth_ros.prove.decode import CloudRow, PoseRows, ScanRow, cloud_row, scan_row
+from scene_synth_ros.prove.decode import CloudRow, PoseRows, ScanRow, cloud_row, scan_row, xyz_of
 from scene_synth_ros.prove.evidence import NS, Evidence, Floats, Reel, Room
 from scene_synth_ros.prove.verdict import Verdict, at_most, share_off
 
@@ -80,7 +80,7 @@ def lidar(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         if sweep.off_turn is not None:
             yield at_most("lidar", topic, "azimuth off a steady turn", [sweep.off_turn], 0.5, "deg", [sweep.stamp_ns])
         place, turn = mount.on(*room.curve.at(sweep.stamp_ns, chosen["time"].astype(np.float64)))
-        xyz = _places(chosen)
+        xyz = xyz_of(chosen)
         far = np.maximum(np.linalg.norm(xyz, axis=1), 1e-9)
         rays.append(np.column_stack([place, turn.apply(xyz / far[:, None])]))
         ranges.append(far)
@@ -168,7 +168,7 @@ def lidar_noise(evidence: Evidence, room: Room) -> Iterator[Verdict]:
         if "return" in (points.dtype.names or ()):
             points = points[points["return"] == 1]
         mine, its = _same_rays(points := points[::_STRIDE], exact)
-        one, other = _places(points[mine]), _places(exact[its])
+        one, other = xyz_of(points[mine]), xyz_of(exact[its])
         lengths = np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1)
         aside += int((np.linalg.norm(np.cross(one, other), axis=1) > 1e-4 * lengths[0] * lengths[1]).sum())
         read.append(lengths[0])
@@ -191,10 +191,6 @@ def _ray_numbers(points: NDArray[Any]) -> NDArray[np.int64]:
     """Return a number for each ray, by its time in nanoseconds and its ring."""
     line = "ring" if "ring" in (points.dtype.names or ()) else "line"
     return np.asarray(np.rint(points["time"].astype(np.float64) / NS).astype(np.int64) * 1024 + points[line])
-
-
-def _places(points: NDArray[Any]) -> Floats:
-    return np.column_stack([points[axis] for axis in "xyz"]).astype(np.float64)
 
 
 def _some(count: int, stamp_ns: int) -> NDArray[np.int64]:

@@ -15,7 +15,6 @@ from scene_synth_ros.messages.label_info import LabelReadError, TimedLabels, enc
 from scene_synth_ros.messages.poses import (
     PoseReadError,
     StampedTransform,
-    TimedPose,
     encode_tf_message,
     read_odometry_pose,
     read_pose,
@@ -85,12 +84,12 @@ class Deriver:
             return None
         if stream.role is ODOM_IDEAL:
             self.has_body = self.has_body or topic.startswith(namespace)
-            return lambda data: self._of_body_pose(read_odometry_pose(data))
+            return lambda data: self._of_moving(read_odometry_pose(data))
         if stream.role is SETTINGS:
             return lambda data: self._of_settings(read_rig_frames(data))
         if stream.role is POSE:
             if stream.camera == LASER:
-                return lambda data: self._of_laser_pose(read_pose(data))
+                return lambda data: self._of_moving(read_pose(data)._replace(child=laser_frame(self._prefix)))
             return (lambda data: self._of_camera_pose(read_pose(data), stream.camera)) if stream.camera else None
         if is_labels(topic, type_name):
             return lambda data: self._of_labels(read_labels(data), topic)
@@ -98,7 +97,7 @@ class Deriver:
             return lambda data: self._of_annotations(read_annotations(data), topic)
         return None
 
-    def _of_camera_pose(self, pose: TimedPose, camera: str) -> Iterator[DerivedMessage]:
+    def _of_camera_pose(self, pose: StampedTransform, camera: str) -> Iterator[DerivedMessage]:
         """Yield world -> link at every pose and, when a camera is new, link -> optical frame of all cameras so far.
 
         On a body, whose pose and fixed frames say the same, nothing.
@@ -107,7 +106,7 @@ class Deriver:
             return
         link = camera_frames(camera, self._prefix).link
         rotation = multiply_quaternions(pose.quaternion, conjugate_quaternion(LINK_FROM_OPTICAL))
-        moving = encode_tf_message([StampedTransform(pose.stamp_ns, pose.world, link, pose.position_m, rotation)])
+        moving = encode_tf_message([pose._replace(child=link, quaternion=rotation)])
         if camera not in self._cameras:
             self._cameras[camera] = camera_frames(camera, self._prefix)
             static = [
@@ -117,8 +116,8 @@ class Deriver:
             yield DerivedMessage(_TF_STATIC.name, pose.stamp_ns, encode_tf_message(static), (_TF, _TF_STATIC))
         yield DerivedMessage(_TF.name, pose.stamp_ns, moving, (_TF, _TF_STATIC))
 
-    def _of_body_pose(self, pose: StampedTransform) -> Iterator[DerivedMessage]:
-        """Yield odom -> base."""
+    def _of_moving(self, pose: StampedTransform) -> Iterator[DerivedMessage]:
+        """Yield where a named frame is: odom -> base, world -> scanner."""
         yield DerivedMessage(_TF.name, pose.stamp_ns, encode_tf_message([pose]), (_TF, _TF_STATIC), aside=True)
 
     def _of_settings(self, frames: Sequence[StampedTransform]) -> Iterator[DerivedMessage]:
@@ -129,11 +128,6 @@ class Deriver:
             stamp_ns = frames[0].stamp_ns
             data = encode_tf_message([frame._replace(stamp_ns=stamp_ns) for _, frame in sorted(self._frames.items())])
             yield DerivedMessage(_TF_STATIC.name, stamp_ns, data, (_TF, _TF_STATIC))
-
-    def _of_laser_pose(self, pose: TimedPose) -> Iterator[DerivedMessage]:
-        """Yield world -> scanner."""
-        transform = StampedTransform(pose.stamp_ns, pose.world, laser_frame(self._prefix), pose.position_m, pose.quaternion)
-        yield DerivedMessage(_TF.name, pose.stamp_ns, encode_tf_message([transform]), (_TF, _TF_STATIC), aside=True)
 
     def _of_labels(self, labels: TimedLabels, topic: str) -> Iterator[DerivedMessage]:
         """Yield the LabelInfo beside the labels of a topic."""

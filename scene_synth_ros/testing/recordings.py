@@ -2,13 +2,13 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from evaluation.metrics.poses import Trajectory
+from evaluation.metrics.poses import Trajectory, trajectory_of
 from scene_description import CameraPose, SceneSynthError
 from scene_description.share import config_path
 from scene_description.tum_trajectory import read_tum_trajectory
@@ -16,7 +16,7 @@ from scene_description.yaml_text import read_yaml
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages import streams as roles
-from scene_synth_ros.messages.poses import Position, Quaternion, read_odometry_pose, read_pose
+from scene_synth_ros.messages.poses import read_odometry_pose, read_pose
 from scene_synth_ros.messages.streams import find_streams
 from scene_synth_ros.suite.parameters import parameter_values
 from scene_synth_ros.sweep.run_sweep import run_sweep
@@ -103,18 +103,8 @@ def sweep_folder(plan: SweepPlan, folder: Path) -> Path:
     return folder / Path(plan.variants[0].file).stem
 
 
-def _of_pose(data: bytes | memoryview) -> tuple[int, Position, Quaternion]:
-    pose = read_pose(data)
-    return pose.stamp_ns, pose.position_m, pose.quaternion
-
-
-def _of_odometry(data: bytes | memoryview) -> tuple[int, Position, Quaternion]:
-    pose = read_odometry_pose(data)
-    return pose.stamp_ns, pose.translation_m, pose.quaternion
-
-
-_PLACES = {roles.POSE: _of_pose, roles.ODOM_IDEAL: _of_odometry}
-"""Role of a topic -> what reads stamp, place and orientation of its messages."""
+_POSES = {roles.POSE: read_pose, roles.ODOM_IDEAL: read_odometry_pose}
+"""Role of a topic -> what reads the pose of its messages."""
 
 
 def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
@@ -130,10 +120,10 @@ def true_trajectory(bag: Path, test: RoomTest) -> Trajectory:
         if len(topics) != 1:
             expected = "a body: a rig with body.enabled" if test.truth == "body" else "one camera; name it with camera="
             raise TestError(f"{bag}: truth of {test.truth}: expected {expected}, got {', '.join(found) or 'none'}")
-        rows = [_PLACES[role](message.data) for message in reader.messages(topics)]
-    if not rows:
+        poses = [_POSES[role](message.data).camera_pose for message in reader.messages(topics)]
+    if not poses:
         raise TestError(f"{bag}: truth of {test.truth}: expected poses on {topics[0]}, got no message; record it")
-    return _of_rows(rows)
+    return trajectory_of(poses)
 
 
 def estimated_trajectory(estimate: object, true: Trajectory) -> Trajectory:
@@ -151,16 +141,8 @@ def estimated_trajectory(estimate: object, true: Trajectory) -> Trajectory:
             raise TestError(
                 f"estimate: expected the Path of a TUM file, CameraPoses or a Trajectory, got {got}; return it from the function"
             )
-        estimate = _of_rows([(pose.stamp_ns, pose.position_m, pose.orientation) for pose in estimate])
+        estimate = trajectory_of(estimate)
     return _at_true_stamps(estimate, true.stamps_ns)
-
-
-def _of_rows(rows: Sequence[tuple[int, Position, Quaternion]]) -> Trajectory:
-    return Trajectory(
-        stamps_ns=np.array([stamp_ns for stamp_ns, _, _ in rows], np.int64),
-        positions_m=np.array([place for _, place, _ in rows], np.float64).reshape(-1, 3),
-        orientations=np.array([turn for _, _, turn in rows], np.float64).reshape(-1, 4),
-    )
 
 
 def _at_true_stamps(found: Trajectory, true_ns: np.ndarray[Any, np.dtype[np.int64]]) -> Trajectory:

@@ -38,6 +38,7 @@ FORMATS: dict[str, Format] = {
     "bop": Format("BOP: poses, masks and models of objects", "bop", (_PICTURE, _DEPTH, _INSTANCE)),
     "tum": Format("TUM RGB-D: pictures, depth and trajectory for SLAM", "tum", (_PICTURE, _DEPTH)),
     "euroc": Format("EuRoC (ASL): grey pictures and poses of one or more cameras", "euroc", (_PICTURE,)),
+    "kitti": Format("KITTI odometry: grey pictures and poses of a camera or a rectified pair", "kitti", (_PICTURE,)),
     "nerfstudio": Format(
         "nerfstudio: transforms.json with pictures and depth", "nerfstudio", (_PICTURE, Role("depth", DEPTH, required=False))
     ),

@@ -4,7 +4,8 @@ Burri et al., "The EuRoC micro aerial vehicle datasets" (IJRR 2016), section 3. 
 ITU-R BT.601).  The body frame is that of the inertial measurement unit, ``imu0``, where the room has one, and the states are true ones at
 its rate; else it is the optical frame of ``cam0``, and ``state_groundtruth_estimate0`` has its poses, velocities that are central
 differences of its positions, and biases of 0.  ``T_BS`` of a camera is its place against the body, which must not change.  Stamps and names
-of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` beside ``mav0`` is for ORB-SLAM3, which reads such folders.
+of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` and, with a device, ``open_vins`` beside ``mav0`` are for
+programs that read such folders.
 """
 
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from scene_description.products import matmul
 from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
 from scene_synth_ros.convert.files import write_png
 from scene_synth_ros.convert.formats.euroc_imu import DIGITS, RoomImu, room_imu, states_of, write_imu
+from scene_synth_ros.convert.formats.kalibr import write_kalibr
 from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera, settings_text
 from scene_synth_ros.convert.writer import ConvertError, Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
@@ -30,23 +32,19 @@ _STATE = (
     " b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]"
 )
 _DISTORTION = {"pinhole": "radial-tangential", "brown_conrady": "radial-tangential", "kannala_brandt": "equidistant"}
-_STILL = 1e-6
+STILL = 1e-6
 """How far, in metres and as entries of a rotation, a camera may move against the first one: what rounding does."""
 
 
 @dataclass(slots=True)
-class _Camera:
-    """A camera of a room: where it is written, and the poses of its frames."""
+class GreyCamera:
+    """A camera of a room: where both are written, and the poses of its frames."""
 
     room: Path
+    path: Path
     sequence: Sequence
     lens: Lens
     poses: list[CameraPose] = field(default_factory=list)
-
-    @property
-    def path(self) -> Path:
-        """Folder of the camera."""
-        return self.room / "mav0" / f"cam{self.sequence.place}"
 
 
 @dataclass(slots=True)
@@ -67,7 +65,7 @@ class FormatWriter(Writer):
         super().begin(out, source)
         self._bodies: dict[str, _Body] = {}
 
-    def begin_sequence(self, sequence: Sequence) -> _Camera:
+    def begin_sequence(self, sequence: Sequence) -> GreyCamera:
         """Make the folders of a camera.
 
         Raises:
@@ -77,21 +75,22 @@ class FormatWriter(Writer):
         if lens.model not in _DISTORTION or (lens.model == "brown_conrady" and lens.coefficients[4]):
             raise refuse_lens(lens, sequence.camera, self.name, "of plumb_bob without k3, or equidistant", "choose --to colmap")
         self.notes |= shutter_notes(self.source.frame(sequence, 0), sequence.camera, self.name)
-        state = _Camera(self.out / sequence.folder, sequence, lens)
+        room = self.out / sequence.folder
+        state = GreyCamera(room, room / "mav0" / f"cam{sequence.place}", sequence, lens)
         (state.path / "data").mkdir(parents=True)
         return state
 
-    def encode(self, frame: Frame, number: int, state: _Camera) -> CameraPose:
+    def encode(self, frame: Frame, number: int, state: GreyCamera) -> CameraPose:
         """Write the picture; return the pose."""
         del number
         write_png(state.path / "data" / f"{stamp_name(frame.stamp_ns)}.png", to_grey(frame[self.source.roles["picture"]]))
         return camera_pose(frame)
 
-    def take(self, item: CameraPose, state: _Camera) -> None:
+    def take(self, item: CameraPose, state: GreyCamera) -> None:
         """Keep the pose."""
         state.poses.append(item)
 
-    def end_sequence(self, state: _Camera) -> None:
+    def end_sequence(self, state: GreyCamera) -> None:
         """Write what belongs to a camera and, with the first one, to the body.
 
         Raises:
@@ -103,7 +102,8 @@ class FormatWriter(Writer):
             imu = room_imu(first)
             self._bodies[state.sequence.folder] = _Body(state.poses, np.eye(4) if imu is None else imu.from_camera(first), imu)
         body = self._bodies[state.sequence.folder]
-        mounted = matmul(body.from_first, np.eye(4) if place == 0 else self._mounted(body.poses, state))
+        where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
+        mounted = matmul(body.from_first, mounted_on_first(body.poses, state.poses, where) if place else np.eye(4))
         body.cameras.append(MountedCamera(state.lens, mounted, rate_hz(state.poses)))
         stamps = [stamp_name(pose.stamp_ns) for pose in state.poses]
         names = "".join(f"{stamp},{stamp}.png\n" for stamp in stamps)
@@ -112,24 +112,30 @@ class FormatWriter(Writer):
         if place == 0:
             _write_body(state, body.imu)
         if place == state.sequence.cameras - 1:
-            settings = settings_text(body.cameras, None if body.imu is None else body.imu.config)
-            (state.room / "orb_slam3.yaml").write_text(settings, encoding="utf-8")
+            config = None if body.imu is None else body.imu.config
+            (state.room / "orb_slam3.yaml").write_text(settings_text(body.cameras, config), encoding="utf-8")
+            if config is not None:
+                write_kalibr(state.room / "open_vins", body.cameras, config)
             del self._bodies[state.sequence.folder]
 
-    def _mounted(self, body: list[CameraPose], state: _Camera) -> NDArray[np.float64]:
-        """Return where a camera is against the first one, (4, 4)."""
-        where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
-        first = {pose.stamp_ns: pose for pose in body}
-        paired = [pose for pose in state.poses if pose.stamp_ns in first]
-        found: list[NDArray[np.float64]] = [matmul(camera_from_world(first[pose.stamp_ns]), world_from_camera(pose)) for pose in paired]
-        if not found:
-            raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
-        if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > _STILL:
-            raise ConvertError(f"{where}: expected a camera that is fixed to the first one, got one that moves; choose one: --camera NAME")
-        return found[0]
+
+def mounted_on_first(first: list[CameraPose], poses: list[CameraPose], where: str) -> NDArray[np.float64]:
+    """Return where a camera is against the first one of its room, (4, 4), by the poses of both; ``where`` begins an error.
+
+    Raises:
+        ConvertError: it moves against the first one, or has no frame together with it.
+    """
+    by_stamp = {pose.stamp_ns: pose for pose in first}
+    paired = [pose for pose in poses if pose.stamp_ns in by_stamp]
+    found: list[NDArray[np.float64]] = [matmul(camera_from_world(by_stamp[pose.stamp_ns]), world_from_camera(pose)) for pose in paired]
+    if not found:
+        raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
+    if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > STILL:
+        raise ConvertError(f"{where}: expected a camera that is fixed to the first one, got one that moves; choose one: --camera NAME")
+    return found[0]
 
 
-def _write_body(state: _Camera, imu: RoomImu | None) -> None:
+def _write_body(state: GreyCamera, imu: RoomImu | None) -> None:
     """Write the states of a room's body, which frame that is, and its inertial measurement unit if it has one."""
     body = "cam0" if imu is None else "imu0"
     states = states_csv(state.poses) if imu is None else _states_text(states_of(imu))
@@ -181,15 +187,11 @@ def camera_yaml(lens: Lens, mounted: NDArray[np.float64], rate: float) -> str:
     return (
         _sensor("a camera of scene_synth_ros", "camera", mounted)
         + f"rate_hz: {rate!r}\nresolution: [{lens.width}, {lens.height}]\ncamera_model: pinhole\n"
-        + f"intrinsics: {_list((lens.fx, lens.fy, lens.cx, lens.cy))} # fu, fv, cu, cv\n"
-        + f"distortion_model: {_DISTORTION[lens.model]}\ndistortion_coefficients: {_list(coefficients)}\n"
+        + f"intrinsics: {[lens.fx, lens.fy, lens.cx, lens.cy]} # fu, fv, cu, cv\n"
+        + f"distortion_model: {_DISTORTION[lens.model]}\ndistortion_coefficients: {list(coefficients)}\n"
     )
 
 
 def _sensor(comment: str, kind: str, mounted: NDArray[np.float64]) -> str:
     rows = ",\n         ".join(", ".join(repr(number) for number in row) for row in mounted.tolist())
     return f"sensor_type: {kind}\ncomment: {comment}\nT_BS:\n  cols: 4\n  rows: 4\n  data: [{rows}]\n"
-
-
-def _list(numbers: tuple[float, ...]) -> str:
-    return f"[{', '.join(repr(float(number)) for number in numbers)}]"

@@ -72,7 +72,7 @@ def write_imu(folder: Path, imu: RoomImu, sensor: str) -> None:
     stamps = (imu.readings.stamps_ns + offset_ns).tolist()
     lines = [f"{stamp:0{DIGITS}d},{','.join(map(repr, row))}" for stamp, row in zip(stamps, rows, strict=True)]
     (folder / "data.csv").write_text("\n".join([_READINGS, *lines]) + "\n", encoding="utf-8")
-    (folder / "sensor.yaml").write_text(sensor + _calibration(imu.config), encoding="utf-8")
+    (folder / "sensor.yaml").write_text(sensor + f"rate_hz: {imu.config.rate_hz!r}\n" + "".join(noise_rows(imu.config)), encoding="utf-8")
 
 
 def states_of(imu: RoomImu) -> list[tuple[int, list[float]]]:
@@ -82,13 +82,12 @@ def states_of(imu: RoomImu) -> list[tuple[int, list[float]]]:
     return list(zip(imu.readings.stamps_ns.tolist(), rows.tolist(), strict=True))
 
 
-def _calibration(config: ImuConfig) -> str:
-    """Return rate and noise: what the Allan deviation shows, and beside each what estimators are commonly told."""
+def noise_rows(config: ImuConfig) -> list[str]:
+    """Return noise and walk as lines of YAML: what the Allan deviation shows, and beside each what estimators are commonly told."""
     rows = (
         ("gyroscope_noise_density", config.gyro_noise_rad_s, "rad / s / sqrt(Hz)"),
         ("gyroscope_random_walk", config.gyro_walk_rad_s2, "rad / s^2 / sqrt(Hz)"),
         ("accelerometer_noise_density", config.accel_noise_m_s2, "m / s^2 / sqrt(Hz)"),
         ("accelerometer_random_walk", config.accel_walk_m_s3, "m / s^3 / sqrt(Hz)"),
     )
-    lines = [f"{name}: {value!r}  # [{unit}] for estimators: {value * config.inflation:.6g}\n" for name, value, unit in rows]
-    return f"rate_hz: {config.rate_hz!r}\n" + "".join(lines)
+    return [f"{name}: {value!r}  # [{unit}] for estimators: {value * config.inflation:.6g}\n" for name, value, unit in rows]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from renderer.body.config import ImuConfig
 from scene_description.products import matmul
 from scene_description.share import config_path
-from scene_synth_ros.convert.camera import Lens
+from scene_synth_ros.convert.camera import Lens, rigid_inverse
 from scene_synth_ros.convert.formats.tum import STEPS_A_METRE
 
 _MODELS = {"pinhole": "PinHole", "brown_conrady": "PinHole", "kannala_brandt": "KannalaBrandt8"}
@@ -47,9 +47,7 @@ def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None) -> str:
             rows += [f"Camera{number}.overlappingBegin: 0\nCamera{number}.overlappingEnd: {lens.width - 1}\n"]
     rows += [f"Camera.width: {first.lens.width}\nCamera.height: {first.lens.height}\nCamera.fps: {max(round(first.rate_hz), 1)}\n"]
     if len(cameras) > 1:
-        between, back = np.eye(4), first.mounted[:3, :3].T
-        between[:3, :3] = matmul(back, cameras[1].mounted[:3, :3])
-        between[:3, 3] = matmul(back, cameras[1].mounted[:3, 3] - first.mounted[:3, 3])
+        between: NDArray[np.float64] = matmul(rigid_inverse(first.mounted), cameras[1].mounted)
         rows += [_matrix("Stereo.T_c1_c2", between)]
         baseline = math.dist(between[:3, 3], (0.0, 0.0, 0.0))
     else:

@@ -33,6 +33,13 @@ def test_a_trajectory_that_is_too_large_is_told() -> None:
     assert judge(places_only(STAMPS, 1.02 * true), places_only(STAMPS, true), scaled=True).ate_m < 1e-9
 
 
+def test_errors_that_have_nothing_to_do_with_the_way_leave_the_scale_alone() -> None:
+    rng = np.random.default_rng(3)
+    true = rng.normal(scale=0.07, size=(1000, 3))
+    said = 1.01 * true + rng.normal(scale=0.015, size=(1000, 3))  # larger by 4.6 % in its spread, not in its scale
+    assert judge(places_only(STAMPS, said), places_only(STAMPS, true)).scale == pytest.approx(1.01, abs=0.01)
+
+
 def test_what_stands_still_is_only_shifted() -> None:
     said = np.outer(np.where(np.arange(1000) % 2, 0.02, -0.02), (0.0, 0.0, 1.0)) + 7.0
     found = judge(places_only(STAMPS, said), places_only(STAMPS, np.ones((1000, 3))))

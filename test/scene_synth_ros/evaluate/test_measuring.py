@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
 
 from evaluation.tasks import TASKS
+from scene_description import CameraPose
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.estimates_bag import _detections
 from scene_synth_ros.evaluate.measuring import TruthFrame, measure_frame, measure_room, needed_layers
-from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
+from scene_synth_ros.evaluate.readings import BoxList, Reading
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.evaluate.truth_facts import read_class_names
 from scene_synth_ros.messages.cdr import CdrWriter
@@ -70,13 +72,13 @@ def test_objects_have_the_classes_that_are_estimated_beside_them() -> None:
 
 
 def test_a_tracker_that_is_lost_covers_less() -> None:
-    truth = [StampedPose(stamp, (0.1 * stamp, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)) for stamp in range(4)]
-    lost = [*truth[:3], StampedPose(3, (float("nan"), 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))]
+    truth = [CameraPose(stamp_ns=stamp, position_m=(0.1 * stamp, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0)) for stamp in range(4)]
+    lost = [*truth[:3], replace(truth[3], position_m=(float("nan"), 0.0, 0.0))]
     found = measure_room("poses", truth, lost)
     assert found is not None
     score = TASKS["poses"].score([found])
     assert (score["coverage"], round(score["rpe_translation"], 12)) == (0.75, 0.0)
-    assert measure_room("poses", truth, [StampedPose(0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))]) is None
+    assert measure_room("poses", truth, [replace(truth[0], orientation=(0.0, 0.0, 0.0, 0.0))]) is None
 
 
 def test_a_frame_without_its_truth_is_told() -> None:

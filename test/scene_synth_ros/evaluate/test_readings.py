@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 from scene_description import CameraPose
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.evaluate.estimates_bag import _detections, _image, _points
-from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, StampedPose, read_message
+from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, read_message
 from scene_synth_ros.evaluate.task_streams import check_pair, read_for_task
 from scene_synth_ros.messages.conversions import header, image_to_msg, pose_to_msg
 from scene_synth_ros.messages.poses import StampedTransform, encode_tf_message
@@ -89,15 +89,15 @@ def test_sizes_and_frames_that_do_not_fit_the_truth_are_refused() -> None:
 
 
 def test_poses_of_every_message() -> None:
-    pose = pose_to_msg(CameraPose(stamp_ns=STAMP, position_m=(1.0, 2.0, 3.0), orientation=(0.0, 0.0, 0.6, 0.8)), "map")
-    expected = StampedPose(STAMP, (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8))
+    expected = CameraPose(stamp_ns=STAMP, position_m=(1.0, 2.0, 3.0), orientation=(0.0, 0.0, 0.6, 0.8))
+    pose = pose_to_msg(expected, "map")
     odometry, path = Odometry(header=pose.header), Path(header=pose.header, poses=[pose, PoseStamped()])
     odometry.pose.pose = pose.pose
     assert read("poses", "geometry_msgs/msg/PoseStamped", bytes(serialize_message(pose))).value == (expected,)
     assert read("poses", ODOMETRY, bytes(serialize_message(odometry))).value == (expected,)
     assert read("poses", PATH, bytes(serialize_message(path))).value[0] == expected
     other = StampedTransform(5, "map", "wheel", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    transforms = encode_tf_message([other, StampedTransform(STAMP, "map", "eye", expected.position_m, expected.quaternion)])
+    transforms = encode_tf_message([other, StampedTransform(STAMP, "map", "eye", expected.position_m, expected.orientation)])
     assert read("poses", TF_TYPE, transforms, "/tf@eye").value == (expected,)
     assert len(read("poses", TF_TYPE, transforms, "/tf").value) == 2
 

@@ -56,7 +56,7 @@ def test_rclpy_encodes_the_same_transform():
     item = StampedTransform(5_000_000_007, "map", "camera_link", (1.0, -2.0, 0.5), (0.0, 0.0, float(np.sqrt(0.5)), float(np.sqrt(0.5))))
     message = TransformStamped(child_frame_id=item.child)
     message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec = item.parent, 5, 7
-    message.transform.translation.x, message.transform.translation.y, message.transform.translation.z = item.translation_m
+    message.transform.translation.x, message.transform.translation.y, message.transform.translation.z = item.position_m
     message.transform.rotation.z, message.transform.rotation.w = item.quaternion[2:]
     message.transform.rotation.x = message.transform.rotation.y = 0.0
     decoded = STORE.deserialize_cdr(serialize_message(message), "geometry_msgs/msg/TransformStamped")

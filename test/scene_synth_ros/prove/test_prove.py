@@ -1,5 +1,6 @@
 """A true bag is proved; every kind of planted fault is named by the check that it is for."""
 
+import argparse
 import json
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 from body_bag import write_bag
 from planted_faults import KINDS, Recorded, colors_of_another, named, read
 
+from scene_synth_ros.cli.commands import prove_command
 from scene_synth_ros.dataset.camera import Camera
 from scene_synth_ros.prove.lens import directions, pixels
 from scene_synth_ros.prove.prove import CHECKS, Proof, by_check, lines_of, proof_to_json, prove_bag, prove_messages
@@ -52,6 +54,18 @@ def test_a_planted_fault_is_named(recorded: Recorded, kind: str) -> None:
 def test_colors_of_the_next_frame_or_the_one_before_are_named_with_room_to_spare(recorded: Recorded, by: int) -> None:
     (found,) = (verdict for verdict in prove_messages(colors_of_another(recorded, by)).verdicts if verdict.check == "color")
     assert found.worst > 1.2 > found.limit
+
+
+def test_the_shards_of_a_dataset_are_proved_one_after_the_other(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (source,) = bag.glob("*.mcap")
+    changed = tmp_path / source.name
+    changed.write_bytes(source.read_bytes().replace(b"renderer_node/settings", b"renderer_nodf/settings", 1))
+    monkeypatch.setattr(prove_command, "shard_bags", lambda path, report: [bag, changed])
+    assert prove_command.run(argparse.Namespace(bag=tmp_path, catalog=None, json=False)) == 1
+    out = capsys.readouterr().out
+    assert f"{bag}: all that was checked is true\n" in out and f"{changed}: " in out.splitlines()[-1] and " faults" in out.splitlines()[-1]
 
 
 def test_the_command_tells_a_changed_file_and_fails(bag: Path, tmp_path: Path) -> None:
