@@ -40,8 +40,8 @@ class Chooser(Protocol):
     def copies(self, branch: Branch) -> int:
         """Return the number of copies of a Set node's branch."""
 
-    def begin(self, following: Sequence[Branch]) -> None:
-        """Note that a branch of an And or Set node begins; ``following`` come after it."""
+    def begin(self, node: Node, place: int) -> None:
+        """Note that a branch of an And or Set node begins."""
 
     def begin_copy(self, symbol: str, following: int) -> None:
         """Note that a copy of a Set node's branch begins; ``following`` more copies come after it."""
@@ -65,7 +65,7 @@ class _Unconditional:
     def copies(self, branch: Branch) -> int:
         return draw_index(self._rng, branch.multiplicity or ())
 
-    def begin(self, following: Sequence[Branch]) -> None:
+    def begin(self, node: Node, place: int) -> None:
         """Do nothing: the probabilities do not depend on what follows."""
 
     def begin_copy(self, symbol: str, following: int) -> None:
@@ -97,7 +97,7 @@ def expand(grammar: Grammar, chooser: Chooser, symbol: str, parent: int, out: li
         return
     out.append(Vertex(symbol, node.kind, parent, "", 0.0))
     for place, branch in enumerate(node.branches):
-        chooser.begin(node.branches[place + 1 :])
+        chooser.begin(node, place)
         if branch.multiplicity is None:
             expand(grammar, chooser, branch.symbol, index, out)
         else:
@@ -255,10 +255,10 @@ class _ConditionalChooser(Chooser):
         tables = {k: self._tables.sum_of(self._tables.of_copies(branch.symbol, k), self._ahead[-1]) for k, p in enumerate(odds) if p > 0.0}
         return self._weighted(odds, tables)
 
-    def begin(self, following: Sequence[Branch]) -> None:
+    def begin(self, node: Node, place: int) -> None:
         """Push the distribution of what comes after a branch."""
         ahead = self._ahead[-1]
-        for branch in following:
+        for branch in node.branches[place + 1 :]:
             ahead = self._tables.sum_of(ahead, self._tables.of_branch(branch))
         self._ahead.append(ahead)
 
