@@ -31,7 +31,7 @@ from grammar.derivation.parse_tree import (
     attribute_node,
 )
 from grammar.derivation.plan import Plan, make_plan
-from grammar.derivation.shell import DrawnSize, Extent, check_covered, draw_covered_m2, draw_extent, draw_room, is_given
+from grammar.derivation.shell import DrawnSize, check_covered, draw_covered_m2, draw_extent, draw_room, is_given
 from grammar.derivation.slopes import check_tall, draw_slopes, loaded_heights_m
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.derivation.unit_rows import place_unit_rows
@@ -118,13 +118,17 @@ class Kept:
     """
 
     def __init__(self) -> None:
-        self._drawn: Extent | DrawnSize | None = None
+        self._drawn: DrawnSize | None = None
         self._tried = self._suited = 0
         self._furniture: Furniture | None = None
 
-    def size(self, plan: Plan, rng: np.random.Generator) -> Extent | DrawnSize | None:
+    @property
+    def _is_of_mixture(self) -> bool:
+        return self._drawn is not None and self._drawn.component is not None
+
+    def size(self, plan: Plan, rng: np.random.Generator) -> DrawnSize | None:
         """Return the size for the next derivation."""
-        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and isinstance(self._drawn, DrawnSize)):
+        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and self._is_of_mixture):
             self._drawn, self._tried, self._suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
         self._tried += 1
         return self._drawn
@@ -133,7 +137,7 @@ class Kept:
         """Count furniture that covers as much as the size asks for, None if there is no room for it."""
         self._suited += 1 + (furniture is not None)
         self._furniture = furniture
-        if furniture is not None and not isinstance(self._drawn, DrawnSize):
+        if furniture is not None and not self._is_of_mixture:
             self._tried = 0
 
     def reopened(self, plan: Plan, categories: Categories, rng: np.random.Generator) -> list[ParseTree]:
@@ -142,7 +146,7 @@ class Kept:
         Without a size of a mixture it has none where the budget's gate keeps the odds that the grammar gives.
         """
         found: list[ParseTree] = []
-        if self._furniture is not None and (isinstance(self._drawn, DrawnSize) or plan.grammar.budget.gate == "structures"):
+        if self._furniture is not None and (self._is_of_mixture or plan.grammar.budget.gate == "structures"):
             for _ in range(_OPENINGS_TRIED - 1):
                 with suppress(RejectedError):
                     found.append(_opened(plan, categories, self._furniture, rng))
@@ -184,9 +188,7 @@ def _worst(reasons: Counter[str]) -> str:
     return "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
 
 
-def _derive_once(
-    plan: Plan, categories: Categories, extent: Extent | DrawnSize | None, rng: np.random.Generator
-) -> tuple[ParseTree, Furniture]:
+def _derive_once(plan: Plan, categories: Categories, extent: DrawnSize | None, rng: np.random.Generator) -> tuple[ParseTree, Furniture]:
     grammar, slopes = plan.grammar, plan.grammar.room.slopes
     structure = _draw_structure(plan, rng)
     asked = _asked_m2(grammar, structure)
@@ -289,7 +291,7 @@ def _draw_terminals(
     categories: Categories,
     structure: Sequence[Vertex],
     asked_m2: float,
-    extent: Extent | DrawnSize | None,
+    extent: DrawnSize | None,
     rng: np.random.Generator,
 ) -> tuple[_Terminals, float]:
     """Match the terminals with the fixed objects, draw the sizes that no fixed object gives, and return the area that they cover too.
@@ -304,13 +306,12 @@ def _draw_terminals(
     if taken is None:
         raise RejectedError("fixed: an object of the grammar for each fixed one")
     check_targets([pair for k, pair in enumerate(zip(symbols, rules, strict=True)) if k not in taken], symbols)
-    bounds = draw_covered_m2(extent, rng) if isinstance(extent, DrawnSize) else None
+    bounds = draw_covered_m2(extent, rng)
     covering = [k for k, rule in enumerate(rules) if rule.mount == "floor" and not categories[rule.category].underlay]
     given = {k: size for k, number in taken.items() if (size := plan.fixed[number].size_m) is not None}
     sizes = {k: given.get(k) or draw_size(rng, rules[k]) for k in covering}
     covered = sum(size[0] * size[1] for size in sizes.values())
-    if bounds is not None:
-        check_covered(plan.grammar.room, bounds, covered + asked_m2)
+    check_covered(plan.grammar.room, bounds, covered + asked_m2)
     sizes |= {k: given.get(k) or draw_size(rng, rule) for k, rule in enumerate(rules) if k not in sizes}
     return _Terminals(vertices, symbols, rules, [sizes[k] for k in range(len(rules))], taken), covered
 

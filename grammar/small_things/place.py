@@ -277,7 +277,7 @@ def by_wall(
     drawn = [
         found
         for found in _along_walls(rng, new.thing, new.item.size_m, wall)
-        if not doors or min(math.dist((found.x_m, found.y_m), door) for door in doors) < DOOR_REACH_M
+        if not doors or min(math.dist(found[2:4], door) for door in doors) < DOOR_REACH_M
     ]
     for k in np.argsort(_nearness(new.item.size_m, drawn, wall, standing), kind="stable").tolist():
         x, y, yaw = drawn[k][2:]
@@ -287,14 +287,8 @@ def by_wall(
     return None
 
 
-class _AtWall(NamedTuple):
-    """A pose against a wall: its number, how far along it the middle is, and where in the world."""
-
-    wall: int
-    along_m: float
-    x_m: float
-    y_m: float
-    yaw_rad: float
+_AtWall = tuple[int, float, float, float, float]
+"""A pose against a wall: its number, how far along it the middle is, and x, y, yaw in the world."""
 
 
 def _along_walls(rng: np.random.Generator, thing: Thing, size_m: tuple[float, float, float], wall: Floats) -> Iterator[_AtWall]:
@@ -306,7 +300,7 @@ def _along_walls(rng: np.random.Generator, thing: Thing, size_m: tuple[float, fl
         c, s = abs(math.cos(turn)), abs(math.sin(turn))
         off = 0.5 * (size_m[0] * c + size_m[1] * s) + _GAP_M + abs(float(rng.normal(0.0, _GAP_SD_M)))
         x, y = row[START_X] + along * row[ALONG_X] + off * row[NORMAL_X], row[START_Y] + along * row[ALONG_Y] + off * row[NORMAL_Y]
-        yield _AtWall(k, along, float(x), float(y), math.remainder(row[WALL_YAW] + turn, 2.0 * math.pi))
+        yield k, along, float(x), float(y), math.remainder(row[WALL_YAW] + turn, 2.0 * math.pi)
 
 
 def _nearness(size_m: tuple[float, float, float], drawn: Sequence[_AtWall], wall: Floats, standing: Boxes) -> Floats:
