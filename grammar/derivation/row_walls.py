@@ -89,10 +89,7 @@ class Shell(NamedTuple):
 
     def _pierced(self, boxes: Boxes) -> Bools:
         """Return (n,) whether boxes reach through a sloped ceiling."""
-        found = np.zeros(len(boxes), bool)
-        if len(self.slope):
-            found[:] = [above_slopes(self.slope, boxes, k) > 0.0 for k in range(len(boxes))]
-        return found
+        return np.array([len(self.slope) > 0 and above_slopes(self.slope, boxes, k) > 0.0 for k in range(len(boxes))], bool)
 
 
 def _side_at(draft: Draft, window: Opening, axis: str) -> float:

@@ -6,7 +6,7 @@ change these; the chain goes on from there.  Rows that stand free come last.  Gr
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -353,7 +353,8 @@ def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
 
 def _places(unit_row: UnitRow, chosen: _Candidate) -> list[Slot]:
     """Return all places that the legs of a unit row fit in, walls that are free of doors and windows alike."""
-    lengths = list(_leg_lengths(chosen, unit_row.rule))
+    widths = iter(chosen.widths)
+    lengths = [_length(unit_row.rule, list(itertools.islice(widths, count))) for count in chosen.legs]
     at_walls = lengths[:-1] if unit_row.juts else lengths
     found = [
         slot
@@ -386,10 +387,3 @@ def _plan(rule: UnitRowRule, chosen: _Candidate, places: Sequence[Slot]) -> Unit
 def _length(rule: UnitRowRule, widths: Sequence[float]) -> float:
     """Return how long a leg is, the joints between its units included."""
     return sum(widths) + rule.joint_m * (len(widths) - 1)
-
-
-def _leg_lengths(chosen: _Candidate, rule: UnitRowRule) -> Iterator[float]:
-    first = 0
-    for count in chosen.legs:
-        yield _length(rule, chosen.widths[first : first + count])
-        first += count
