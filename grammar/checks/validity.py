@@ -99,7 +99,7 @@ def _check_bounds(limits: Thresholds, found: Furnished) -> ValidityCheck:
 def _outside(wall: Floats, ceiling_m: float, boxes: Boxes, tolerance_m: float) -> Floats:
     """Return (n,) how far boxes lie outside the room; if only a wall cuts through one between its corners, the wall's length in it."""
     corners = outside_distances(wall, footprint_corners(boxes).reshape(-1, 2)).reshape(-1, 4)
-    worst = np.maximum(np.maximum(-boxes[:, Z_LOW], boxes[:, Z_HIGH] - ceiling_m), corners.max(axis=1))
+    worst: Floats = np.maximum(np.maximum(-boxes[:, Z_LOW], boxes[:, Z_HIGH] - ceiling_m), corners.max(axis=1))
     if wall[:, REFLEX].any():  # no wall gets between the corners where none sticks into the room
         inner = boxes.copy()
         inner[:, [HALF_DEPTH, HALF_WIDTH]] = np.maximum(boxes[:, [HALF_DEPTH, HALF_WIDTH]] - tolerance_m, 0.0)
