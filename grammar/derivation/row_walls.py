@@ -76,7 +76,7 @@ class Shell(NamedTuple):
             return True
         loaded = boxes.copy()
         loaded[:, Z_HIGH] = [max(unit.loaded_m, unit.size_m[2]) for unit in units]
-        return self._pierced(loaded).any()
+        return bool(self._pierced(loaded).any())
 
     def carries(self, boxes: Boxes, poses: Sequence[Pose]) -> list[bool]:
         """Return of units whether something may hang above each: there is a wall behind it, high enough, with no window."""

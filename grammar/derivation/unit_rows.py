@@ -253,7 +253,7 @@ def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses
     if not aside.any():
         return False
     opening = [k for k, unit in enumerate(units) if not unit_rule(unit).turns]
-    fronts = fronts_of(*([row[k] for k in opening] for row in (units, widths, poses)))
+    fronts = fronts_of([units[k] for k in opening], [widths[k] for k in opening], [poses[k] for k in opening])
     return bool(deepest_penetrations(fronts, aside[opening], boxes, aside).any())
 
 
