@@ -86,8 +86,7 @@ def _check_bounds(limits: Thresholds, found: Furnished) -> ValidityCheck:
     room, boxes, owner = found.room, found.boxes, found.owner
     rows = np.concatenate([boxes, box_rows(whole_box(item) for item in found.objects)])
     owners = np.concatenate([owner, np.array([item.id for item in found.objects], np.int64)])
-    depth = np.array([_outside(found.wall, room.height_m, row, limits.outside_m) for row in rows])
-    worst = _worst_by_owner(depth, owners)
+    worst = _worst_by_owner(_outside(found.wall, room.height_m, rows, limits.outside_m), owners)
     if room.slopes is not None:
         slope = slope_rows(room)
         for k, key in enumerate(owner.tolist()):
@@ -97,15 +96,17 @@ def _check_bounds(limits: Thresholds, found: Furnished) -> ValidityCheck:
     return _at_most("out_of_bounds", limits.outside_m, worst)
 
 
-def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
-    """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
-    worst = max(-box[Z_LOW], box[Z_HIGH] - ceiling_m, outside_distances(wall, footprint_corners(box)).max())
-    if worst <= tolerance_m and wall[:, REFLEX].any():  # no wall gets between the corners where none sticks into the room
-        inner = box.copy()
-        inner[[HALF_DEPTH, HALF_WIDTH]] = np.maximum(box[[HALF_DEPTH, HALF_WIDTH]] - tolerance_m, 0.0)
-        for ax, ay, tx, ty, length in wall[:, [START_X, START_Y, ALONG_X, ALONG_Y, LENGTH]]:
-            worst = max(worst, segment_inside_length(inner, ax, ay, ax + tx * length, ay + ty * length))
-    return float(worst)
+def _outside(wall: Floats, ceiling_m: float, boxes: Boxes, tolerance_m: float) -> Floats:
+    """Return (n,) how far boxes lie outside the room; if only a wall cuts through one between its corners, the wall's length in it."""
+    corners = outside_distances(wall, footprint_corners(boxes).reshape(-1, 2)).reshape(-1, 4)
+    worst: Floats = np.maximum(np.maximum(-boxes[:, Z_LOW], boxes[:, Z_HIGH] - ceiling_m), corners.max(axis=1))
+    if wall[:, REFLEX].any():  # no wall gets between the corners where none sticks into the room
+        inner = boxes.copy()
+        inner[:, [HALF_DEPTH, HALF_WIDTH]] = np.maximum(boxes[:, [HALF_DEPTH, HALF_WIDTH]] - tolerance_m, 0.0)
+        for k in np.flatnonzero(worst <= tolerance_m):
+            for ax, ay, tx, ty, length in wall[:, [START_X, START_Y, ALONG_X, ALONG_Y, LENGTH]]:
+                worst[k] = max(worst[k], segment_inside_length(inner[k], ax, ay, ax + tx * length, ay + ty * length))
+    return worst
 
 
 def _check_support(limits: Thresholds, found: Furnished) -> tuple[ValidityCheck, ValidityCheck]:

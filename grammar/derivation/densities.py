@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -14,9 +15,15 @@ _LOG_SQRT_2PI = 0.5 * math.log(2.0 * math.pi)
 
 def draw_truncated_normal(rng: np.random.Generator, mean: float, sd: float, low: float, high: float) -> float:
     """Draw from the normal distribution (mean, sd) truncated to [low, high]; one number is taken from ``rng``."""
-    below, above = ndtr((low - mean) / sd), ndtr((high - mean) / sd)
+    below, above = _tails(mean, sd, low, high)
     value = mean + sd * float(ndtri(below + (above - below) * rng.random()))
     return min(max(value, low), high) if math.isfinite(value) else min(max(mean, low), high)
+
+
+@lru_cache(maxsize=4096)
+def _tails(mean: float, sd: float, low: float, high: float) -> tuple[float, float]:
+    """Return the normal distribution's function at both bounds."""
+    return float(ndtr((low - mean) / sd)), float(ndtr((high - mean) / sd))
 
 
 def truncated_normal_log_density(value: float, mean: float, sd: float, low: float, high: float) -> float:

@@ -31,7 +31,7 @@ from grammar.derivation.parse_tree import (
     attribute_node,
 )
 from grammar.derivation.plan import Plan, make_plan
-from grammar.derivation.shell import DrawnSize, Extent, draw_extent, draw_room, is_given
+from grammar.derivation.shell import DrawnSize, check_covered, draw_covered_m2, draw_extent, draw_room, is_given
 from grammar.derivation.slopes import check_tall, draw_slopes, loaded_heights_m
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.derivation.unit_rows import place_unit_rows
@@ -118,13 +118,17 @@ class Kept:
     """
 
     def __init__(self) -> None:
-        self._drawn: Extent | DrawnSize | None = None
+        self._drawn: DrawnSize | None = None
         self._tried = self._suited = 0
         self._furniture: Furniture | None = None
 
-    def size(self, plan: Plan, rng: np.random.Generator) -> Extent | DrawnSize | None:
+    @property
+    def _is_of_mixture(self) -> bool:
+        return self._drawn is not None and self._drawn.component is not None
+
+    def size(self, plan: Plan, rng: np.random.Generator) -> DrawnSize | None:
         """Return the size for the next derivation."""
-        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and isinstance(self._drawn, DrawnSize)):
+        if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and self._is_of_mixture):
             self._drawn, self._tried, self._suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
         self._tried += 1
         return self._drawn
@@ -133,7 +137,7 @@ class Kept:
         """Count furniture that covers as much as the size asks for, None if there is no room for it."""
         self._suited += 1 + (furniture is not None)
         self._furniture = furniture
-        if furniture is not None and not isinstance(self._drawn, DrawnSize):
+        if furniture is not None and not self._is_of_mixture:
             self._tried = 0
 
     def reopened(self, plan: Plan, categories: Categories, rng: np.random.Generator) -> list[ParseTree]:
@@ -142,7 +146,7 @@ class Kept:
         Without a size of a mixture it has none where the budget's gate keeps the odds that the grammar gives.
         """
         found: list[ParseTree] = []
-        if self._furniture is not None and (isinstance(self._drawn, DrawnSize) or plan.grammar.budget.gate == "structures"):
+        if self._furniture is not None and (self._is_of_mixture or plan.grammar.budget.gate == "structures"):
             for _ in range(_OPENINGS_TRIED - 1):
                 with suppress(RejectedError):
                     found.append(_opened(plan, categories, self._furniture, rng))
@@ -184,20 +188,20 @@ def _worst(reasons: Counter[str]) -> str:
     return "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
 
 
-def _derive_once(
-    plan: Plan, categories: Categories, extent: Extent | DrawnSize | None, rng: np.random.Generator
-) -> tuple[ParseTree, Furniture]:
+def _derive_once(plan: Plan, categories: Categories, extent: DrawnSize | None, rng: np.random.Generator) -> tuple[ParseTree, Furniture]:
     grammar, slopes = plan.grammar, plan.grammar.room.slopes
     structure = _draw_structure(plan, rng)
-    terminals = _draw_terminals(plan, structure, rng)
-    covered = _covered_m2(categories, terminals)
-    flat, flat_attributes, special = draw_room(grammar, plan.request, plan.outline, covered + _asked_m2(grammar, structure), rng, extent)
+    asked = _asked_m2(grammar, structure)
+    terminals, covered = _draw_terminals(plan, categories, structure, asked, extent, rng)
+    flat, flat_attributes, special = draw_room(grammar, plan.request, plan.outline, covered + asked, rng, extent)
     is_sloped = slopes.probability > 0.0 and not special.bay and bool(rng.random() < slopes.probability)
     if slopes.probability > 0.0 and not special.bay and not is_sloped:
         flat_attributes.append(Attribute("slopes", "none", math.log(1.0 - slopes.probability)))
     in_unit_rows = any(grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in grammar.nodes)
     tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_unit_rows else 1
     contents = _Contents(structure, terminals, [0.0] * len(terminals.symbols), {})
+    if not is_sloped:
+        _check_crowding(plan, categories, flat, terminals)
     if is_sloped:
         contents = contents._replace(loaded_m=loaded_heights_m(categories, contents.things))
     numbers = draw_numbers(grammar, flat, rng) if in_unit_rows else None
@@ -234,8 +238,7 @@ def _opened(plan: Plan, categories: Categories, furniture: Furniture, rng: np.ra
     contents, room = furniture.contents, furniture.room
     openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, furniture.special, plan.bounds.keys(), furniture.numbers)
     furnished, terminals = replace(room, openings=tuple(drawn.opening for drawn in openings)), contents.terminals
-    if not is_given(plan.request):
-        _check_crowding(plan.grammar, categories, furnished, list(zip(terminals.rules, terminals.sizes, strict=True)))
+    _check_crowding(plan, categories, furnished, terminals)
     fixed = [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in contents.pinned.items()]
     check_pinned(plan.grammar, categories, furnished, fixed)
     check_tall(plan.grammar, furnished, contents.things)
@@ -253,7 +256,11 @@ def _opened(plan: Plan, categories: Categories, furniture: Furniture, rng: np.ra
     )
 
 
-def _check_crowding(grammar: Grammar, categories: Categories, room: Room, things: Sequence[tuple[ObjectRule, Size]]) -> None:
+def _check_crowding(plan: Plan, categories: Categories, room: Room, terminals: _Terminals) -> None:
+    """Reject what takes too much of a room that no request gives the size of: of one without openings what is too much with any."""
+    if is_given(plan.request):
+        return
+    grammar, things = plan.grammar, list(zip(terminals.rules, terminals.sizes, strict=True))
     if used_share(grammar, categories, room, things) > grammar.room.used_share_max:
         raise RejectedError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
     if wall_share(categories, room, things) > grammar.room.wall_share_max:
@@ -279,8 +286,18 @@ def _extras(plan: Plan) -> list[FixedObject]:
     return [fixed for fixed in plan.fixed if fixed.name not in plan.known]
 
 
-def _draw_terminals(plan: Plan, structure: Sequence[Vertex], rng: np.random.Generator) -> _Terminals:
-    """Match the terminals with the fixed objects, and draw the sizes that no fixed object gives."""
+def _draw_terminals(
+    plan: Plan,
+    categories: Categories,
+    structure: Sequence[Vertex],
+    asked_m2: float,
+    extent: DrawnSize | None,
+    rng: np.random.Generator,
+) -> tuple[_Terminals, float]:
+    """Match the terminals with the fixed objects, draw the sizes that no fixed object gives, and return the area that they cover too.
+
+    What covers the floor comes first: ``asked_m2`` more than it covers must suit the size of the room.
+    """
     vertices = [i for i, vertex in enumerate(structure) if vertex.kind == "terminal"]
     symbols = [structure[i].symbol for i in vertices]
     extras = _extras(plan)
@@ -289,20 +306,14 @@ def _draw_terminals(plan: Plan, structure: Sequence[Vertex], rng: np.random.Gene
     if taken is None:
         raise RejectedError("fixed: an object of the grammar for each fixed one")
     check_targets([pair for k, pair in enumerate(zip(symbols, rules, strict=True)) if k not in taken], symbols)
-    sizes = []
-    for k, rule in enumerate(rules):
-        given = plan.fixed[taken[k]].size_m if k in taken else None
-        sizes.append(draw_size(rng, rule) if given is None else given)
-    return _Terminals(vertices, symbols, rules, sizes, taken)
-
-
-def _covered_m2(categories: Categories, terminals: _Terminals) -> float:
-    """Return the area that what stands on the floor covers."""
-    return sum(
-        size[0] * size[1]
-        for rule, size in zip(terminals.rules, terminals.sizes, strict=True)
-        if rule.mount == "floor" and not categories[rule.category].underlay
-    )
+    bounds = draw_covered_m2(extent, rng)
+    covering = [k for k, rule in enumerate(rules) if rule.mount == "floor" and not categories[rule.category].underlay]
+    given = {k: size for k, number in taken.items() if (size := plan.fixed[number].size_m) is not None}
+    sizes = {k: given.get(k) or draw_size(rng, rules[k]) for k in covering}
+    covered = sum(size[0] * size[1] for size in sizes.values())
+    check_covered(plan.grammar.room, bounds, covered + asked_m2)
+    sizes |= {k: given.get(k) or draw_size(rng, rule) for k, rule in enumerate(rules) if k not in sizes}
+    return _Terminals(vertices, symbols, rules, [sizes[k] for k in range(len(rules))], taken), covered
 
 
 def _asked_m2(grammar: Grammar, structure: Sequence[Vertex]) -> float:

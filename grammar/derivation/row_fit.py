@@ -125,7 +125,7 @@ class _Reach(NamedTuple):
 
 
 def _reaches(rule: UnitRowRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> _Reach:
-    bounds = [_bounds(unit) for unit in order]
+    bounds = [bounds_along_m(unit) for unit in order]
     sums = [[0.0, *itertools.accumulate(pair[end] for pair in bounds)] for end in (0, 1)]
     rooms = [
         leg.high - leg.low - sum(width for _, width in turning[k : k + 1]) + rule.joint_m * (1 - len(turning[k : k + 1]))
@@ -150,7 +150,7 @@ def _fit_leg(rule: UnitRowRule, frame: Frame, k: int, leg: Sequence[Draft], turn
     The last unit turns and takes ``turn_m`` of the wall, unless that is None.
     """
     room = frame.legs[k].high - frame.legs[k].low - rule.joint_m * (len(leg) - 1)
-    bounds, wanted = [_bounds(unit) for unit in leg], [along_m(unit) for unit in leg]
+    bounds, wanted = [bounds_along_m(unit) for unit in leg], [along_m(unit) for unit in leg]
     if turn_m is not None:
         bounds[-1], wanted[-1] = (turn_m, turn_m), turn_m
     least, most = sum(low for low, _ in bounds), sum(high for _, high in bounds)
@@ -172,7 +172,8 @@ def _fit_leg(rule: UnitRowRule, frame: Frame, k: int, leg: Sequence[Draft], turn
     return min(found, default=None, key=lambda one: one[0])
 
 
-def _bounds(unit: Draft) -> tuple[float, float]:
+def bounds_along_m(unit: Draft) -> tuple[float, float]:
+    """Return the least and the most that a unit takes of the wall, metres."""
     width = along_m(unit)
     if unit.rule.in_run is None or not unit.rule.in_run.stretches:
         return width, width

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.drafts import Draft
-from grammar.derivation.row_fit import least_along_m, reach_m, unit_rule
+from grammar.derivation.row_fit import bounds_along_m, least_along_m, reach_m, unit_rule
 from grammar.derivation.slopes import top_m
-from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW, penetration
+from grammar.geometry.arrays import Bools, Boxes, Floats
+from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW, box_rows, deepest_penetrations
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots
 from grammar.geometry.slopes import above_slopes, low_ceiling, slope_rows
 from grammar.geometry.wall_spans import Span, outlines, spans_of
@@ -70,25 +70,26 @@ class Shell(NamedTuple):
             found.append(frozenset(name for name, met in ((WINDOW, below), (SIDE_WINDOW, aside)) if met))
         return found
 
-    def hides_window(self, unit: Draft, width: float, pose: Pose) -> bool:
-        """Return whether a unit stands before a window that must stay free."""
-        box = box_as_wide(unit, width, pose)
-        return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
+    def bars(self, units: Sequence[Draft], boxes: Boxes) -> bool:
+        """Return whether a unit stands before a window that must stay free, or it, or what may stand on it, goes through a slope."""
+        if depths_in(boxes, self.views).any():
+            return True
+        loaded = boxes.copy()
+        loaded[:, Z_HIGH] = [max(unit.loaded_m, unit.size_m[2]) for unit in units]
+        return bool(self._pierced(loaded).any())
 
-    def pierces_slope(self, unit: Draft, width: float, pose: Pose) -> bool:
-        """Return whether a unit, or what may stand on it, reaches through a sloped ceiling."""
-        box = box_as_wide(unit, width, pose)
-        box[0, Z_HIGH] = max(unit.loaded_m, unit.size_m[2])
-        return len(self.slope) > 0 and above_slopes(self.slope, box, 0) > 0.0
+    def carries(self, boxes: Boxes, poses: Sequence[Pose]) -> list[bool]:
+        """Return of units whether something may hang above each: there is a wall behind it, high enough, with no window."""
+        above = boxes.copy()
+        above[:, Z_LOW], above[:, Z_HIGH] = boxes[:, Z_HIGH], self.line_m
+        low = self._pierced(above)
+        above[:, Z_HIGH] = self.room.height_m
+        barred = low | (depths_in(above, self.faces) > 0.0)
+        return [pose[3] != OFF_WALL and not bar for pose, bar in zip(poses, barred.tolist(), strict=True)]
 
-    def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
-        """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
-        box = box_as_wide(unit, width, pose)
-        box[0, Z_LOW : Z_HIGH + 1] = unit.size_m[2], self.line_m
-        if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
-            return False
-        box[0, Z_HIGH] = self.room.height_m
-        return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
+    def _pierced(self, boxes: Boxes) -> Bools:
+        """Return (n,) whether boxes reach through a sloped ceiling."""
+        return np.array([len(self.slope) > 0 and above_slopes(self.slope, boxes, k) > 0.0 for k in range(len(boxes))], bool)
 
 
 def _side_at(draft: Draft, window: Opening, axis: str) -> float:
@@ -124,10 +125,11 @@ def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
 
 def _spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:
     """Return the stretches of each wall that openings and the unit rows that stand already leave free."""
+    free, aisles = outlines(openings), [(one.yaw_rad, outlines(one.aside), outlines(one.ahead)) for one in taken]
     spans = []
-    for w, row in enumerate(shell.wall):
-        boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < ASKEW else one.ahead for one in taken]
-        spans.append(spans_of(shell.wall, w, outlines(np.concatenate([openings, *boxes])), depth_m))
+    for w, wall_yaw in enumerate(shell.wall[:, WALL_YAW].tolist()):
+        kept = [corners for yaw, aside, ahead in aisles for corners in (aside if abs(math.cos(yaw - wall_yaw)) < ASKEW else ahead)]
+        spans.append(spans_of(shell.wall, w, [*free, *kept], depth_m))
     return spans
 
 
@@ -140,19 +142,28 @@ def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
     return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
 
 
-def box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
-    """Return the (1, 8) world box of a unit that is as wide as its unit row asks for, if it stretches."""
-    box = box_of(unit, pose)
-    if unit_rule(unit).stretches:
-        box[0, HALF_WIDTH] = 0.5 * width
-    return box
+def boxes_as_wide(units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> Boxes:
+    """Return the (n, 8) world boxes of units that are as wide as their unit row asks for, if they stretch."""
+    return box_rows(
+        (x, y, 0.0, unit.size_m[2], 0.5 * unit.size_m[0], 0.5 * _width(unit, width), math.cos(yaw), math.sin(yaw))
+        for unit, width, (x, y, yaw, _) in zip(units, widths, poses, strict=True)
+    )
 
 
-def front_of(unit: Draft, width: float, pose: Pose) -> Boxes:
-    """Return the (1, 8) world box that the front of a unit opens into."""
-    depth, drawn, height = unit.size_m
-    size = (depth, width if unit_rule(unit).stretches else drawn, height)
-    return placed_zones([opening_front(size)], pose[0], pose[1], 0.0, pose[2])
+def fronts_of(units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> Boxes:
+    """Return the (n, 8) world boxes that the fronts of units open into."""
+    sizes = [(unit.size_m[0], _width(unit, width), unit.size_m[2]) for unit, width in zip(units, widths, strict=True)]
+    placed = (placed_zones([opening_front(size)], x, y, 0.0, yaw) for size, (x, y, yaw, _) in zip(sizes, poses, strict=True))
+    return np.concatenate([NO_BOXES, *placed])
+
+
+def _width(unit: Draft, width: float) -> float:
+    return width if unit_rule(unit).stretches else unit.size_m[1]
+
+
+def depths_in(boxes: Boxes, others: Boxes) -> Floats:
+    """Return (n,) how deep each of some boxes is in others, metres."""
+    return deepest_penetrations(boxes, np.zeros(len(boxes), np.int64), others, np.ones(len(others), np.int64))
 
 
 class UnitRow(NamedTuple):
@@ -214,6 +225,12 @@ class UnitRow(NamedTuple):
         behind = max(self.jut_m - self.side_m, 0.0) + rule.around_m
         shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
         return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
+
+    def fills(self, frame: Frame) -> bool:
+        """Return whether the units, as wide as they may be, leave no more of a frame bare than the row may."""
+        length = sum(leg.high - leg.low for leg in frame.legs) - self.rule.joint_m * (len(self.units) - len(frame.legs))
+        widest = sum(max(unit.size_m[:2]) if unit in self.turning else bounds_along_m(unit)[1] for unit in self.units)
+        return length - widest <= self.rule.most_bare_m + _ROUNDING_M
 
     def _openings(self) -> Boxes:
         """Return the boxes (n, 8) of doors and windows whose walls the unit row keeps free."""

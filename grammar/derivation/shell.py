@@ -70,29 +70,30 @@ def draw_room_size(sizes: Sequence[RoomSize], rng: np.random.Generator) -> Drawn
     return DrawnSize(area, sides, [Attribute(ROOM_SIZE, text, log)], arm, size)
 
 
-def check_share(size: DrawnSize, covered_m2: float, rng: np.random.Generator) -> None:
-    """Reject furniture by how far the share of the floor that it covers is from that of the component, where that has one.
+def draw_covered_m2(size: DrawnSize | None, rng: np.random.Generator) -> tuple[float, float]:
+    """Draw the least and the greatest area that furniture covers in a room of this size.
+
+    Furniture that covers a share x standard deviations off that of the component lies between them with the probability exp(-x^2 / 2).
+    """
+    component = size and size.component
+    if size is None or component is None or component.floor_share is None:
+        return 0.0, math.inf
+    reach = component.share_sd * math.sqrt(-2.0 * math.log1p(-rng.random()))
+    return size.area_m2 * (component.floor_share - reach), size.area_m2 * (component.floor_share + reach)
+
+
+def check_covered(room: RoomRule, bounds_m2: tuple[float, float], covered_m2: float) -> None:
+    """Reject furniture that covers more or less than it may; where no size of the mixture may be bare, bare rooms have other sizes.
 
     Raises:
         OtherShareError: the furniture covers another share of the floor than in rooms of that size.
     """
-    component = size.component
-    if component is not None and component.floor_share is not None:
-        off = (covered_m2 / size.area_m2 - component.floor_share) / component.share_sd
-        if rng.random() > math.exp(-0.5 * off * off):
-            raise OtherShareError("furniture on as much of the floor as in rooms of that size")
+    is_bare = covered_m2 <= 0.0 and not any(map(may_be_bare, room.sizes))
+    if not (bounds_m2[0] <= covered_m2 <= bounds_m2[1] or is_bare):
+        raise OtherShareError("furniture on as much of the floor as in rooms of that size")
 
 
-class Extent(NamedTuple):
-    """The area of a room's floor, long side over short one, whether the long one lies along y, and how these were drawn."""
-
-    area_m2: float
-    proportion: float
-    turned: bool
-    attributes: tuple[Attribute, ...]
-
-
-def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> Extent | DrawnSize | None:
+def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> DrawnSize | None:
     """Draw the extent of a room whose grammar says how large it is; None where furniture or a request decides, or the sides are drawn."""
     if room.sizes and not is_given(request):
         return draw_room_size(room.sizes, rng)
@@ -116,15 +117,14 @@ def draw_room(
     outline: tuple[Point2, ...],
     covered_m2: float,
     rng: np.random.Generator,
-    extent: Extent | DrawnSize | None = None,
+    extent: DrawnSize | None = None,
 ) -> tuple[Room, list[Attribute], SpecialWalls]:
     """Draw a room with a flat ceiling and without openings, tell how, and return the walls of its bay and of its chimney breast.
 
     ``outline``: the request's own or (); ``extent``: drawn before; None: from the furniture, or the sides.
 
     Raises:
-        RejectedError: the furniture does not fit the size that was drawn, an arm of the room is too narrow, the area is out of bounds, or
-            it has a bay and is to have slopes.
+        RejectedError: an arm of the room is too narrow, the area is out of bounds, or it has a bay and is to have slopes.
     """
     fitted = None if is_given(request) else _fitted(grammar.room, covered_m2, extent, rng)
     sides, attributes = ([], []) if outline else _draw_sides(grammar.room, request, fitted, rng)
@@ -193,31 +193,22 @@ def _shapes_left(room: RoomRule, fitted: bool) -> RoomShapes:
     return replace(room.shapes, **odds)
 
 
-def _fitted(room: RoomRule, covered_m2: float, extent: Extent | DrawnSize | None, rng: np.random.Generator) -> DrawnSize | None:
-    """Return the size of a room that its furniture or its area asks for; None for a room of given sides.
-
-    Raises:
-        RejectedError: the furniture does not fit the size that was drawn.
-    """
-    if isinstance(extent, DrawnSize):
-        if covered_m2 <= 0.0 and not any(may_be_bare(size) for size in room.sizes):
-            return None
-        check_share(extent, covered_m2, rng)
-        return extent
+def _fitted(room: RoomRule, covered_m2: float, extent: DrawnSize | None, rng: np.random.Generator) -> DrawnSize | None:
+    """Return the size of a room that its furniture or its area asks for; None for a room of given sides."""
+    if extent is not None and extent.component is not None and covered_m2 <= 0.0 and not any(map(may_be_bare, room.sizes)):
+        return None
     if extent is None and room.floor_share is not None and room.proportion is not None and covered_m2 > 0.0:
         share, log = draw_with_log_density(rng, room.floor_share)
-        extent = _extent(covered_m2 / max(share, _LEAST_SHARE), Attribute("floor_share", f"{share:.3f}", log), room.proportion, rng)
-    if extent is None:
-        return None
-    long = math.sqrt(extent.area_m2 * extent.proportion)
-    sides = [long, extent.area_m2 / long]
-    return DrawnSize(extent.area_m2, sides[::-1] if extent.turned else sides, extent.attributes)
+        return _extent(covered_m2 / max(share, _LEAST_SHARE), Attribute("floor_share", f"{share:.3f}", log), room.proportion, rng)
+    return extent
 
 
-def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, rng: np.random.Generator) -> Extent:
+def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, rng: np.random.Generator) -> DrawnSize:
     """Return an area with a drawn proportion, turned or not."""
     proportion, log = draw_with_log_density(rng, proportions)
     proportion = max(proportion, 1.0)
     turned = bool(rng.random() < _EITHER_WAY)
     told = Attribute("proportion", f"{proportion:.3f}{', turned' if turned else ''}", log + math.log(_EITHER_WAY))
-    return Extent(area_m2, proportion, turned, (attribute, told))
+    long = math.sqrt(area_m2 * proportion)
+    sides = [long, area_m2 / long]
+    return DrawnSize(area_m2, sides[::-1] if turned else sides, (attribute, told))

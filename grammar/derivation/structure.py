@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -28,20 +28,28 @@ class Vertex(NamedTuple):
     log_probability: float
 
 
-class Chooser(Protocol):
-    """Makes the choices of a derivation in depth-first order, and is told when a branch or a copy begins and ends."""
+class Chooser:
+    """Makes the choices of a derivation in depth-first order by the grammar's probabilities alone.
+
+    It is told when a branch or a copy begins and ends, for choosers whose probabilities depend on what was drawn and on what follows.
+    """
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
 
     def terminal(self, symbol: str) -> None:
         """Note that a regular terminal was reached."""
 
     def branch(self, node: Node) -> int:
         """Return the branch of an Or node."""
+        return draw_index(self._rng, [branch.probability or 0.0 for branch in node.branches])
 
     def copies(self, branch: Branch) -> int:
         """Return the number of copies of a Set node's branch."""
+        return draw_index(self._rng, branch.multiplicity or ())
 
-    def begin(self, following: Sequence[Branch]) -> None:
-        """Note that a branch of an And or Set node begins; ``following`` come after it."""
+    def begin(self, node: Node, place: int) -> None:
+        """Note that a branch of an And or Set node begins."""
 
     def begin_copy(self, symbol: str, following: int) -> None:
         """Note that a copy of a Set node's branch begins; ``following`` more copies come after it."""
@@ -50,35 +58,10 @@ class Chooser(Protocol):
         """Note that the branch or copy that began last has ended."""
 
 
-class _Unconditional:
-    """Draws by the grammar's probabilities alone."""
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
-
-    def terminal(self, symbol: str) -> None:
-        """Do nothing: the probabilities do not depend on what was drawn."""
-
-    def branch(self, node: Node) -> int:
-        return draw_index(self._rng, [branch.probability or 0.0 for branch in node.branches])
-
-    def copies(self, branch: Branch) -> int:
-        return draw_index(self._rng, branch.multiplicity or ())
-
-    def begin(self, following: Sequence[Branch]) -> None:
-        """Do nothing: the probabilities do not depend on what follows."""
-
-    def begin_copy(self, symbol: str, following: int) -> None:
-        """Do nothing: the probabilities do not depend on what follows."""
-
-    def end(self) -> None:
-        """Do nothing."""
-
-
 def draw_structure(grammar: Grammar, rng: np.random.Generator) -> list[Vertex]:
     """Return the vertices of one structure in depth-first order; its terminals are the objects of the room."""
     vertices: list[Vertex] = []
-    expand(grammar, _Unconditional(rng), grammar.root, -1, vertices)
+    expand(grammar, Chooser(rng), grammar.root, -1, vertices)
     return vertices
 
 
@@ -97,7 +80,7 @@ def expand(grammar: Grammar, chooser: Chooser, symbol: str, parent: int, out: li
         return
     out.append(Vertex(symbol, node.kind, parent, "", 0.0))
     for place, branch in enumerate(node.branches):
-        chooser.begin(node.branches[place + 1 :])
+        chooser.begin(node, place)
         if branch.multiplicity is None:
             expand(grammar, chooser, branch.symbol, index, out)
         else:
@@ -228,7 +211,8 @@ class _ConditionalChooser(Chooser):
     """Makes the choices of one derivation given that the bounds are met."""
 
     def __init__(self, tables: ConditionalStructures, rng: np.random.Generator) -> None:
-        self._tables, self._rng = tables, rng
+        super().__init__(rng)
+        self._tables = tables
         self._drawn = (0,) * len(tables.bounds)
         self._ahead: list[Floats] = [tables.of_copies("", 0)]
 
@@ -255,10 +239,10 @@ class _ConditionalChooser(Chooser):
         tables = {k: self._tables.sum_of(self._tables.of_copies(branch.symbol, k), self._ahead[-1]) for k, p in enumerate(odds) if p > 0.0}
         return self._weighted(odds, tables)
 
-    def begin(self, following: Sequence[Branch]) -> None:
+    def begin(self, node: Node, place: int) -> None:
         """Push the distribution of what comes after a branch."""
         ahead = self._ahead[-1]
-        for branch in following:
+        for branch in node.branches[place + 1 :]:
             ahead = self._tables.sum_of(ahead, self._tables.of_branch(branch))
         self._ahead.append(ahead)
 

@@ -6,7 +6,7 @@ change these; the chain goes on from there.  Rows that stand free come last.  Gr
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -25,13 +25,13 @@ from grammar.derivation.row_walls import (
     Pose,
     Shell,
     UnitRow,
-    box_as_wide,
     box_of,
-    front_of,
+    boxes_as_wide,
+    fronts_of,
     shell_of,
 )
 from grammar.geometry.arrays import Boxes
-from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, penetration
+from grammar.geometry.boxes import HALF_WIDTH, NO_BOXES, deepest_penetrations
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, jutting, unit_poses
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, UnitRowRule
@@ -182,7 +182,7 @@ def _begin(symbol: str, unit_row: UnitRow, rng: np.random.Generator) -> _Candida
     Raises:
         RejectedError: nothing that was tried fits.
     """
-    found = unit_row.frames(unit_row.taken)
+    found = [frame for frame in unit_row.frames(unit_row.taken) if unit_row.fills(frame)]
     candidates: list[_Candidate] = []
     enough = min(_ENOUGH, _ENOUGH_A_UNIT * (len(unit_row.units) + 1))
     for tried in range(_TRIES if found else 0):
@@ -230,33 +230,31 @@ def _try(unit_row: UnitRow, frame: Frame, rng: np.random.Generator) -> _Candidat
     units, flat = [unit for leg in legs for unit in leg], [width for row in widths for width in row]
     counts, slide = tuple(map(len, legs)), slot.slide * rng.random()
     poses = _poses(unit_row.rule, slot, slide, counts, walls, units, flat)
-    if _barred(unit_row.shell, units, flat, poses):
+    boxes = boxes_as_wide(units, flat, poses)
+    if _barred(unit_row.shell, units, flat, poses, boxes):
         return None
     if unit_row.juts:
         size = unit_row.rule.wall_gap_m + unit_row.jut_m, _length(unit_row.rule, widths[-1])
         own = [box_of(unit, pose) for unit, pose in zip(units[: -counts[-1]], poses, strict=False) if not unit_rule(unit).turns]
         if not _leaves_aisles(unit_row, slot, len(counts) - 1, size, [*(one.ahead for one in unit_row.taken), *own]):
             return None
-    return _Candidate(fit.cost + _order_cost(unit_row, units, flat, poses), units, counts, flat, slot, slide, poses)
+    return _Candidate(fit.cost + _order_cost(unit_row, units, poses, boxes), units, counts, flat, slot, slide, poses)
 
 
-def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> bool:
+def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose], boxes: Boxes) -> bool:
     """Return whether a unit stands where it may not.
 
     That is before a window that must stay free, where a sloped ceiling is too low for it, or before the front of one of another leg.
     """
-    rows = list(zip(units, widths, poses, strict=True))
-    boxes = [box_as_wide(*row) for row in rows]
-    at_angles = (
-        (front_of(*row), box)
-        for row in rows
-        if not unit_rule(row[0]).turns
-        for box, other in zip(boxes, poses, strict=True)
-        if abs(math.cos(row[2][2] - other[2])) < ASKEW
-    )
-    return any(shell.hides_window(*row) or shell.pierces_slope(*row) for row in rows) or any(
-        penetration(front, 0, box, 0) > 0.0 for front, box in at_angles
-    )
+    if shell.bars(units, boxes):
+        return True
+    # the legs of a row stand at right angles to each other
+    aside = np.array([abs(math.cos(pose[2] - poses[0][2])) < ASKEW for pose in poses], np.int64)
+    if not aside.any():
+        return False
+    opening = [k for k, unit in enumerate(units) if not unit_rule(unit).turns]
+    fronts = fronts_of([units[k] for k in opening], [widths[k] for k in opening], [poses[k] for k in opening])
+    return bool(deepest_penetrations(fronts, aside[opening], boxes, aside).any())
 
 
 def _leaves_aisles(unit_row: UnitRow, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
@@ -281,11 +279,11 @@ def _taken_m(unit: Draft, width: float, direction: float) -> tuple[float, float]
     return across_m(unit) + 2.0 * unit.behind_m, width
 
 
-def _order_cost(unit_row: UnitRow, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
+def _order_cost(unit_row: UnitRow, units: Sequence[Draft], poses: Sequence[Pose], boxes: Boxes) -> float:
     """Return what an order costs in nat, and what hangs in line and finds no unit under free wall to hang above."""
     shell = unit_row.shell
     cost = order_cost([(unit.symbol, unit_rule(unit)) for unit in units], shell.windows_met(poses), bool(shell.windows))
-    free = [unit.symbol for unit, width, pose in zip(units, widths, poses, strict=True) if shell.carries(unit, width, pose)]
+    free = [unit.symbol for unit, carries in zip(units, shell.carries(boxes, poses), strict=True) if carries]
     for draft in unit_row.hanging:
         cores = draft.rule.cores or {}
         if not cores.keys() & {unit.symbol for unit in units}:
@@ -300,7 +298,7 @@ def _order_cost(unit_row: UnitRow, units: Sequence[Draft], widths: Sequence[floa
 
 def _improved(unit_row: UnitRow, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
     """Return a way to begin in which pairs of units of one leg have changed places, until no such change costs less."""
-    best, before = begun, _order_cost(unit_row, begun.units, begun.widths, begun.poses)
+    best, before = begun, _order_cost(unit_row, begun.units, begun.poses, boxes_as_wide(begun.units, begun.widths, begun.poses))
     leg_of = [leg for leg, count in enumerate(begun.legs) for _ in range(count)]
     walls = [begun.poses[leg_of.index(leg)][3] for leg in range(len(begun.legs))]
     straight = [k for k, unit in enumerate(begun.units) if not unit_rule(unit).turns]
@@ -311,8 +309,9 @@ def _improved(unit_row: UnitRow, begun: _Candidate, rng: np.random.Generator) ->
         units, widths = list(best.units), list(best.widths)
         units[p], units[q], widths[p], widths[q] = units[q], units[p], widths[q], widths[p]
         poses = _poses(unit_row.rule, best.slot, best.slide_m, best.legs, walls, units, widths)
-        cost = _order_cost(unit_row, units, widths, poses)
-        if cost < before and not _barred(unit_row.shell, units, widths, poses):
+        boxes = boxes_as_wide(units, widths, poses)
+        cost = _order_cost(unit_row, units, poses, boxes)
+        if cost < before and not _barred(unit_row.shell, units, widths, poses, boxes):
             best, before, left = best._replace(units=units, widths=widths, poses=poses), cost, list(pairs)
     return best
 
@@ -343,17 +342,19 @@ def _set_width(unit: Draft, width: float) -> None:
 
 def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
     """Give the units their widths, write down the unit row that they are in, and tell what may hang above them."""
-    for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
+    carry = shell.carries(boxes_as_wide(chosen.units, chosen.widths, chosen.poses), chosen.poses)
+    for k, (unit, width) in enumerate(zip(chosen.units, chosen.widths, strict=True)):
         if width != along_m(unit) and not unit_rule(unit).turns:
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.note("place_in_run", f"{symbol} {k}", 0.0)
-        unit.carries = shell.carries(unit, width, pose)
+        unit.carries = carry[k]
 
 
 def _places(unit_row: UnitRow, chosen: _Candidate) -> list[Slot]:
     """Return all places that the legs of a unit row fit in, walls that are free of doors and windows alike."""
-    lengths = list(_leg_lengths(chosen, unit_row.rule))
+    widths = iter(chosen.widths)
+    lengths = [_length(unit_row.rule, list(itertools.islice(widths, count))) for count in chosen.legs]
     at_walls = lengths[:-1] if unit_row.juts else lengths
     found = [
         slot
@@ -386,10 +387,3 @@ def _plan(rule: UnitRowRule, chosen: _Candidate, places: Sequence[Slot]) -> Unit
 def _length(rule: UnitRowRule, widths: Sequence[float]) -> float:
     """Return how long a leg is, the joints between its units included."""
     return sum(widths) + rule.joint_m * (len(widths) - 1)
-
-
-def _leg_lengths(chosen: _Candidate, rule: UnitRowRule) -> Iterator[float]:
-    first = 0
-    for count in chosen.legs:
-        yield _length(rule, chosen.widths[first : first + count])
-        first += count

@@ -9,7 +9,7 @@ colour.  Where a name does not fit, the object's id stands in its place, and the
 import math
 from collections.abc import Sequence
 
-from grammar.drawing.shapes import Drawing, Point, area, dot, line, to_svg, words
+from grammar.drawing.shapes import Drawing, Point, area, dot, line, words
 from grammar.drawing.top_view_plan import (
     BORDER,
     DOOR,
@@ -54,11 +54,6 @@ def top_view(scene: SceneDescription) -> Drawing:
     _draw_scale(plan)
     bottom = draw_legend(plan, scene, color, labels)
     return Drawing(width=plan.width + LEGEND_WIDTH, height=max(plan.height, bottom + 20.0), shapes=tuple(plan.shapes))
-
-
-def top_view_svg(scene: SceneDescription) -> str:
-    """Return the drawing of a room as SVG text; the same scene gives the same text."""
-    return to_svg(top_view(scene))
 
 
 def _draw_room(plan: Plan, room: Room) -> None:

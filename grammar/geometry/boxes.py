@@ -32,9 +32,10 @@ NO_BOXES = box_rows([])
 
 
 def footprint_corners(box: Boxes) -> Boxes:
-    """Return the (4, 2) corners of a box's footprint, counter-clockwise, world metres."""
-    u, v = box[HALF_DEPTH] * _CORNER_DEPTH, box[HALF_WIDTH] * _CORNER_WIDTH
-    return np.column_stack([box[X] + u * box[COS_YAW] - v * box[SIN_YAW], box[Y] + u * box[SIN_YAW] + v * box[COS_YAW]])
+    """Return the (..., 4, 2) corners of the footprint of a box or boxes (..., 8), counter-clockwise, world metres."""
+    x, y, _, _, depth, width, c, s = np.moveaxis(box, -1, 0)[..., None]
+    u, v = depth * _CORNER_DEPTH, width * _CORNER_WIDTH
+    return np.stack([x + u * c - v * s, y + u * s + v * c], axis=-1)
 
 
 @entry
@@ -57,6 +58,20 @@ def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
 def footprint_penetration(a: Boxes, b: Boxes) -> float:
     """Return :func:`row_penetration` of two boxes that are given as rows (8,)."""
     return float(row_penetration(a[None], 0, b[None], 0))
+
+
+@entry
+def _overlap(boxes, others, depth):  # type: ignore[no-untyped-def]
+    for a in range(len(boxes)):
+        for b in range(len(others)):
+            depth[a] = max(depth[a], row_penetration(boxes, a, others, b))
+
+
+def footprint_penetrations(boxes: Boxes, others: Boxes) -> Floats:
+    """Return, for each of ``boxes`` (n, 8), the greatest :func:`row_penetration` with any of ``others``, -inf without these."""
+    depth = np.full(len(boxes), -math.inf)
+    _overlap(boxes, others, depth)
+    return depth
 
 
 @entry

@@ -32,12 +32,12 @@ def free_spans(polygon_m: ArrayLike, obstacles: Boxes, depth_m: float) -> list[l
 
 def outlines(boxes: Boxes) -> list[list[Point]]:
     """Return the corners of the footprints of (n, 8) world boxes."""
-    return [[(float(x), float(y)) for x, y in footprint_corners(box)] for box in boxes]
+    return [[(x, y) for x, y in corners] for corners in footprint_corners(boxes).tolist()]
 
 
 def spans_of(rows: Floats, w: int, obstacles: Sequence[Sequence[Point]], depth_m: float) -> list[Span]:
     """Return the free stretches of wall ``w``; arguments as for :func:`free_spans`, obstacles by their :func:`outlines`."""
-    row, length = rows[w], float(rows[w, LENGTH])
+    row, length = rows[w].tolist(), float(rows[w, LENGTH])
     blocked: list[tuple[float, float, bool]] = []
     for v in range(len(rows)):
         if v != w:
@@ -58,7 +58,7 @@ def spans_of(rows: Floats, w: int, obstacles: Sequence[Sequence[Point]], depth_m
     return spans
 
 
-def _at_wall(row: Floats, points: Iterable[Point]) -> list[Point]:
+def _at_wall(row: Sequence[float], points: Iterable[Point]) -> list[Point]:
     """Return points as metres along a wall and into the room."""
     offsets = [(x - row[START_X], y - row[START_Y]) for x, y in points]
     return [(dx * row[ALONG_X] + dy * row[ALONG_Y], dx * row[NORMAL_X] + dy * row[NORMAL_Y]) for dx, dy in offsets]
@@ -71,7 +71,7 @@ def _in_strip(points: Sequence[Point], depth_m: float) -> list[tuple[float, floa
         if low < t < high:
             along.append(s)
         along.extend(s + (u - s) * (edge - t) / (v - t) for edge in (low, high) if min(t, v) < edge < max(t, v))
-    return [(float(min(along)), float(max(along)))] if along else []
+    return [(min(along), max(along))] if along else []
 
 
 _COVERED_M = 1e-4

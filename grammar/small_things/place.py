@@ -22,10 +22,10 @@ from grammar.geometry.boxes import (
     Z_LOW,
     box_rows,
     deepest_penetrations,
-    footprint_penetration,
+    footprint_penetrations,
     place_boxes,
 )
-from grammar.geometry.solids import rest_top, surface_top, whole_box
+from grammar.geometry.solids import rest_top, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
 from grammar.small_things.rules import Depth, Thing
 from grammar.spec.categories import Categories, Category, Role
@@ -275,30 +275,41 @@ def by_wall(
     boxes[boxes[:, Z_LOW] < _KNEE_HIGH_M, Z_LOW] = 0.0  # nothing is pushed under a radiator
     obstacles = Obstacles(boxes, owners)
     drawn = [
-        (_nearness(placed, wall, k, along, standing), n, placed)
-        for n, (k, along, placed) in enumerate(_along_walls(rng, new.thing, new.item, wall))
-        if not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M
+        found
+        for found in _along_walls(rng, new.thing, new.item.size_m, wall)
+        if not doors or min(math.dist(found[2:4], door) for door in doors) < DOOR_REACH_M
     ]
-    nearest = (placed for _, _, placed in sorted(drawn, key=lambda found: found[:2]))
-    return next((placed for placed in nearest if fits(placed) and clear_of(new, placed, obstacles)), None)
+    for k in np.argsort(_nearness(new.item.size_m, drawn, wall, standing), kind="stable").tolist():
+        x, y, yaw = drawn[k][2:]
+        placed = replace(new.item, position_m=(x, y, 0.0), yaw_rad=yaw, support=Supported(kind="floor"))
+        if fits(placed) and clear_of(new, placed, obstacles):
+            return placed
+    return None
 
 
-def _along_walls(rng: np.random.Generator, thing: Thing, item: SceneObject, wall: Floats) -> Iterator[tuple[int, float, SceneObject]]:
-    """Yield poses against walls that are long enough: wall, place of the middle along it, and the placed thing."""
+_AtWall = tuple[int, float, float, float, float]
+"""A pose against a wall: its number, how far along it the middle is, and x, y, yaw in the world."""
+
+
+def _along_walls(rng: np.random.Generator, thing: Thing, size_m: tuple[float, float, float], wall: Floats) -> Iterator[_AtWall]:
+    """Yield poses against walls that are long enough."""
     shares = wall[:, LENGTH] / wall[:, LENGTH].sum()
     for _ in range(WALL_TRIALS):
         row = wall[k := int(rng.choice(len(wall), p=shares))]
         turn, along = draw_turn(rng, thing, 0.0), float(rng.uniform()) * row[LENGTH]
         c, s = abs(math.cos(turn)), abs(math.sin(turn))
-        off = 0.5 * (item.size_m[0] * c + item.size_m[1] * s) + _GAP_M + abs(float(rng.normal(0.0, _GAP_SD_M)))
+        off = 0.5 * (size_m[0] * c + size_m[1] * s) + _GAP_M + abs(float(rng.normal(0.0, _GAP_SD_M)))
         x, y = row[START_X] + along * row[ALONG_X] + off * row[NORMAL_X], row[START_Y] + along * row[ALONG_Y] + off * row[NORMAL_Y]
-        yaw = math.remainder(row[WALL_YAW] + turn, 2.0 * math.pi)
-        yield k, along, replace(item, position_m=(float(x), float(y), 0.0), yaw_rad=yaw, support=Supported(kind="floor"))
+        yield k, along, float(x), float(y), math.remainder(row[WALL_YAW] + turn, 2.0 * math.pi)
 
 
-def _nearness(placed: SceneObject, wall: Floats, k: int, along: float, standing: Boxes) -> float:
-    """Return the distance in metres to a corner of the room at an end of the wall, or to what stands there, whichever is nearer."""
-    box, half = whole_box(placed), 0.5 * max(placed.size_m[:2])
-    ends = [along - half] if wall[k, REFLEX] == 0.0 else []
-    ends += [wall[k, LENGTH] - along - half] if wall[(k + 1) % len(wall), REFLEX] == 0.0 else []
-    return min([math.inf, *map(float, ends), *(-footprint_penetration(box, other) for other in standing)])
+def _nearness(size_m: tuple[float, float, float], drawn: Sequence[_AtWall], wall: Floats, standing: Boxes) -> Floats:
+    """Return (n,) the distances in metres to a corner of the room at an end of the wall, or to what stands there, whichever is nearer."""
+    (depth, width, height), half = size_m, 0.5 * max(size_m[:2])
+    boxes = box_rows((x, y, 0.0, height, 0.5 * depth, 0.5 * width, math.cos(yaw), math.sin(yaw)) for _, _, x, y, yaw in drawn)
+    near = -footprint_penetrations(boxes, standing)
+    for n, (k, along, *_) in enumerate(drawn):
+        low = along - half if wall[k, REFLEX] == 0.0 else math.inf
+        high = wall[k, LENGTH] - along - half if wall[(k + 1) % len(wall), REFLEX] == 0.0 else math.inf
+        near[n] = min(near[n], low, high)
+    return near

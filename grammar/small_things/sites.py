@@ -28,6 +28,9 @@ _WALL_M = 0.01
 _SEEN_M = 0.4
 """Space that stays free before what hangs to be seen."""
 
+_LEANS_M = 1.0
+"""What is higher, as a broom or garden tools, leans at a wall and does not stand free."""
+
 _OPENED: tuple[Role, ...] = ("store", "shelf", "wardrobe", "fridge", "wall_unit")
 
 
@@ -128,7 +131,9 @@ class FloorSite:
         if self.beside == "furniture":
             return on_floor(rng, new, self.anchors, 0.0, around.fits, taken)
         stood = by_wall(rng, new, around.wall, self.doors if self.beside == "door" else (), around.fits, taken)
-        return stood or on_floor(rng, new, self.anchors, 0.0, around.fits, taken)
+        if stood or new.item.size_m[2] > _LEANS_M:
+            return stood
+        return on_floor(rng, new, self.anchors, 0.0, around.fits, taken)
 
     def carrier(self) -> Carrier:
         """Return the floor with what stays free of it."""

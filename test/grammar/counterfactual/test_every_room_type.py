@@ -47,7 +47,7 @@ VALUES = {
     "light_intensity": 0.5, "color_temperature_k": 3333.0, "sun_elevation_deg": 33.0, "sun_azimuth_deg": 200.0, "solar_hour": 12.5,
     "sun_intensity": 0.5, "sky_intensity": 0.25, "turbidity": 6.5, "cloud_cover": 0.75, "material": "oak", "base_color": [0.1, 0.2, 0.3],
     "roughness": 0.123, "metallic": 0.456, "texture": "none", "texture_scale": 1.5, "texture_contrast": 0.987, "wall_finish": "walnut",
-    "floor_finish": "walnut", "ceiling_finish": "walnut", "room_size": 1.4, "camera_height_m": 1.0, "camera_pitch_deg": 3.0,
+    "floor_finish": "walnut", "ceiling_finish": "walnut", "camera_height_m": 1.0, "camera_pitch_deg": 3.0,
     "camera_roll_deg": 4.0, "camera_speed": 2.0, "camera_amplitude": 0.5, "camera_offset_m": 0.01, "camera_path": 1,
 }  # fmt: skip
 SEEN = ("depth", "range", "normals", "instance", "semantic")
@@ -60,6 +60,8 @@ def candidates(scene: SceneDescription, factor: str) -> Iterator[Change]:
         yield Change(factor, {}, VALUES[factor])
     elif factor == "lamp_on":
         yield Change(factor, {}, not any(light.on for light in (*scene.lights, *scene.luminaires)))
+    elif factor == "room_size":
+        yield from (Change(factor, {}, value) for value in (1.4, 1.2))
     elif factor == "clutter":
         yield Change(factor, {}, 0.5)
     elif factor == "object_added":

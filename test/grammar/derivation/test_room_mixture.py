@@ -11,7 +11,7 @@ import pytest
 from grammar.derivation.derive import Kept, derive, derive_from
 from grammar.derivation.parse_tree import RejectedError
 from grammar.derivation.plan import make_plan
-from grammar.derivation.shell import ROOM_SIZE, check_share, draw_extent, draw_room, draw_room_size, may_be_bare
+from grammar.derivation.shell import ROOM_SIZE, draw_covered_m2, draw_extent, draw_room, draw_room_size, may_be_bare
 from grammar.spec.categories import read_categories
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import GrammarSet, SceneRequest
@@ -33,9 +33,8 @@ def drawn(covered_m2: float, count: int) -> list[tuple[float, list[float], int]]
     rng, found = np.random.default_rng(1), []
     for _ in range(count):
         size = draw_room_size(SIZES, rng)
-        try:
-            check_share(size, covered_m2, rng)
-        except RejectedError:
+        least, most = draw_covered_m2(size, rng)
+        if not least <= covered_m2 <= most:
             continue
         (attribute,) = size.attributes
         assert (attribute.name, size.arm_m) == (ROOM_SIZE, None)

@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 import pytest
 from sample_scene import sample_objects, sample_room, sample_scene
 
-from grammar.drawing.top_view import fill_color, top_view, top_view_svg
+from grammar.drawing.shapes import to_svg
+from grammar.drawing.top_view import fill_color, top_view
 from grammar.drawing.top_view_plan import PIXELS_PER_METRE, label_objects
 from scene_description import NYU40, SceneDescription
 
@@ -18,7 +19,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def drawing(scene: SceneDescription) -> ElementTree.Element:
-    return ElementTree.fromstring(top_view_svg(scene))
+    return ElementTree.fromstring(to_svg(top_view(scene)))
 
 
 def corners(element: ElementTree.Element) -> list[tuple[float, float]]:
@@ -132,7 +133,7 @@ def test_the_sheet_holds_a_door_that_opens_outwards() -> None:
 def test_an_invalid_room_says_so() -> None:
     scene = sample_scene()
     broken = replace(scene, validity=replace(scene.validity, valid=False))
-    assert "4 objects, NOT VALID" in top_view_svg(broken)
+    assert "4 objects, NOT VALID" in to_svg(top_view(broken))
 
 
 def test_text_is_escaped() -> None:
@@ -154,4 +155,4 @@ def test_camera_path_starts_at_the_full_dot() -> None:
 
 
 def test_the_same_scene_gives_the_same_text() -> None:
-    assert top_view_svg(sample_scene()) == top_view_svg(sample_scene())
+    assert to_svg(top_view(sample_scene())) == to_svg(top_view(sample_scene()))

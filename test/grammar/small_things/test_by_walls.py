@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from grammar.geometry.solids import local_solids
 from grammar.geometry.walls import wall_rows
 from grammar.small_things.place import DOOR_REACH_M, Newcomer, Obstacles, by_wall, use_strips
 from grammar.small_things.rules import Thing
-from scene_description import ModelReference, SceneObject, Support
+from grammar.small_things.sites import FloorSite, Surroundings
+from scene_description import ModelReference, Room, SceneObject, Support
 
 WALL = wall_rows(((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)))
 BOX = Thing(size_m=(0.3, 0.4, 0.3), sd_m=(0.01, 0.01, 0.01), turns=(0.0,))
@@ -77,3 +79,17 @@ def test_the_floor_before_fronts_and_around_cars_is_used() -> None:
     before, around = use_strips(CATEGORIES, [shelf, car, plant])
     assert before[[X, Y, HALF_DEPTH, HALF_WIDTH]] == pytest.approx([1.0, 2.0 + 0.2 + 0.275, 0.275, 0.5])
     assert around[[X, Y, HALF_DEPTH, HALF_WIDTH]] == pytest.approx([0.0, 0.0, 2.55, 1.45])
+
+
+@pytest.mark.parametrize(("height_m", "stands"), [(0.3, True), (1.3, False)])
+def test_what_is_as_high_as_a_broom_leans_at_a_wall_or_is_not_there(height_m: float, stands: bool) -> None:
+    room = Room(polygon_m=((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)), height_m=2.5, wall_thickness_m=0.1, openings=(), surfaces=())
+    bench = thing("workbench", 2.0, 1.5, 0.0, (0.6, 0.6, 0.9))
+    walls = np.array(
+        [[2.0, y, 0.0, 2.0, 2.0, 0.3, 1.0, 0.0] for y in (0.3, 2.7)] + [[x, 1.5, 0.0, 2.0, 0.3, 1.5, 1.0, 0.0] for x in (0.3, 3.7)]
+    )
+    site = FloorSite(tidy={}, late={}, beside="wall", anchors=[bench], doors=(), free=walls, used=NOTHING)
+    item = replace(thing("broom", 0.0, 0.0, 0.0, (0.14, 0.32, height_m)), id=2)
+    newcomer = Newcomer(BOX, item, local_solids(CATEGORIES["broom"], item.size_m))
+    found = site.place(np.random.default_rng(1), newcomer, 0.0, Surroundings(CATEGORIES, room, [bench]))
+    assert (found is not None) == stands
