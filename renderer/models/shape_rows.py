@@ -153,18 +153,6 @@ def _stuffed(frame: Frame, value: Any, row: Row) -> Mesh:
     return moved(mesh, *(0.5 * (a + b) for a, b in zip(low, high, strict=True)))
 
 
-def _heap(frame: Frame, value: Any, row: Row) -> Mesh:
-    """Cloth in folds between two corners; ``steps``: how finely it is cut, odd."""
-    low, high = (frame.at(corner) for corner in value)
-    return heap(frame.rng, low, high, row.get("steps", 27))
-
-
-def _folded(frame: Frame, value: Any, row: Row) -> Mesh:
-    """Cloth folded in two between two corners."""
-    del row
-    return folded(frame.rng, *(frame.at(corner) for corner in value))
-
-
 def _hanging(make: Callable[..., Mesh], frame: Frame, value: Any, row: Row) -> Mesh:
     """A garment or a coat that hangs between two corners; ``shape``: its widths from collar to hem."""
     shape = row.get("shape")
@@ -174,8 +162,9 @@ def _hanging(make: Callable[..., Mesh], frame: Frame, value: Any, row: Row) -> M
 
 SOLIDS: Mapping[str, Callable[[Frame, Any, Row], Mesh]] = {
     "lathe": _lathe, "box": _box, "loft": _loft, "prism": _prism, "tube": _tube, "arc": _arc, "strip": _strip,
-    "stuffed": _stuffed, "heap": _heap, "folded": _folded,
-    "garment": partial(_hanging, garment), "coat": partial(_hanging, coat),
+    "heap": lambda frame, value, row: heap(frame.rng, frame.at(value[0]), frame.at(value[1]), row.get("steps", 27)),
+    "folded": lambda frame, value, row: folded(frame.rng, frame.at(value[0]), frame.at(value[1])),
+    "stuffed": _stuffed, "garment": partial(_hanging, garment), "coat": partial(_hanging, coat),
 }  # fmt: skip
 """The kinds of pieces."""
 
