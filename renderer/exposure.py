@@ -39,6 +39,8 @@ _DARKEST = 1e-3
 _BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 0.7
 _MIDDLE_STOPS = -3.15
 """Most of the median luminance of any view, in stops above white: no view of a room is bleached because others are dark."""
+_WINDOW_SHARE, _WINDOW_STOPS, _BLEACHED_STOPS = 0.97, 3.0, -0.3
+"""What no photographer's hand exceeds: stops above white that this share of what is seen keeps, and the median of any view."""
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
 _KEY_CD_M2 = 10.0
@@ -50,13 +52,15 @@ _HAND, _MOST_DEVIATION = 0x68616E64, 2.0
 class LightReading(NamedTuple):
     """What a meter tells of a room.
 
-    ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room, within 2, for its compensation.
+    ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room, within 2, for its compensation;
+    bleached_ev100: below that exposure value windows or the middle of a view are bleached.
     """
 
     ev100: float
     white_xy: Chromaticity
     black: float = 0.0
     deviate: float = 0.0
+    bleached_ev100: float = -math.inf
 
 
 def fixed_white(config: RenderConfig) -> Chromaticity | None:
@@ -91,16 +95,18 @@ def exposed(config: RenderConfig, metered: LightReading | None, fixed_ev100: flo
         config = replace(config, exposure_ev100=fixed_ev100, auto_exposure=False)
     if metered is None:
         return Exposure(config.exposure_ev100, white or D65_XY)
-    ev100 = metered.ev100 - _compensation_ev(config, metered) if config.auto_exposure else config.exposure_ev100
+    plain_ev100 = metered.ev100 - config.exposure_compensation_ev
+    by_hand_ev100 = max(plain_ev100 - _by_room_ev(config, metered), min(plain_ev100, metered.bleached_ev100))
+    ev100 = by_hand_ev100 if config.auto_exposure else config.exposure_ev100
     black = min(metered.black * 2.0 ** (metered.ev100 - ev100), MOST_BLACK)
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE), black)
 
 
-def _compensation_ev(config: RenderConfig, metered: LightReading) -> float:
-    """Return by how many stops a room is shown brighter than metered: as configured, by its key, and by its draw, these in steps of 1/8."""
+def _by_room_ev(config: RenderConfig, metered: LightReading) -> float:
+    """Return by how many stops, in steps of 1/8, a room is shown brighter than all are, by its key and by its draw."""
     luminance = METER_CONSTANT / 100.0 * 2.0**metered.ev100
     by_room = config.exposure_key * math.log2(_key(luminance) / _key(_KEY_CD_M2)) + config.exposure_scatter_ev * metered.deviate
-    return config.exposure_compensation_ev + round(by_room * _STEPS_PER_EV) / _STEPS_PER_EV
+    return round(by_room * _STEPS_PER_EV) / _STEPS_PER_EV
 
 
 def _key(luminance: float) -> float:
@@ -160,15 +166,20 @@ class LightMeter:
         views = [np.maximum(zones, _DARKEST) for zones in self._zones]
         logs = np.mean([el.log2(view).mean() for view in views])
         luminance = np.concatenate(views)
-        bright = float(np.quantile(luminance, _BRIGHT_SHARE))
+        bright, window = np.quantile(luminance, (_BRIGHT_SHARE, _WINDOW_SHARE)).tolist()
         middle = max(float(np.quantile(view, 0.5)) for view in views)
-        limits = math.log2(bright / white_luminance(_BRIGHT_STOPS)), math.log2(middle / white_luminance(_MIDDLE_STOPS))
-        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), *limits)
+        limit, bleached = (
+            max(math.log2(high / white_luminance(stops)), math.log2(middle / white_luminance(middle_stops)))
+            for high, stops, middle_stops in ((bright, _BRIGHT_STOPS, _MIDDLE_STOPS), (window, _WINDOW_STOPS, _BLEACHED_STOPS))
+        )
+        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), limit)
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
-        ev100, dark_ev = (round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, math.log2(dark / white_luminance(0.0))))
+        ev100, bleached, dark_ev = (
+            round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, bleached, math.log2(dark / white_luminance(0.0)))
+        )
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
         deviate = float(np.clip(np.random.default_rng((self._scene_key, _HAND)).standard_normal(), -_MOST_DEVIATION, _MOST_DEVIATION))
-        return LightReading(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100), deviate)
+        return LightReading(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100), deviate, bleached)
 
 
 def _zone_luminance(light: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float64]:

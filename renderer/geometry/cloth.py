@@ -198,10 +198,13 @@ def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Arr
     return np.interp(np.linspace(0.0, total[-1], count), total, fine)
 
 
-def heap(rng: np.random.Generator, low: ArrayLike, high: ArrayLike) -> Mesh:
-    """Return cloth that was dropped, between two corners (3,): creased all over, its folds lean over, its edge lies in waves."""
+def heap(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, steps: int = 27) -> Mesh:
+    """Return cloth that was dropped, between two corners (3,): creased all over, its folds lean over, its edge lies in waves.
+
+    ``steps``: points along each side of its grid, odd.
+    """
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
-    s, t = np.meshgrid(*2 * (np.linspace(-1.0, 1.0, 27),), indexing="ij")
+    s, t = np.meshgrid(*2 * (np.linspace(-1.0, 1.0, steps),), indexing="ij")
     x, y = s * np.sqrt(1.0 - 0.5 * t**2), t * np.sqrt(1.0 - 0.5 * s**2)
     angle = el.arctan2(y, x)
     edge = 0.84 + 0.13 * np.clip(wrinkles(rng, el.cos(angle), el.sin(angle), 6, 0.3, 1.1), -1.2, 1.0)
@@ -215,6 +218,25 @@ def heap(rng: np.random.Generator, low: ArrayLike, high: ArrayLike) -> Mesh:
     return lined(top, np.dstack([x, y, np.full_like(x, a[2])]), _along_crests(height))
 
 
+def folded(rng: np.random.Generator, low: ArrayLike, high: ArrayLike) -> Mesh:
+    """Return cloth that lies folded in two between two corners (3,), its fold at +x: soft, thinner towards its sides, uneven."""
+    a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    half, bend = 0.5 * (b - a), 0.25 * (b[2] - a[2])
+    # the line (17, 3) of the cloth from its lower end round the fold to its upper one, and the way (17, 3) out of it
+    turn = np.concatenate([np.full(5, -0.5), np.linspace(-0.5, 0.5, 7), np.full(5, 0.5)]) * math.pi
+    out = np.column_stack([el.cos(turn), np.zeros(17), el.sin(turn)])
+    line = bend * out
+    line[:, 0] += np.interp(np.abs(np.arange(-8.0, 9.0)), (3.0, 8.0), (half[0] - bend, -half[0]))
+    # spread across, with a hem that wanders and layers that sink where nothing stuffs them
+    across = el.sin(np.linspace(0.5, -0.5, 11) * math.pi)
+    u, v = np.meshgrid(line[:, 0] / half[0], across, indexing="ij")
+    grid = line[:, None] + np.outer(across, (0.0, half[1], 0.0))
+    grid[..., 0] += 0.03 * half[0] * wrinkles(rng, u, v, 4, 0.2, 0.6)
+    grid[..., 2] *= 1.0 - 0.15 * u**2 * v**2 - 0.12 * creases(rng, u, v, 0.9)
+    off = 0.92 * bend * (0.4 + 0.6 * np.sqrt(1.0 - el.power(np.abs(across), 5)))[None, :, None] * out[:, None]
+    return lined(grid + off + 0.5 * (a + b), grid - off + 0.5 * (a + b))
+
+
 SHOULDERS = ((0.0, 0.12), (0.05, 0.3), (0.16, 0.62), (0.5, 0.8), (1.0, 1.0))
 """Way down a coat, and its width there, as shares."""
 
@@ -225,6 +247,7 @@ def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Ar
     vv, aa = np.meshgrid(np.linspace(0.0, 1.0, 15), np.linspace(0.0, 2.0 * math.pi, 33), indexing="ij")
     spread = np.interp(vv, *np.asarray(shape, np.float64).T)
     folds = 1.0 + 0.1 * vv * el.cos(7.0 * aa + 3.0 * wrinkles(rng, el.cos(aa), vv, 4, 0.3, 0.8)) + 0.05 * vv * el.cos(12.0 * aa + 3.0 * vv)
+    folds += 0.07 * (np.abs(aa - 0.67 * math.pi) < 0.18 * math.pi)  # the front laps over itself
     folds -= 0.11 * np.minimum(4.0 * vv, 1.0) * creases(rng, el.cos(aa) + 0.7 * el.sin(aa), 3.0 * vv, 0.8)
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
     z = b[2] - (b[2] - a[2]) * vv - 0.02 * np.abs(el.cos(aa)) * (vv > 0.0)
@@ -235,7 +258,7 @@ def garment(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Ar
     return lined(rings[:, ::-1] + centre, inner[:, ::-1] + centre)
 
 
-_SLEEVE = ((0.0, 0.3, 0.93), (0.15, 0.52, 0.9), (0.3, 0.78, 0.78), (0.2, 0.9, 0.6), (0.35, 0.88, 0.46), (0.5, 0.82, 0.36))
+_SLEEVE = ((0.0, 0.3, 0.94), (0.05, 0.5, 0.91), (0.1, 0.68, 0.82), (0.1, 0.76, 0.64), (0.2, 0.77, 0.48), (0.35, 0.74, 0.34))
 """Way of a sleeve from the shoulder to the cuff, as shares of half a coat's depth, half its width and its length."""
 
 
@@ -247,7 +270,7 @@ def coat(rng: np.random.Generator, low: ArrayLike, high: ArrayLike, shape: Array
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
     origin, scale = np.array([middle[0], middle[1], a[2]]), np.array([half[0], half[1], b[2] - a[2]])
-    inset = np.array([0.1 * half[0], 0.3 * half[1], 0.0])
+    inset = np.array([0.1 * half[0], 0.16 * half[1], 0.0])
     pieces = [garment(rng, a + inset, b - inset, shape)]
     thick = min(0.62 * half[0], 0.3 * half[1])
     for side in (1.0, -1.0):

@@ -108,21 +108,18 @@ def cushion(
     radius_m: float,
     bulge_m: float,
     axis: int = 2,
-    both_sides: bool = False,
     divisions: int = 6,
     piping_m: float = 0.0,
 ) -> Mesh:
     """Return a rounded, upholstered block between two corners, swollen by ``bulge_m`` along ``axis``; the swelling lies inside the corners.
 
-    The lower side stays flat unless ``both_sides``; ``divisions`` is how finely the swollen side is cut.  ``piping_m`` is the radius of a
+    The lower side stays flat; ``divisions`` is how finely the swollen side is cut.  ``piping_m`` is the radius of a
     cord along its seams, none where 0.
     """
     flats = tuple(1 if k == axis else divisions for k in range(3))
     template = rounded_template(2 if divisions > 4 else 1, (flats[0], flats[1], flats[2]))
-    a, b = np.asarray(low, np.float64).copy(), np.asarray(high, np.float64).copy()
+    a, b = np.asarray(low, np.float64), np.asarray(high, np.float64).copy()
     b[axis] -= bulge_m
-    if both_sides:
-        a[axis] += bulge_m
     half = 0.5 * (b - a)
     radius = min(radius_m, 0.9 * float(half.min()))
     across = ((axis + 1) % 3, (axis + 2) % 3)
@@ -131,7 +128,7 @@ def cushion(
     def swollen(local: Array) -> Array:
         u, v = (local[:, k] / half[k] for k in across)
         dome = np.sqrt(np.clip(1.0 - el.power(u, 4), 0.0, 1.0) * np.clip(1.0 - el.power(v, 4), 0.0, 1.0))
-        up = np.clip(local[:, axis] / half[axis], -1.0 if both_sides else 0.0, 1.0)
+        up = np.clip(local[:, axis] / half[axis], 0.0, 1.0)
         result = local.copy()
         result[:, axis] += bulge_m * dome * np.minimum(1.0 + 0.06 * crease(u, v), 1.06) * up
         return np.asarray(result + 0.5 * (a + b))

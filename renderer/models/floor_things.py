@@ -1,15 +1,14 @@
-"""What stands and lies on floors and about a home: coat racks, shoe racks, rugs, shoes, clothes."""
+"""What stands and lies on floors and about a home: coat racks, shoe racks, rugs, shoes."""
 
 import math
 
 import numpy as np
 
 import kernel_cache.elementary as el
-from renderer.geometry.cloth import coat, heap
+from renderer.geometry.cloth import coat
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, sheet, slab, stretched, sweep
-from renderer.geometry.upholstery import cushion
 from renderer.models.model import Model, Pieces, Size, halved, side_boards
 from renderer.models.wall_things import crook
 
@@ -117,10 +116,6 @@ def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     return {"frame": frame, "shelves": shelves, "shoes_0": [*shoes[0]], "shoes_1": spare, "soles": soles}
 
 
-_FOLDED_M = 0.02
-"""Of a folded piece of clothing: about how thick it lies."""
-
-
 def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a pair of shoes, toes to the front: side by side, or one a step ahead of the other."""
     depth, width, height = size_m
@@ -133,25 +128,6 @@ def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         for into, mesh in ((uppers, upper), (soles, sole)):
             into.append(rotated(moved(mesh, -0.5 * (depth - ahead) + 0.5 * side * ahead, side * 0.25 * width), "z", turn))
     return {"uppers": uppers, "soles": soles}
-
-
-def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return clothes: a heap in folds, or a few folded pieces on each other."""
-    depth, width, height = size_m
-    if style == "heap":
-        return {
-            "cloth_0": heap(rng, (-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height)),
-            "cloth_1": heap(rng, (-0.21 * depth, -0.39 * width, 0.28 * height), (0.41 * depth, 0.23 * width, 0.9 * height)),
-        }
-    pieces: list[list[Mesh]] = [[], []]
-    count = max(3, round(height / _FOLDED_M))
-    thick = height / count
-    for k in range(count):
-        half_d, half_w = (0.5 * side * float(rng.uniform(0.8, 1.0)) for side in (depth, width))
-        low, high = (-half_d, -half_w, (k - 0.2) * thick), (half_d, half_w, (k + 1.2) * thick)
-        piece = cushion(rng, low, high, 0.5 * thick, 0.25 * thick, 2, True, 4)
-        pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.08, 0.08))))
-    return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
 
 
 def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -246,6 +222,5 @@ MODELS = {
     "coat_rack": Model(build_coat_rack, ("feet", "plate", "tripod")),
     "shoe_rack": Model(build_shoe_rack, ("slats", "cabinet")),
     "shoes": Model(build_shoes, ("pair", "kicked_off")),
-    "clothes": Model(build_clothes, ("heap", "folded")),
     "rug": Model(build_rug, ("bordered", "striped", "round", "woven")),
 }

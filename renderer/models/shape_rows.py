@@ -16,11 +16,11 @@ import numpy as np
 import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.core.errors import FlattenError
-from renderer.geometry.cloth import SHOULDERS, coat, garment, heap, wrinkles
+from renderer.geometry.cloth import SHOULDERS, coat, folded, garment, heap, wrinkles
 from renderer.geometry.lofts import bent, loft, lying, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rotated, rounded_box, sheet, slab, stretched, sweep
-from renderer.geometry.upholstery import cushion, pillow
+from renderer.geometry.upholstery import pillow
 from renderer.models.model import Model, Pieces, Size
 from scene_description.share import config_path
 from scene_description.yaml_text import read_yaml
@@ -146,21 +146,11 @@ def _strip(frame: Frame, value: Any, row: Row) -> Mesh:
 
 
 def _stuffed(frame: Frame, value: Any, row: Row) -> Mesh:
-    """A pillow between two corners, its seam ``piped`` or not, or with ``bulge`` an upholstered block that swells by that share."""
+    """A pillow between two corners, its seam ``piped`` or not."""
     low, high = (frame.at(corner) for corner in value)
     depth, width, height = (b - a for a, b in zip(low, high, strict=True))
-    if "bulge" in row:
-        edge = row.get("round", 0.3) * min(depth, width, height)
-        return cushion(frame.rng, low, high, edge, row["bulge"] * height, 2, True, 4)
     mesh = pillow(frame.rng, depth, width, height, row.get("steps", 12), row.get("piped", False))
     return moved(mesh, *(0.5 * (a + b) for a, b in zip(low, high, strict=True)))
-
-
-def _heap(frame: Frame, value: Any, row: Row) -> Mesh:
-    """Cloth in folds between two corners."""
-    del row
-    low, high = (frame.at(corner) for corner in value)
-    return heap(frame.rng, low, high)
 
 
 def _hanging(make: Callable[..., Mesh], frame: Frame, value: Any, row: Row) -> Mesh:
@@ -172,7 +162,9 @@ def _hanging(make: Callable[..., Mesh], frame: Frame, value: Any, row: Row) -> M
 
 SOLIDS: Mapping[str, Callable[[Frame, Any, Row], Mesh]] = {
     "lathe": _lathe, "box": _box, "loft": _loft, "prism": _prism, "tube": _tube, "arc": _arc, "strip": _strip,
-    "stuffed": _stuffed, "heap": _heap, "garment": partial(_hanging, garment), "coat": partial(_hanging, coat),
+    "heap": lambda frame, value, row: heap(frame.rng, frame.at(value[0]), frame.at(value[1]), row.get("steps", 27)),
+    "folded": lambda frame, value, row: folded(frame.rng, frame.at(value[0]), frame.at(value[1])),
+    "stuffed": _stuffed, "garment": partial(_hanging, garment), "coat": partial(_hanging, coat),
 }  # fmt: skip
 """The kinds of pieces."""
 

@@ -118,6 +118,23 @@ def test_rooms_are_compensated_by_a_draw_of_their_own() -> None:
     assert exposed(plain, one) == exposed(plain, other)
 
 
+def test_no_photographer_bleaches_a_window_or_the_middle_of_a_room() -> None:
+    """A wall 1,000 times as bright as the rest: 97 % stay within 3 stops of white, unless what is configured shows them brighter."""
+    shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))
+    wall = quad((1.9, -2, 0), (0, 0, 2), (0, 4, 0), color=(0.0, 0.0, 0.0), emission=(1000.0, 1000.0, 1000.0))
+    bright = meter(scene(shell, wall), CAMERA, RenderConfig(threads=1), 5, [pose((0.0, 0.0, 1.0), (1.0, 1.2, 1.0))])
+    even = meter(scene(shell), CAMERA, RenderConfig(threads=1), 5, [VIEW])
+    bold, plain, high = (
+        RenderConfig(auto_exposure=True, exposure_scatter_ev=scatter, exposure_compensation_ev=ev)
+        for scatter, ev in ((3.0, 1.0), (0.0, 1.0), (0.0, 6.0))
+    )
+    for metered, luminance, stops in ((bright, 1000.0, 3.0), (even, 1.0, -0.3)):
+        lively = metered._replace(deviate=2.0)
+        assert math.log2(luminance / white_luminance(exposed(bold, lively).ev100)) == pytest.approx(stops, abs=1 / 16)
+        assert exposed(plain, lively).ev100 == metered.ev100 - 1.0
+        assert exposed(high, lively).ev100 == metered.ev100 - 6.0
+
+
 def test_a_bright_part_of_the_view_is_not_burnt_out() -> None:
     """A wall a thousand times as bright as the rest, over more than the share that may be lost, stays within 0.7 stops of white."""
     shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))
