@@ -22,6 +22,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright
+from renderer.irradiance_cache.lamp_images import NO_IMAGES
 from renderer.irradiance_cache.nodes import ROW
 from renderer.irradiance_cache.shading import shade_hits
 from renderer.lidar.config import NO_SCAN, ScanConfig
@@ -115,7 +116,8 @@ class _NoNodes(IrradianceCache):
         self.atlas, self.config, self._key = NOTHING_KNOWN.atlas, CacheConfig(), make_frame_key(0, 0, ())
         none = np.zeros((0, 3), np.float32)
         self.rows, self.even, self.around, self.leaving = np.zeros((0, ROW), np.float32), none, none, none
-        self.source = CoarseLight(self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), choose_bright(none, self.atlas, 1.0, 1, 0.0))
+        bright = choose_bright(none, self.atlas, 1.0, 1, 0.0)
+        self.source = CoarseLight(self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), bright, NO_IMAGES)
 
     def solve(self, cancelled: Callable[[], bool] | None = None) -> None:
         """Do nothing."""

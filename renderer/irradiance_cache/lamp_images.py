@@ -56,6 +56,11 @@ class LampImages(NamedTuple):
     pattern: NDArray[np.float32]
 
 
+NO_IMAGES = LampImages(
+    np.zeros((0, _IMAGE.size), np.float32), np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0, np.bool_), even_points(LANES)
+)
+
+
 def find_images(flat: FlatScene, shines: NDArray[np.bool_], mirrors: NDArray[np.bool_], chart: NDArray[np.int32]) -> LampImages:
     """Return the images of all lamps in all flat mirrors and panes that they stand before.
 

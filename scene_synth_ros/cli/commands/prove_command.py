@@ -20,7 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Prove; return 0 if all that can be checked is true, 1 if not."""
     refuse_missing_folder("--catalog", arguments.catalog)
-    bags = shard_bags(arguments.bag, lambda note: sys.stderr.write(printable([f"note: {note}"]))) or [arguments.bag]
+    notes: list[str] = []
+    bags = shard_bags(arguments.bag, notes.append) or [arguments.bag]
+    sys.stderr.write(printable(f"note: {note}" for note in notes))
     return max(_prove(bag, arguments) for bag in bags)
 
 
