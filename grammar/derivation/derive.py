@@ -51,7 +51,7 @@ _OPENINGS_TRIED = 4
 """Places of doors and windows that are tried for one room with unit rows or of a kept size, so that a structure that fits between some is
 not given up."""
 
-_BELOW_SLOPES = 100
+_BELOW_SLOPES = 300
 """Derivations for which no sloped ceiling is found before a request for one is refused."""
 
 _CEILINGS_TRIED = 5
