@@ -61,7 +61,7 @@ def test_units_leave_headroom_for_what_stands_on_them():
 def test_a_run_that_no_ceiling_leaves_room_for_is_refused_with_what_to_do():
     grammar = run_grammar({name: (0.6, 1.0, 2.2) for name in ("a", "b", "c", "d", "e", "f", "g", "h")})
     line = "^room_ceiling: expected 'two_slopes' with space for the furniture of room type 'closet' below, got none for 300 sets of it; "
-    line += "100 failed at: .*; ask for a higher room_eaves_m, a larger room, fewer objects or another room_ceiling$"
+    line += "300 failed at: .*; ask for a higher room_eaves_m, a larger room, fewer objects or another room_ceiling$"
     with pytest.raises(RequestError, match=line):
         derive(grammar, CATEGORIES, below(), np.random.default_rng(0))
 
