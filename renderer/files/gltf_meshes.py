@@ -4,7 +4,7 @@ glTF 2.0 specification, sections 3.5 to 3.7.  Skins and morph targets are left a
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,8 +50,7 @@ def read_pieces(container: Container) -> tuple[Piece, ...]:
     Raises:
         MeshFileError: an index, a range or a count does not fit; nodes are too deep, in a cycle, or have several parents.
     """
-    nodes = list(_placed_nodes(container.tree))
-    _check_budget(container.tree, nodes)
+    nodes = list(_within_budget(container.tree, _placed_nodes(container.tree)))
     accessors: dict[int, Array] = {}
     pieces: list[Piece] = []
     for index, matrix in nodes:
@@ -142,10 +141,10 @@ def _numbers(value: object, count: int, path: str) -> Array:
     return np.array(value, np.float64)
 
 
-def _check_budget(tree: Mapping[str, Any], nodes: list[tuple[int, Array]]) -> None:
-    """Add up what the file says that it has, before any of it is read."""
+def _within_budget(tree: Mapping[str, Any], nodes: Iterable[tuple[int, Array]]) -> Iterator[tuple[int, Array]]:
+    """Yield the nodes and add up what the file says that they have, before any of it is read and no further than the budget goes."""
     pieces = faces = vertices = 0
-    for index, _ in nodes:
+    for index, matrix in nodes:
         mesh = pointed(tree, "meshes", tree["nodes"][index]["mesh"], f"nodes[{index}].mesh")
         for k, primitive in enumerate(listed(mesh, "primitives")):
             path = f"meshes[{tree['nodes'][index]['mesh']}].primitives[{k}]"
@@ -159,6 +158,7 @@ def _check_budget(tree: Mapping[str, Any], nodes: list[tuple[int, Array]]) -> No
             for name, value, most in zip(("primitives", "vertices", "triangles"), (pieces, vertices, faces), _MOST, strict=True):
                 if value > most:
                     fail("scene", f"at most {most} {name}", f"{value} or more")
+        yield index, matrix
 
 
 def _count(tree: Mapping[str, Any], index: object, path: str) -> int:
