@@ -336,6 +336,15 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
             lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
         if outside or not found:
             around_r, around_g, around_b = lit_r, lit_g, lit_b
+        passes = lanes[ln.DIFFUSE_TRANSMISSION + k]
+        if passes > _ZERO:
+            # A sheet sends on what falls on its other side, too.
+            back_r, back_g, back_b, _ = _look_up(tables, tables.even, not front, k, memory)
+            lit_r, lit_g, lit_b = (
+                lit_r + passes * (back_r - lit_r),
+                lit_g + passes * (back_g - lit_g),
+                lit_b + passes * (back_b - lit_b),
+            )
         r = (le_r + matt[0] * lit_r + mirrored[0] * around_r) * lanes[ln.BETA_R + k]
         g = (le_g + matt[1] * lit_g + mirrored[1] * around_g) * lanes[ln.BETA_G + k]
         b = (le_b + matt[2] * lit_b + mirrored[2] * around_b) * lanes[ln.BETA_B + k]

@@ -259,6 +259,17 @@ def test_metal_shows_a_polished_dark_floor_without_the_lamp_that_it_mirrors_else
     assert traced > 0.1 and seen(floor, metal, lamp, view=view).mean() == pytest.approx(traced, rel=error)
 
 
+@pytest.mark.parametrize("roughness", [0.1, 0.35])
+def test_metal_shows_the_light_that_a_sheet_lets_through(roughness):
+    """A lamp stands behind a sheet: on the side that the metal faces nothing else falls on it."""
+    sheet = quad((2, -1, -1), (-4, 0, 0), (0, 0, 3), color=(0.8, 0.8, 0.8), diffuse_transmission=0.6)
+    lamp = quad((1.5, -2.5, -0.5), (-3, 0, 0), (0, 0, 2), emission=(300,) * 3, color=(0, 0, 0))
+    metal = quad((-1, 2, 0), (2, 0, 0), (0, 0, 1), color=(0.6, 0.6, 0.6), metallic=1.0, roughness=roughness)
+    view = pose((0, 0, 0.5), (0, 2, 0.5))
+    traced = seen(sheet, metal, lamp, view=view, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 1.0 and seen(sheet, metal, lamp, view=view).mean() == pytest.approx(traced, rel=0.08)
+
+
 @pytest.mark.parametrize("before", ["dark", "bright"])
 def test_what_lies_under_a_smooth_coat_mirrors_what_is_before_it_and_not_the_light_around(before):
     """A dark lacquered floor between a glowing wall and a dark one: its rough lobe shows the one ahead, as its coat does."""
