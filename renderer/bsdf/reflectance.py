@@ -77,15 +77,22 @@ def whole_reflector(
 @inlined
 def reflected_share(reflector: Reflector, cosine: np.float32, reflected: NDArray[np.float32]) -> np.float32:
     """Return what counts of light from one direction, over what counts of even light: illuminance by it goes with albedos."""
+    scattered, mirrored = reflected_parts(reflector, cosine, reflected)
+    return scattered + mirrored
+
+
+@inlined
+def reflected_parts(reflector: Reflector, cosine: np.float32, reflected: NDArray[np.float32]) -> tuple[np.float32, np.float32]:
+    """Return the same by parts: what the base scatters, and what boundary and coat mirror."""
     if reflector.f0 + reflector.coat == _ZERO:
-        return _ONE
+        return _ONE, _ZERO
     albedo, schlick = look_up_albedo(reflected, reflector.roughness, cosine)
     by_boundary = schlick_albedo(reflector.f0, reflector.f90, albedo, schlick)
-    counted = reflector.scattered * (_ONE - by_boundary) + reflector.mirrored * by_boundary
+    scattered, mirrored = reflector.scattered * (_ONE - by_boundary), reflector.mirrored * by_boundary
     if reflector.coat > _ZERO:
         albedo, schlick = look_up_albedo(reflected, reflector.coat_roughness, cosine)
-        counted += reflector.coat * schlick_albedo(COAT_F0, _ONE, albedo, schlick)
-    return reflector.per_mean * counted
+        mirrored += reflector.coat * schlick_albedo(COAT_F0, _ONE, albedo, schlick)
+    return reflector.per_mean * scattered, reflector.per_mean * mirrored
 
 
 @inlined

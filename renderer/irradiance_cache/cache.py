@@ -1,8 +1,9 @@
 """The irradiance cache of one room: coarse light everywhere, and fine light at the nodes that somebody looks at.
 
 Light is solved for coarse nodes by radiosity: each sends a hemisphere of rays once, which link it to the nodes that they hit, and light
-passes along these links until it settles.  A fine node then gathers once from the coarse ones (final gathering), and samples the lights
-itself.  It is a pure function of the scene and its own number, so it does not matter when it is computed, or with which others.
+passes along these links until it settles; that of the sun is traced from the panes on, as photons.  A fine node then gathers once from the
+coarse ones (final gathering), and samples the lights itself.  It is a pure function of the scene and its own number, so it does not matter
+when it is computed, or with which others.
 """
 
 import copy
@@ -38,15 +39,21 @@ from renderer.irradiance_cache.nodes import (
     NodeLight,
     make_node_light,
     mixing_reach,
+    scattered_part,
     share_noise,
     smooth_nodes,
     widen,
 )
+from renderer.irradiance_cache.photons import SunLight, make_photons, share_flux, trace_photons
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
 from renderer.path.light_nodes import Atlas, KnownLight
 
 _BRIGHT_SAMPLES = 1024
 _MOST_SWEEPS = 100
+_PHOTON_PIECES = 8
+"""In so many pieces photons are traced, whatever the number of threads, so that sums are the same."""
+_SUNLIT = np.float32(1e-3)
+"""Least share of the sun at fine nodes around what it falls on."""
 _STRAY_RAYS, _STRAY_SAMPLES = 16, 32
 """How many rays a place that is no node sends, and about how many points on lights it samples."""
 _OPEN_M = np.float32(0.8)
@@ -96,6 +103,10 @@ class IrradianceCache:
         self.coarse, self.atlas = self.geometry.coarse, self.geometry.fine
         self._coarse_light: NodeLight | None = make_node_light(len(self.coarse.face))
         self._unlit: Pieces | None = None
+        self._photons = make_photons(scene.surfaces, scene.lights.infinite, self._key)
+        self._untraced = Pieces(len(self._photons.flux), max(len(self._photons.flux) // _PHOTON_PIECES, LANES))
+        self._sunlight: dict[int, SunLight] = {}
+        self._sunlit = np.zeros(len(self.atlas.face), np.bool_)
         self._settled: _Settled | None = None
         self.light = make_node_light(len(self.atlas.face))
         self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
@@ -123,6 +134,15 @@ class IrradianceCache:
             light_from_images(scene.lit, self.coarse, geometry.images, self._key, nodes, memory, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
+
+        def trace(worker: int, piece: tuple[int, int]) -> None:
+            first, bounced = np.zeros((2, len(self.coarse.face), 3), np.float32)
+            self._sunlight[piece[0]] = SunLight(first, bounced, self._sunlit)
+            trace_photons(
+                scene.lit, self.coarse, self.atlas, geometry.looks, self._photons, *piece, scene.scratch[worker], self._sunlight[piece[0]]
+            )
+
+        self._untraced.run(scene.workers, trace, cancelled)
         if self._settled is None:
             self._settled = self._settle(light)
         settled = self._settled
@@ -133,8 +153,10 @@ class IrradianceCache:
 
         settled.unsampled.run(scene.workers, sample_bright, cancelled)
         luminance, looks, passed = self._settle_again(settled), geometry.looks, settled.sheets.light
+        self._shine(luminance, passed, light)
         self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
-        self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
+        scattered = self.even + self._more_scattered(light)[geometry.other]
+        self.leaving = scattered * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
         self.luminance = (luminance + passed)[geometry.other]
         bright = self._choose_bright(self.luminance)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images)
@@ -167,6 +189,20 @@ class IrradianceCache:
         held: NDArray[np.float32] = looks.glow + share * (luminance - looks.glow)
         return held
 
+    def _shine(self, luminance: NDArray[np.float32], passed: NDArray[np.float32], light: NodeLight) -> None:
+        """Add what photons have left to ``luminance`` (n, 3) of coarse nodes and to what sheets let through, cd/m2, and to their sun."""
+        geometry, looks, inverse_pi = self.geometry, self.geometry.looks, np.float32(1.0 / np.pi)
+        first, bounced = np.zeros((2, *luminance.shape), np.float32)
+        for _, left in sorted(self._sunlight.items()):
+            first += left.first
+            bounced += left.bounced
+        first, bounced = (share_flux(self.coarse, geometry.other, lumen, 0.5 * self.config.coarse_spacing_m) for lumen in (first, bounced))
+        light.sun[:, :3] += first
+        lux, behind = first + bounced, geometry.behind
+        luminance += inverse_pi * looks.albedo * lux
+        passed += np.where(behind[:, None] >= 0, inverse_pi * looks.passed * lux[behind], np.float32(0.0))
+        self._sunlight = {}
+
     def _choose_bright(self, luminance: NDArray[np.float32]) -> Bright:
         """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light."""
         return choose_bright(luminance, self.coarse._replace(area=self.geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
@@ -189,6 +225,16 @@ class IrradianceCache:
         smooth_nodes(self.coarse.grid, *geometry.coarse_grids, np.float32(self.config.coarse_spacing_m), np.arange(count), shared, rows)
         inverse_pi = np.float32(1.0 / np.pi)
         return inverse_pi * rows[:, LIGHT : LIGHT + 3], inverse_pi * rows[:, TOWARD : TOWARD + 3]
+
+    def _more_scattered(self, light: NodeLight) -> NDArray[np.float32]:
+        """Return by how much illuminance over pi of lamps and sun is more, (n, 3), as it counts for the base of coarse nodes alone."""
+        surfaces, more = self._scene.surfaces, np.zeros_like(light.direct)
+        away = self._photons.direction if len(self._photons.flux) else np.zeros(3, np.float32)
+        for ways, lux in ((light.toward, light.direct), (np.tile(-away, (len(more), 1)), light.sun[:, :3])):
+            part = np.zeros(len(more), np.float32)
+            scattered_part(surfaces, self.coarse, ways, part)
+            more += np.float32(1.0 / np.pi) * (part[:, None] - np.float32(1.0)) * lux
+        return more
 
     @property
     def size_bytes(self) -> int:
@@ -236,6 +282,7 @@ class IrradianceCache:
                 scene.lit, self.atlas, key, config.light_samples, samples, chosen, self.light.valid[:0], False, memory.trace, self.light
             )
             gather_nodes(scene.lit, self.atlas, self.source, rays, chosen, memory, self.light)
+            self.light.sun[chosen, 3] = np.maximum(self.light.sun[chosen, 3], _SUNLIT * self._sunlit[chosen])
             self._filled[chosen] = True
 
         Pieces(len(nodes)).run(scene.workers, compute, cancelled)

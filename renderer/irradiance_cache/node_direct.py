@@ -71,7 +71,8 @@ def light_nodes(
                 _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
         elif lanes[ln.IMPORTANCE] > _ZERO:
             _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], reflector, node, key, scratch, light)
-            if has_sun:
+            # Photons bring what coarse nodes have of it.
+            if has_sun and not whole:
                 _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
 
 

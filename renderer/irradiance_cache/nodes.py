@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.reflectance import Reflector, diffuse_reflector, whole_reflector
+from renderer.bsdf.reflectance import Reflector, diffuse_reflector, reflected_share, whole_reflector
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
@@ -71,6 +71,18 @@ def reflector_of(surfaces: Surfaces, face: int, whole: bool) -> Reflector:
     base = _RED * materials[row + st.BASE] + _GREEN * materials[row + st.BASE + 1] + _BLUE * materials[row + st.BASE + 2]
     coat = materials[row + st.COAT] if ior > _ONE else _ZERO
     return whole_reflector(base, ior, roughness, coat, materials[row + st.COAT_ROUGHNESS], surfaces.albedos.reflected)
+
+
+@entry
+def scattered_part(surfaces: Surfaces, atlas: Atlas, ways: NDArray[np.float32], part: NDArray[np.float32]) -> None:
+    """Fill, (n,), what light from some ways, (n, 3), counts for the base of nodes, over what it counts for all that they reflect."""
+    for node in range(len(part)):
+        x, y, z = ways[node, 0], ways[node, 1], ways[node, 2]
+        cosine = x * atlas.normal[node, 0] + y * atlas.normal[node, 1] + z * atlas.normal[node, 2]
+        cosine = min(max(cosine / np.sqrt(max(x * x + y * y + z * z, _TINY)), _ZERO), _ONE)
+        matt, whole = reflector_of(surfaces, atlas.face[node], False), reflector_of(surfaces, atlas.face[node], True)
+        reflected = surfaces.albedos.reflected
+        part[node] = reflected_share(matt, cosine, reflected) / max(reflected_share(whole, cosine, reflected), _TINY)
 
 
 @inlined

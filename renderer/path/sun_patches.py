@@ -11,6 +11,7 @@ hidden from them, is still right in the mean: patches decide about noise only.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,22 +41,42 @@ _CLEAR = np.float32(1.05)
 """A hit samples the patches from whose sphere it is at least this times the radius away."""
 
 
-def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle) -> NDArray[np.float32]:
-    """Return the patches of a scene, (n, 11) float32, as ``LightGroups.bounds``; none without a sun that shines through a portal."""
-    none = np.zeros((0, 11), np.float32)
+class Beams(NamedTuple):
+    """Beams of the sun, evenly over the cross-section of all that the portals let in, ``section_m2``.
+
+    origins: (n, 3) float64, metres, just within the portals; portals: (n,) int64, rows of ``InfiniteLight.portals``.
+    """
+
+    origins: NDArray[np.float64]
+    portals: NDArray[np.int64]
+    section_m2: float
+
+
+def make_beams(infinite: InfiniteLight, count: int) -> Beams | None:
+    """Return so many beams; None without a sun that shines on a portal."""
     if not len(infinite.sun) or not len(infinite.part):
-        return none
+        return None
     sun, portals = infinite.sun[:3].astype(np.float64), infinite.portals.astype(np.float64)
     corner, along, across, inward = (portals[:, first : first + 3] for first in range(0, 12, 3))
     section = np.maximum(matmul(-inward, sun), 0.0) * 0.5 * np.linalg.norm(np.cross(along, across), axis=1)
     if section.sum() <= 0.0:
-        return none
-    # Points of the portals, evenly over the beams' cross-section (Roberts' R2 sequence), and what beams from there meet.
-    number = np.arange(BEAMS)
-    chosen = np.searchsorted(np.cumsum(section) / section.sum(), (number + 0.5) / BEAMS).clip(0, len(section) - 1)
+        return None
+    # Points of the portals, evenly over the beams' cross-section (Roberts' R2 sequence).
+    number = np.arange(count)
+    chosen = np.searchsorted(np.cumsum(section) / section.sum(), (number + 0.5) / count).clip(0, len(section) - 1)
     u, v = (0.5 + number * 0.7548776662466927) % 1.0, (0.5 + number * 0.5698402909980532) % 1.0
     u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
-    origins = corner[chosen] + u[:, None] * along[chosen] + v[:, None] * across[chosen] + _START_M * inward[chosen]
+    origins = corner[chosen] + u[:, None] * along[chosen] + v[:, None] * across[chosen] - _START_M * sun
+    return Beams(origins, chosen, float(section.sum()))
+
+
+def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle) -> NDArray[np.float32]:
+    """Return the patches of a scene, (n, 11) float32, as ``LightGroups.bounds``; none without a sun that shines through a portal."""
+    none = np.zeros((0, 11), np.float32)
+    beams = make_beams(infinite, BEAMS)
+    if beams is None:
+        return none
+    sun, origins = infinite.sun[:3].astype(np.float64), beams.origins
     triangles, distances = np.full(BEAMS, -1, np.int64), np.zeros(BEAMS, np.float32)
     _trace_beams(tree, make_packet(), origins.astype(np.float32), -infinite.sun[:3], triangles, distances)
     part = flat.face_part[triangles]
@@ -68,7 +89,7 @@ def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     normals *= np.where(matmul(normals, sun) < 0.0, -1.0, 1.0)[:, None]
     power = _DARKEST + matmul(flat.materials.base_color[flat.parts.material[part[met]]], LUMINANCE)
-    spacing = np.sqrt(section.sum() / BEAMS)
+    spacing = np.sqrt(beams.section_m2 / BEAMS)
     return np.array([_described(points[i], normals[i], power[i], spacing) for i in _gathered(points, normals)], np.float32)
 
 
@@ -112,23 +133,32 @@ def _trace_beams(
 ) -> None:
     """Fill ``triangles`` and ``distances`` of the nearest hits of rays from ``origins`` along one unit direction.
 
-    Left as they are where something outside, as the window's frame, stands in the beam's way: rays back to the sun pass panes only.
+    Left as they are where nothing is met.
+    """
+    for first in range(0, len(origins), LANES):
+        shine_in(scene, packet, origins, first, direction)
+        for k in range(LANES):
+            if packet.integer[ray.GEOM_ID + k] != INVALID_ID:
+                triangles[first + k], distances[first + k] = packet.integer[ray.PRIM_ID + k], packet.real[ray.TFAR + k]
+
+
+@inlined
+def shine_in(scene: SceneHandle, packet: Packet, origins: NDArray[np.float32], first: int, direction: NDArray[np.float32]) -> None:
+    """Trace 16 beams from ``origins`` (n, 3) on, along one unit direction; those that something outside keeps out meet nothing.
+
+    What stands in their way, as the window's frame, is what rays back to the sun meet, which pass panes.
     """
     real, integer, alive = packet.real, packet.integer, packet.alive
-    for first in range(0, len(origins), LANES):
-        for k in range(LANES):
-            _aim(packet, k, origins[first + k], direction, -_ONE)
-            integer[ray.MASK + k], alive[k] = PASS_PANES, -1
-        occluded16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
-        for k in range(LANES):
-            # Embree sets the end of a blocked ray to minus infinity.
-            alive[k] = -1 if real[ray.TFAR + k] > _ZERO else 0
-            _aim(packet, k, origins[first + k], direction, _ONE)
-            integer[ray.MASK + k], integer[ray.GEOM_ID + k] = MEET_ALL, INVALID_ID
-        intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
-        for k in range(LANES):
-            if integer[ray.GEOM_ID + k] != INVALID_ID:
-                triangles[first + k], distances[first + k] = integer[ray.PRIM_ID + k], real[ray.TFAR + k]
+    for k in range(LANES):
+        _aim(packet, k, origins[first + k], direction, -_ONE)
+        integer[ray.MASK + k], alive[k] = PASS_PANES, -1
+    occluded16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+    for k in range(LANES):
+        # Embree sets the end of a blocked ray to minus infinity.
+        alive[k] = -1 if real[ray.TFAR + k] > _ZERO else 0
+        _aim(packet, k, origins[first + k], direction, _ONE)
+        integer[ray.MASK + k], integer[ray.GEOM_ID + k] = MEET_ALL, INVALID_ID
+    intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
 
 
 @inlined
