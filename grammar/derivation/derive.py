@@ -205,24 +205,28 @@ def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.
         flat_attributes.append(Attribute("slopes", "none", math.log(1.0 - slopes.probability)))
     tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED
     contents = _Contents(structure, terminals, [0.0] * len(terminals.symbols), {})
-    if not is_sloped:
-        _check_crowding(plan, categories, flat, terminals)
+
+    def settled(room: Room) -> _Contents:
+        """Return the contents with what is fixed in its place, if the room is large enough for them."""
+        if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
+            raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
+        return contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
+
     if is_sloped:
         contents = contents._replace(loaded_m=loaded_heights_m(categories, contents.things))
-    numbers = kept.numbers(grammar, flat, rng)
+    else:
+        _check_crowding(plan, categories, flat, terminals)
+        contents = settled(flat)
+    numbers, room, room_attributes = kept.numbers(grammar, flat, rng), flat, flat_attributes
     for tried in range(tries):
         try:
             # draw the ceiling, higher and higher eaves
-            room, room_attributes = flat, flat_attributes
             if is_sloped:
                 room, room_attributes = draw_slopes(
                     slopes, flat, flat_attributes, rng, grows=not is_given(plan.request), raised=tried / (tries - 1)
                 )
                 check_tall(grammar, room, contents.things)
-            if is_sloped or not tried:
-                if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
-                    raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
-                contents = contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
+                contents = settled(room)
             furniture = Furniture(contents, room, special, room_attributes, numbers)
             tree = _opened(plan, categories, furniture, rng)
             break
