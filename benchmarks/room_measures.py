@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -60,7 +60,7 @@ MEASURES = {
     "walls": "walls, steps below 0.15 m left out",
     "covered": "share of the floor below what stands on it",
     "bare_wall_m": "longest stretch of wall without door, window or furniture, m",
-    "objects": "objects, all counted",
+    "objects": "objects",
     "on_floor": "objects that stand on the floor",
     "doors": "doors",
     "windows": "windows",
@@ -95,6 +95,11 @@ def measure_room(found: Furnished) -> RoomMeasures:
         runs=len(unit_rows_of(found)),
         by_category=dict(Counter(item.category for item in found.objects)),
     )
+
+
+def only(found: Furnished, categories: Collection[str]) -> Furnished:
+    """Return a room without what is of other categories."""
+    return furnished(found.room_type, found.room, [item for item in found.objects if item.category in categories], found.categories)
 
 
 def _without_niches(polygon_m: Sequence[Point2]) -> list[Point2]:

@@ -5,10 +5,10 @@ python -m benchmarks.rooms_bench [--rooms N] [--types TYPE ...] [--seed S] [--wo
 python -m benchmarks.rooms_bench --clutter [C ...] [--rooms N] [--types TYPE ...] [--seed S]
 
 ``--rooms`` are shared by the types.  ``--real`` adds a table of medians: ours, those of the file's rooms, and their ratio, and how much
-room the file's rooms have behind their chairs.  ``--sheets``
-draws N views from above of each type, four to a sheet, each with its seed, index and the faults that were found.  ``--clutter`` says
-instead what clutter does: how many objects rooms have, whether they stay valid, what is odd in them and what it costs, of N rooms of each
-type, the same ones at each level.
+room the file's rooms have behind their chairs.  What the file records in no room, as small things, rugs and plants, counts in neither.
+``--sheets`` draws N views from above of each type, four to a sheet, each with its seed, index and the faults that were found.
+``--clutter`` says instead what clutter does: how many objects rooms have, whether they stay valid, what is odd in them and what it costs,
+of N rooms of each type, the same ones at each level.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import multiprocessing
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from benchmarks.room_measures import MEASURES, RoomMeasures, measure_room, real_rooms
+from benchmarks.room_measures import MEASURES, RoomMeasures, measure_room, only, real_rooms
 from benchmarks.table import Row, at_most, render_table
 from grammar import GrammarError, RequestError, SceneRequest, read_categories, room_types
 from grammar.checks.faults import FAULTS, find_faults, scene_faults
@@ -84,7 +84,10 @@ OURS = {"office": "study"}
 
 
 class Judged(NamedTuple):
-    """One room: index, faults by name, measures, processor seconds of its layout; ``failed``: the line of a room that was not to be had."""
+    """One room: index, faults by name, measures, processor seconds of its layout; ``failed``: the line of a room that was not to be had.
+
+    ``recorded``: measures of what real rooms record.
+    """
 
     room_type: str
     index: int
@@ -93,10 +96,14 @@ class Judged(NamedTuple):
     seconds: float
     valid: bool
     failed: str = ""
+    recorded: RoomMeasures | None = None
 
 
-def judge(room_type: str, seed: int, indices: Sequence[int], clutter: float = 1.0) -> list[Judged]:
-    """Return rooms of a type, judged; room i depends on the seed, the type, the clutter and i only."""
+def judge(room_type: str, seed: int, indices: Sequence[int], clutter: float = 1.0, recorded: Collection[str] = ()) -> list[Judged]:
+    """Return rooms of a type, judged; room i depends on the seed, the type, the clutter and i only.
+
+    ``recorded``: categories that real rooms record.
+    """
     synthesizer, rooms = SceneSynthesizer.from_config(), []
     request = SceneRequest(room_type=room_type, clutter=clutter)
     synthesizer.layout(request, seed, 0)  # loads the kernels
@@ -109,14 +116,15 @@ def judge(room_type: str, seed: int, indices: Sequence[int], clutter: float = 1.
             continue
         seconds = time.process_time() - began
         found = furnished(room_type, drawn.room, drawn.objects, synthesizer.categories)
-        rooms.append(Judged(room_type, index, find_faults(found), measure_room(found), seconds, drawn.validity.valid))
+        alike = measure_room(only(found, recorded)) if recorded else None
+        rooms.append(Judged(room_type, index, find_faults(found), measure_room(found), seconds, drawn.validity.valid, recorded=alike))
     return rooms
 
 
-def judge_all(types: Sequence[str], count: int, seed: int = SEED, workers: int = 1) -> list[Judged]:
+def judge_all(types: Sequence[str], count: int, seed: int = SEED, workers: int = 1, recorded: Collection[str] = ()) -> list[Judged]:
     """Return ``count`` rooms, as many of each type as of the others, give or take one."""
     jobs = [
-        (name, seed, range(k, count // len(types) + (i < count % len(types)), workers))
+        (name, seed, range(k, count // len(types) + (i < count % len(types)), workers), 1.0, recorded)
         for i, name in enumerate(types)
         for k in range(workers)
     ]
@@ -263,15 +271,19 @@ def main() -> None:
     document: dict[str, Any] = {"seed": arguments.seed}
     count = ROOMS if arguments.rooms is None else arguments.rooms
     if count:
-        rooms = judge_all(arguments.types, count, arguments.seed, arguments.workers)
-        rows = fault_rows(rooms)
-        sys.stdout.write(f"{render_table('Rooms', rows)}\n{type_table(rooms)}\n")
-        judged = [room._asdict() | {"measures": room.measures and asdict(room.measures)} for room in rooms]
-        document |= {"rows": [row._asdict() for row in rows], "rooms": judged}
+        found: list[Furnished] = []
         if arguments.real:
             categories = read_categories(config_path("categories.yaml"))
             found = list(real_rooms(arguments.real, read_category_map(config_path("learning/category_map.yaml")), categories))
-            document["beside"] = beside([room.measures for room in rooms if room.measures], [measure_room(room) for room in found])
+        recorded = {item.category for room in found for item in room.objects}
+        rooms = judge_all(arguments.types, count, arguments.seed, arguments.workers, recorded)
+        rows = fault_rows(rooms)
+        sys.stdout.write(f"{render_table('Rooms', rows)}\n{type_table(rooms)}\n")
+        names = ("measures", "recorded")
+        judged = [room._asdict() | {name: (one := getattr(room, name)) and asdict(one) for name in names} for room in rooms]
+        document |= {"rows": [row._asdict() for row in rows], "rooms": judged}
+        if found:
+            document["beside"] = beside([room.recorded for room in rooms if room.recorded], [measure_room(room) for room in found])
             sys.stdout.write(f"{beside_table(document['beside'], arguments.categories)}\n{behind_chairs(found)}\n")
     if arguments.json:
         arguments.json.write_text(json.dumps(document, indent=1))

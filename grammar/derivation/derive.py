@@ -19,7 +19,7 @@ from grammar.derivation.crowding import used_share, wall_share
 from grammar.derivation.densities import draw_height, draw_size
 from grammar.derivation.drafts import Draft, Size, units_above
 from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
-from grammar.derivation.openings import COUNT, DrawnOpening, SpecialWalls, draw_numbers, draw_openings
+from grammar.derivation.openings import DrawnOpening, SpecialWalls, draw_numbers, draw_openings, numbers_fit
 from grammar.derivation.parse_tree import (
     Attribute,
     BelowSlopesError,
@@ -48,8 +48,7 @@ _SAME_EXTENT, _SAME_SIZE = 100, 4
 """Derivations in a row that are tried with one drawn area, and how many of them may fail with furniture that suits a size of a mixture."""
 
 _OPENINGS_TRIED = 4
-"""Places of doors and windows that are tried for one room with unit rows or of a kept size, so that a structure that fits between some is
-not given up."""
+"""Places of doors and windows that are tried for one room, so that a structure that fits between some is not given up."""
 
 _BELOW_SLOPES = 300
 """Derivations for which no sloped ceiling is found before a request for one is refused."""
@@ -97,21 +96,21 @@ class _Contents(NamedTuple):
 class Furniture(NamedTuple):
     """Furniture and the room that was drawn for it, without openings.
 
-    ``special``: walls of the room; ``attributes``: how it was drawn; ``numbers``: of openings, once they are drawn; other places for them
-    are as many, or rooms with many doors would come out too rarely.
+    ``special``: walls of the room; ``attributes``: how it was drawn; ``numbers``: of openings of each kind, for all their places.
     """
 
     contents: _Contents
     room: Room
     special: SpecialWalls
     attributes: Sequence[Attribute]
-    numbers: Mapping[str, int] | None
+    numbers: Mapping[str, int]
 
 
 class Kept:
-    """What is kept from one derivation to the next while no layout is found: the size of a room, and the furniture that suits it.
+    """What is kept from one derivation to the next while no layout is found: size and openings of a room, and furniture that suits it.
 
-    So a small room stays small where it is the furniture that does not fit, and furniture stays where it is the doors that are in its way.
+    So a small room stays small and one with many doors keeps these where it is the furniture that does not fit, and furniture stays where
+    it is the places of the doors that are in its way.
     One size of a mixture goes with the last of ``_SAME_SIZE`` sets of furniture that suit it and find no room, of which one counts twice
     that finds a room but no layout with any of ``_OPENINGS_TRIED`` draws of doors and windows; the caller asks for all but the first of
     these.  An area goes with the first set that finds a room.
@@ -119,6 +118,7 @@ class Kept:
 
     def __init__(self) -> None:
         self._drawn: DrawnSize | None = None
+        self._numbers: Mapping[str, int] | None = None
         self._tried = self._suited = 0
         self._furniture: Furniture | None = None
 
@@ -129,9 +129,15 @@ class Kept:
     def size(self, plan: Plan, rng: np.random.Generator) -> DrawnSize | None:
         """Return the size for the next derivation."""
         if self._tried % _SAME_EXTENT == 0 or (self._suited >= _SAME_SIZE and self._is_of_mixture):
-            self._drawn, self._tried, self._suited = draw_extent(plan.grammar.room, plan.request, rng), 0, 0
+            self._drawn, self._tried, self._suited, self._numbers = draw_extent(plan.grammar.room, plan.request, rng), 0, 0, None
         self._tried += 1
         return self._drawn
+
+    def numbers(self, grammar: Grammar, room: Room, rng: np.random.Generator) -> Mapping[str, int]:
+        """Return how many openings of each kind a room of the size has, those of the last one where its walls are as long as they ask."""
+        if self._numbers is None or not numbers_fit(grammar, room, self._numbers):
+            self._numbers = draw_numbers(grammar, room, rng)
+        return self._numbers
 
     def suit(self, furniture: Furniture | None) -> None:
         """Count furniture that covers as much as the size asks for, None if there is no room for it."""
@@ -161,7 +167,7 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator, ke
     budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
     for _ in range(budget):
         try:
-            tree, furniture = _derive_once(plan, categories, kept.size(plan, rng), rng)
+            tree, furniture = _derive_once(plan, categories, kept, rng)
         except BelowSlopesError as rejected:
             below_slopes[str(rejected)] += 1
             if plan.grammar.room.slopes.probability >= 1.0 and below_slopes.total() == _BELOW_SLOPES:
@@ -188,8 +194,8 @@ def _worst(reasons: Counter[str]) -> str:
     return "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
 
 
-def _derive_once(plan: Plan, categories: Categories, extent: DrawnSize | None, rng: np.random.Generator) -> tuple[ParseTree, Furniture]:
-    grammar, slopes = plan.grammar, plan.grammar.room.slopes
+def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.Generator) -> tuple[ParseTree, Furniture]:
+    grammar, slopes, extent = plan.grammar, plan.grammar.room.slopes, kept.size(plan, rng)
     structure = _draw_structure(plan, rng)
     asked = _asked_m2(grammar, structure)
     terminals, covered = _draw_terminals(plan, categories, structure, asked, extent, rng)
@@ -197,31 +203,32 @@ def _derive_once(plan: Plan, categories: Categories, extent: DrawnSize | None, r
     is_sloped = slopes.probability > 0.0 and not special.bay and bool(rng.random() < slopes.probability)
     if slopes.probability > 0.0 and not special.bay and not is_sloped:
         flat_attributes.append(Attribute("slopes", "none", math.log(1.0 - slopes.probability)))
-    in_unit_rows = any(grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in grammar.nodes)
-    tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_unit_rows else 1
+    tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED
     contents = _Contents(structure, terminals, [0.0] * len(terminals.symbols), {})
-    if not is_sloped:
-        _check_crowding(plan, categories, flat, terminals)
+
+    def settled(room: Room) -> _Contents:
+        """Return the contents with what is fixed in its place, if the room is large enough for them."""
+        if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
+            raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
+        return contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
+
     if is_sloped:
         contents = contents._replace(loaded_m=loaded_heights_m(categories, contents.things))
-    numbers = draw_numbers(grammar, flat, rng) if in_unit_rows else None
+    else:
+        _check_crowding(plan, categories, flat, terminals)
+        contents = settled(flat)
+    numbers, room, room_attributes = kept.numbers(grammar, flat, rng), flat, flat_attributes
     for tried in range(tries):
         try:
             # draw the ceiling, higher and higher eaves
-            room, room_attributes = flat, flat_attributes
             if is_sloped:
                 room, room_attributes = draw_slopes(
                     slopes, flat, flat_attributes, rng, grows=not is_given(plan.request), raised=tried / (tries - 1)
                 )
                 check_tall(grammar, room, contents.things)
-            if is_sloped or not tried:
-                if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
-                    raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
-                contents = contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
+                contents = settled(room)
             furniture = Furniture(contents, room, special, room_attributes, numbers)
             tree = _opened(plan, categories, furniture, rng)
-            counts = (node for node in tree.nodes if node.kind == "attribute" and node.symbol.endswith(COUNT))
-            furniture = furniture._replace(numbers={node.symbol.removesuffix(COUNT): int(node.choice) for node in counts})
             break
         except RejectedError as rejected:
             if tried == tries - 1:
@@ -236,7 +243,7 @@ def _opened(plan: Plan, categories: Categories, furniture: Furniture, rng: np.ra
         RejectedError: something does not fit.
     """
     contents, room = furniture.contents, furniture.room
-    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, furniture.special, plan.bounds.keys(), furniture.numbers)
+    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, furniture.special, furniture.numbers, plan.bounds.keys())
     furnished, terminals = replace(room, openings=tuple(drawn.opening for drawn in openings)), contents.terminals
     _check_crowding(plan, categories, furnished, terminals)
     fixed = [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in contents.pinned.items()]

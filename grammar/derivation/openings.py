@@ -76,6 +76,11 @@ def draw_numbers(grammar: Grammar, room: Room, rng: np.random.Generator) -> dict
     return {kind: draw_index(rng, _odds_of_numbers(grammar.openings[kind], room)) for kind in OPENINGS if kind in grammar.openings}
 
 
+def numbers_fit(grammar: Grammar, room: Room, numbers: Mapping[str, int]) -> bool:
+    """Return whether a room may have so many openings of each kind."""
+    return all(_odds_of_numbers(grammar.openings[kind], room)[number] > 0.0 for kind, number in numbers.items())
+
+
 def _odds_of_numbers(rule: OpeningRule, room: Room) -> Sequence[float]:
     """Return the odds of numbers of openings, without those for which the walls are too short."""
     if rule.wall_m <= 0.0:
@@ -92,14 +97,14 @@ def draw_openings(
     room: Room,
     rng: np.random.Generator,
     special: SpecialWalls,
+    numbers: Mapping[str, int],
     counted: Collection[str] = (),
-    numbers: Mapping[str, int] | None = None,
 ) -> tuple[list[DrawnOpening], list[Attribute]]:
-    """Return the openings of a room and how many of each kind were drawn.
+    """Return the openings of a room, so many of each kind as ``numbers`` has, and the odds of that.
 
     A bay is in an outer wall: its walls and those beside it have no door.  Its windows count as one, unless a request counts windows.
 
-    ``counted``: kinds whose number a request bounds; ``numbers``: of each kind, from :func:`draw_numbers`; None draws them.
+    ``counted``: kinds whose number a request bounds.
 
     Raises:
         RejectedError: an opening does not fit.
@@ -111,9 +116,8 @@ def draw_openings(
         rule = grammar.openings.get(kind)
         if rule is None:
             continue
-        odds = _odds_of_numbers(rule, room)
-        copies = draw_index(rng, odds) if numbers is None else numbers[kind]
-        counts.append(Attribute(f"{kind}{COUNT}", str(copies), math.log(odds[copies])))
+        copies = numbers[kind]
+        counts.append(Attribute(f"{kind}{COUNT}", str(copies), math.log(_odds_of_numbers(rule, room)[copies])))
         label, walls = categories[kind].label_id, FreeWalls(room.polygon_m, room.height_m)
         if bay and kind == "window" and copies:
             windows = _draw_bay_windows(rule, len(drawn) + 1, label, walls, bay, 1 if kind in counted else len(bay), rng)

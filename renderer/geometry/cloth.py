@@ -107,11 +107,15 @@ def _along_crests(height: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(height[1:, 1:] - height[:-1, :-1]) > np.abs(height[1:, :-1] - height[:-1, 1:]))
 
 
+_CREST, _FLAT = 1.24, 0.2
+"""How high the crests of a stuffed cover reach off its box at most, and how gently they end there, as shares of its thickness."""
+
+
 def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 61, puff_m: float = 0.03, quilt_m: float = 0.0) -> Cover:
     """Return cloth that lies on a box centred at the origin and falls in folds over its sides (y) and ends (front +x, back -x).
 
-    ``rows`` and ``columns`` are odd.  The cloth is stuffed: it stands up to about ``puff_m`` off the box, in squares of side ``quilt_m``
-    where that is not 0.
+    ``rows`` and ``columns`` are odd.  The cloth is stuffed: it stands about ``puff_m`` off the box, in squares of side ``quilt_m`` where
+    that is not 0, and its crests are all about as high, so that things lie on it.
     """
     half = np.array([plan.half_x, plan.half_y])
     bend = 0.05
@@ -133,6 +137,7 @@ def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 
     if quilt_m > 0.0:
         squares = el.power(np.abs(el.sin(math.pi * ss / quilt_m) * el.sin(math.pi * tt / quilt_m)), 0.4)
         puff += 0.5 * puff_m * (squares - 0.6)
+    puff = 0.5 * (puff + _CREST * puff_m - np.hypot(puff - _CREST * puff_m, _FLAT * puff_m))
     x = np.sign(ss) * (np.minimum(np.abs(ss), half[0] - bend) + out * el.cos(way) * (beyond > 0.0))
     y = np.sign(tt) * (np.minimum(np.abs(tt), half[1] - bend) + out * el.sin(way) * (beyond > 0.0))
     hem = 1.0 - 0.05 * hang * (1.0 + wrinkles(rng, ss, tt, 4, 0.5, 1.5)) - 0.06 * hang * folds - 0.1 * at_corner

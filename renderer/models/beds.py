@@ -139,7 +139,7 @@ def bedding(rng: np.random.Generator, plan: BedPlan, height: float, fall_m: floa
     layers = {
         "duvet": cloth(cover, DUVET_M),
         "sheet": layer(cover, (float(cover.s[0]), float(cover.s[0]) + rng.uniform(0.17, 0.26)), 0.95, 0.016, 0.014, 7),
-        "throw": layer(cover, (throw_end - rng.uniform(0.42, 0.58), throw_end), 0.97, 0.013, 0.01, 13),
+        "throw": layer(cover, (throw_end - rng.uniform(0.42, 0.58), throw_end), 0.97, 0.009, 0.008, 13),
     }
     parts = {name: moved(mesh, x=center) for name, mesh in layers.items()}
     return parts | _pillows(rng, plan, height, deep)

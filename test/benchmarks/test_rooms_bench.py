@@ -5,8 +5,8 @@ import json
 import pytest
 from small_grammar import CATEGORIES
 
-from benchmarks.room_measures import measure_room, real_rooms
-from benchmarks.rooms_bench import beside
+from benchmarks.room_measures import measure_room, only, real_rooms
+from benchmarks.rooms_bench import beside, judge
 from grammar.learning import read_category_map
 from scene_description.share import config_path
 
@@ -37,3 +37,15 @@ def test_a_room_of_a_layout_file_is_measured_with_all_that_it_holds(tmp_path) ->
     assert found.by_category == {"sideboard": 1, "table_lamp": 1}
     area = next(row for row in beside([found], [found]) if row["measure"] == "area_m2")
     assert (area["ours"], area["ratio"]) == (pytest.approx(12.1), 1.0)
+
+
+def test_what_real_rooms_do_not_record_covers_no_wall_beside_them(tmp_path) -> None:
+    path = tmp_path / "rooms.jsonl"
+    path.write_text(json.dumps(LINE) + "\n")
+    (room,) = real_rooms(path, read_category_map(config_path("learning/category_map.yaml")), CATEGORIES)
+    found = measure_room(only(room, {"table_lamp"}))
+    assert (found.by_category, found.on_floor, found.covered) == ({"table_lamp": 1}, 0, 0.0)
+    (judged,) = judge("hallway", 3, [1], recorded={"shoe_rack"})
+    assert judged.measures is not None and judged.recorded is not None
+    assert judged.recorded.bare_wall_m >= judged.measures.bare_wall_m
+    assert set(judged.recorded.by_category) <= {"shoe_rack"}

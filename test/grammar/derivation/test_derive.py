@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -163,3 +164,11 @@ def test_numbers_of_objects_and_room_sizes_are_kept():
     tree = derive(grammar, CATEGORIES, request, np.random.default_rng(1))
     assert 20 <= len(tree.items) <= 22
     assert tree.room.polygon_m == ((-2.25, -2.0), (2.25, -2.0), (2.25, 2.0), (-2.25, 2.0))
+
+
+def test_a_kitchen_whose_furniture_covers_too_much_is_refused() -> None:
+    """The check was passed over when doors and windows were drawn a second time."""
+    grammar = read_room_type("kitchen", CATEGORIES, "learned")
+    grammar = replace(grammar, room=replace(grammar.room, floor_share_max=0.05), budget=replace(grammar.budget, derivations=300))
+    with pytest.raises(RequestError, match=r"failed at: furniture on at most 0\.05 of the floor"):
+        derive(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), np.random.default_rng(1))

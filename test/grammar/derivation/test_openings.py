@@ -9,7 +9,7 @@ from small_grammar import CATEGORIES
 
 from grammar import RequestError, SceneRequest, read_room_type
 from grammar.derivation.derive import derive
-from grammar.derivation.openings import FreeWalls, SpecialWalls, draw_opening, draw_openings
+from grammar.derivation.openings import FreeWalls, SpecialWalls, draw_numbers, draw_opening, draw_openings
 from grammar.geometry.zones import SWING, opening_zones
 from scene_description import ModelReference, Opening, Room
 from scene_description.types import Point2
@@ -109,7 +109,8 @@ def test_a_room_has_no_more_doors_than_its_walls_have_space_for(garage):
         rules = {"door": replace(RULES["door"], multiplicity=odds, wall_m=6.0), "window": replace(RULES["window"], multiplicity=(1.0,))}
         grammar, found = replace(garage, openings=rules), set()
         for seed in range(12):
-            drawn, (count, _) = draw_openings(grammar, CATEGORIES, room, np.random.default_rng(seed), SpecialWalls())
+            rng = np.random.default_rng(seed)
+            drawn, (count, _) = draw_openings(grammar, CATEGORIES, room, rng, SpecialWalls(), draw_numbers(grammar, room, rng))
             assert len(drawn) == int(count.value)
             found.add(len(drawn))
             assert math.exp(count.log_probability) == pytest.approx(1.0 / len(numbers))
