@@ -23,7 +23,7 @@ SPACING_S = 0.05
 _GAP_S = 2.0 * REACH * SPACING_S
 _GOALS = 12
 _LINE_STEP_M = 0.01
-_FINER, _SMALL_M2 = 0.5, 36.0
+_FINER, _SMALL_M2 = 0.25, 36.0
 """Size of the cells of a base that explores, in those of walks, in rooms that fit into a rectangle of so much floor."""
 _LANE_SHARE = 0.9
 """Share of the footprint's radius within which a cell counts as passed by a lane of a base that explores."""
