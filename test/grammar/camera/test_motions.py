@@ -25,6 +25,7 @@ from scene_description.motion import Motion
 from scene_description.motion_of_poses import motion_of_poses
 from scene_description.share import config_path
 from scene_description.tum_trajectory import trajectory_to_tum
+from scene_description.types import SKIRTING_DEPTH_M
 
 CONFIG = read_camera_path_config(config_path("camera.yaml"))
 RECTANGLE = ((0.0, 0.0), (4.2, 0.0), (4.2, 3.6), (0.0, 3.6))
@@ -139,7 +140,7 @@ def test_a_base_touches_nothing_keeps_its_limits_and_comes_home(seed: int) -> No
     track = LineString(moved.position_m[::5, :2])
     assert track.length > 3.0
     assert track.distance(solid_shapes()) >= 0.18
-    assert track.distance(Polygon(RECTANGLE).exterior) >= 0.18
+    assert track.distance(Polygon(RECTANGLE).exterior) >= 0.18 + SKIRTING_DEPTH_M
     assert Polygon(RECTANGLE).contains(track)
     np.testing.assert_array_equal(moved.position_m[:, 2], 0.0)
     ahead = rotate(moved.quaternion, np.tile([1.0, 0.0, 0.0], (len(moved.quaternion), 1)))
@@ -162,7 +163,7 @@ def test_a_base_that_explores_passes_over_the_floor_and_comes_home_where_one_tha
     for explore in (False, True):
         _, motion = sampled(seed, times=times, kind="base", loop=True, explore=explore, camera_m=(0.05, 0.0, 0.8))
         track = LineString(along(motion, 0.1).position_m[:, :2])
-        assert min(track.distance(solid_shapes()), track.distance(Polygon(RECTANGLE).exterior)) >= radius
+        assert min(track.distance(solid_shapes()), track.distance(Polygon(RECTANGLE).exterior) - SKIRTING_DEPTH_M) >= radius
         assert Point(track.coords[0]).distance(Point(track.coords[-1])) < 1e-9
         covered[explore] = track.simplify(0.001).buffer(radius).intersection(reachable).area / reachable.area
     assert covered[True] > max(0.85, covered[False])
