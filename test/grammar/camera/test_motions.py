@@ -181,6 +181,16 @@ def test_a_base_that_explores_goes_through_a_passage_little_wider_than_itself() 
     assert across_m.min() < 1.0 and across_m.max() > 3.2
 
 
+def test_a_base_keeps_clear_of_skirting_boards() -> None:
+    """It had passed 7 mm into those of a gym."""
+    outline = ((0.0, 0.0), (4.2, 0.3), (4.0, 3.6), (0.1, 3.4))
+    space = CameraSpace(outline, 2.6, BEDROOM[5:])
+    times = CameraTimes(frames=9001, start_ns=0, rate_hz=15.0)
+    _, motion = sampled(0, space, times, kind="base", loop=True, explore=True, camera_m=(0.05, 0.0, 0.8))
+    track = LineString(along(motion, 0.1).position_m[:, :2])
+    assert track.distance(Polygon(outline).exterior) >= 0.18 + SKIRTING_DEPTH_M
+
+
 def test_no_small_thing_lies_in_the_way_of_a_base() -> None:
     """In this bathroom the scales, 3 cm high, did."""
     config = MotionConfig(kind="base", explore=True, speed_m_s=0.22, body_radius_m=0.14, camera_m=(0.05, 0.0, 0.25))
