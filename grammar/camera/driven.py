@@ -109,12 +109,12 @@ def _ground(plan: MotionPlan, lens_m: float) -> Ground:
 
 
 def _skirting(polygon: Floats) -> Floats:
-    """Return boxes (n, 8) along the walls of an outline (n, 2), as deep and high as skirting boards, on either side of the outline."""
+    """Return boxes (n, 8) along the walls of an outline (n, 2), as deep and high as skirting boards, and beyond its corners."""
     along = np.roll(polygon, -1, axis=0) - polygon
     lengths = np.hypot(*along.T)
     fixed = np.tile((0.0, SKIRTING_HEIGHT_M, SKIRTING_DEPTH_M), (len(polygon), 1))
     turned = np.column_stack([along[:, 1], -along[:, 0]]) / lengths[:, None]
-    return np.column_stack([polygon + 0.5 * along, fixed, 0.5 * lengths, turned])
+    return np.column_stack([polygon + 0.5 * along, fixed, 0.5 * lengths + SKIRTING_DEPTH_M, turned])
 
 
 def _resolution_m(plan: MotionPlan) -> float:
