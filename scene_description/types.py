@@ -217,6 +217,10 @@ class Slope:
     pitch_rad: Annotated[float, Limits(ge=0.02, le=1.5, unit="rad")]
 
 
+SKIRTING_HEIGHT_M, SKIRTING_DEPTH_M = 0.07, 0.012
+"""How high skirting boards are, and how far they stand out from walls."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Room:
     """The room's shell.  ``polygon_m`` is the inner floor outline, counter-clockwise; wall i runs from vertex i to vertex i + 1.

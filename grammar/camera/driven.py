@@ -18,12 +18,13 @@ from grammar.camera.walk import Ground, Routes, choose_ground, find_routes, is_f
 from grammar.geometry.arrays import Floats, Ints
 from grammar.spec.rules import GrammarError
 from scene_description.motion import Drive, Motion
+from scene_description.types import SKIRTING_DEPTH_M, SKIRTING_HEIGHT_M
 
 SPACING_S = 0.05
 _GAP_S = 2.0 * REACH * SPACING_S
 _GOALS = 12
 _LINE_STEP_M = 0.01
-_FINER, _SMALL_M2 = 0.5, 36.0
+_FINER, _SMALL_M2 = 0.25, 36.0
 """Size of the cells of a base that explores, in those of walks, in rooms that fit into a rectangle of so much floor."""
 _LANE_SHARE = 0.9
 """Share of the footprint's radius within which a cell counts as passed by a lane of a base that explores."""
@@ -99,12 +100,21 @@ def _ground(plan: MotionPlan, lens_m: float) -> Ground:
     config = plan.config
     radius = max(config.body_radius_m, math.hypot(*config.camera_m[:2]))
     views = plan.space.views(plan.path, lens_m)
-    whole = ((1.0, 1.0),)
-    ground = choose_ground(views.polygon, plan.space.solids, lens_m, 0.0, radius, radius, _resolution_m(plan), whole)
+    whole, solids = ((1.0, 1.0),), np.concatenate([plan.space.solids, _skirting(views.polygon)])
+    ground = choose_ground(views.polygon, solids, lens_m, 0.0, radius, radius, _resolution_m(plan), whole)
     if ground.wall_keep_m < radius:
         expected = f"motion.body_radius_m: expected a base that stands free somewhere in the room, got a radius of {radius:g} m"
         raise GrammarError(f"{expected}; make it smaller or choose another room")
     return ground
+
+
+def _skirting(polygon: Floats) -> Floats:
+    """Return boxes (n, 8) along the walls of an outline (n, 2), as deep and high as skirting boards, and beyond its corners."""
+    along = np.roll(polygon, -1, axis=0) - polygon
+    lengths = np.hypot(*along.T)
+    fixed = np.tile((0.0, SKIRTING_HEIGHT_M, SKIRTING_DEPTH_M), (len(polygon), 1))
+    turned = np.column_stack([along[:, 1], -along[:, 0]]) / lengths[:, None]
+    return np.column_stack([polygon + 0.5 * along, fixed, 0.5 * lengths + SKIRTING_DEPTH_M, turned])
 
 
 def _resolution_m(plan: MotionPlan) -> float:

@@ -21,14 +21,13 @@ from renderer.scene.sloped_ceiling import Profile, sloped_slab, wall_profile
 from scene_description import Opening, Room
 from scene_description.ceilings import ceiling_over_opening_m
 from scene_description.products import matmul
+from scene_description.types import SKIRTING_DEPTH_M, SKIRTING_HEIGHT_M
 
 Rectangle = tuple[float, float, float, float]
 
 SLAB_M = 0.1
 OVERLAP_M = 0.01
 LONGEST_MITRE = 3.0
-SKIRTING_HEIGHT_M = 0.07
-SKIRTING_DEPTH_M = 0.012
 CASING_M = 0.075
 
 

@@ -77,6 +77,13 @@ def depth_steps(depth_m: NDArray[np.float32], steps_a_metre: float) -> DepthFile
     return DepthFile(np.where(fits, steps, 0.0).astype(np.uint16), int(there.sum() - fits.sum()))
 
 
+def write_depth(path: Path, depth_m: NDArray[np.float32], steps_a_metre: float) -> int:
+    """Write depth (height, width) float32, metres along the optical axis, in whole steps; return how many pixels are too far away."""
+    depth = depth_steps(depth_m, steps_a_metre)
+    write_png(path, depth.stored)
+    return depth.beyond
+
+
 def beyond_note(form: str, pixels: int, steps_a_metre: float) -> tuple[str, ...]:
     """Return the line for people about pixels whose depth was too large; none where there are none."""
     if not pixels:

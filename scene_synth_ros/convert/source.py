@@ -78,6 +78,8 @@ def choose_cameras(
 ) -> tuple[dict[str, Chosen], tuple[str, ...]]:
     """Return the cameras that have what a format needs, each with the same layers, and lines about the others.
 
+    What a format takes of the first camera alone the others need not have.
+
     ``recorded``: camera -> its layers.
 
     Raises:
@@ -85,15 +87,19 @@ def choose_cameras(
     """
     found: dict[str, Chosen] = {}
     refused: dict[str, ConvertError] = {}
+    own = {layer for role in form.roles if role.first_only for layer in role.layers}
+    shared = form._replace(roles=tuple(role for role in form.roles if not role.first_only))
     for camera, layers in recorded.items():
+        wanted = (shared, [layer for layer in asked if layer not in own]) if found else (form, asked)
         try:
-            found[camera] = choose_layers(name, form, layers, asked, source)
+            found[camera] = choose_layers(name, wanted[0], layers, wanted[1], source)
         except ConvertError as error:
             refused[camera] = error
     if not found:
         raise next(iter(refused.values()), ConvertError(f"{source}: expected images of a camera, got none"))
     first = next(iter(found.values()))
-    for camera in [camera for camera, it in found.items() if it != first]:
+    common = Chosen({role: layer for role, layer in first.roles.items() if layer not in own}, first.beside)
+    for camera in [camera for camera, it in found.items() if it not in (first, common)]:
         missing = ", ".join(sorted(set(first.layers) ^ set(found.pop(camera).layers)))
         refused[camera] = ConvertError(f"{source}: the cameras differ in {missing}")
     return found, tuple(f"camera {camera} is left out: {error}" for camera, error in refused.items())

@@ -36,11 +36,13 @@ class Role(NamedTuple):
         name: of the role, for the writer.
         layers: those that can play it, the usual one first.
         required: whether the format is nothing without it.
+        first_only: whether it is taken of a room's first camera alone, so that the others need not have it.
     """
 
     name: str
     layers: tuple[str, ...]
     required: bool = True
+    first_only: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from scene_synth_ros.convert.camera import Lens
-from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera
+from scene_synth_ros.convert.formats.rig import MountedCamera
 
 PINHOLE = Lens("pinhole", 480, 360, 342.5, 343.0, 239.5, 179.5, ())
 FISHEYE = Lens("kannala_brandt", 480, 360, 142.5, 143.0, 239.5, 179.5, (0.1, 0.02, -0.003, 0.0004))

@@ -8,6 +8,7 @@ from scene_synth_ros.convert.writer import Role, Writer
 COLOR = ("color", "color_sensed", "color_noisy")
 DEPTH = ("depth", "depth_sensed")
 _PICTURE, _DEPTH = Role("picture", COLOR), Role("depth", DEPTH)
+_FIRST_DEPTH = Role("depth", DEPTH, required=False, first_only=True)
 _INSTANCE = Role("instance", ("instance",))
 
 
@@ -39,6 +40,9 @@ FORMATS: dict[str, Format] = {
     "tum": Format("TUM RGB-D: pictures, depth and trajectory for SLAM", "tum", (_PICTURE, _DEPTH)),
     "euroc": Format("EuRoC (ASL): grey pictures and poses of one or more cameras", "euroc", (_PICTURE,)),
     "kitti": Format("KITTI odometry: grey pictures and poses of a camera or a rectified pair", "kitti", (_PICTURE,)),
+    "vslam-lab": Format(
+        "VSLAM-LAB: pictures of one or more cameras, depth of the first, inertial readings", "vslam_lab", (_PICTURE, _FIRST_DEPTH)
+    ),
     "nerfstudio": Format(
         "nerfstudio: transforms.json with pictures and depth", "nerfstudio", (_PICTURE, Role("depth", DEPTH, required=False))
     ),

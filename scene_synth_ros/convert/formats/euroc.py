@@ -8,20 +8,18 @@ of pictures have 19 digits, so that they sort by time.  ``orb_slam3.yaml`` and, 
 programs that read such folders.
 """
 
-from dataclasses import dataclass, field
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import CameraPose
 from scene_description.products import matmul
-from scene_synth_ros.convert.camera import Lens, camera_from_world, camera_pose, lens_of, refuse_lens, shutter_notes, world_from_camera
+from scene_synth_ros.convert.camera import Lens, camera_pose, lens_of, refuse_lens, shutter_notes
 from scene_synth_ros.convert.files import write_png
-from scene_synth_ros.convert.formats.euroc_imu import DIGITS, RoomImu, room_imu, states_of, write_imu
+from scene_synth_ros.convert.formats.euroc_imu import RoomImu, stamp_name, states_of, write_imu
 from scene_synth_ros.convert.formats.kalibr import write_kalibr
-from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera, settings_text
-from scene_synth_ros.convert.writer import ConvertError, Sequence, Source, Writer
+from scene_synth_ros.convert.formats.orb_slam3 import settings_text
+from scene_synth_ros.convert.formats.rig import RigCamera, RigWriter
+from scene_synth_ros.convert.writer import Sequence
 from scene_synth_ros.dataset import Frame
 
 _LUMA = np.array([0.299, 0.587, 0.114], np.float32)
@@ -32,40 +30,12 @@ _STATE = (
     " b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]"
 )
 _DISTORTION = {"pinhole": "radial-tangential", "brown_conrady": "radial-tangential", "kannala_brandt": "equidistant"}
-STILL = 1e-6
-"""How far, in metres and as entries of a rotation, a camera may move against the first one: what rounding does."""
 
 
-@dataclass(slots=True)
-class GreyCamera:
-    """A camera of a room: where both are written, and the poses of its frames."""
-
-    room: Path
-    path: Path
-    sequence: Sequence
-    lens: Lens
-    poses: list[CameraPose] = field(default_factory=list)
-
-
-@dataclass(slots=True)
-class _Body:
-    """The body of a room: poses of its first camera, which ``from_first`` (4, 4) takes to it, its device, and its cameras so far."""
-
-    poses: list[CameraPose]
-    from_first: NDArray[np.float64]
-    imu: RoomImu | None
-    cameras: list[MountedCamera] = field(default_factory=list)
-
-
-class FormatWriter(Writer):
+class FormatWriter(RigWriter):
     """Writes sequences in EuRoC's form."""
 
-    def begin(self, out: Path, source: Source) -> None:
-        """Begin with no room."""
-        super().begin(out, source)
-        self._bodies: dict[str, _Body] = {}
-
-    def begin_sequence(self, sequence: Sequence) -> GreyCamera:
+    def begin_sequence(self, sequence: Sequence) -> RigCamera:
         """Make the folders of a camera.
 
         Raises:
@@ -76,66 +46,37 @@ class FormatWriter(Writer):
             raise refuse_lens(lens, sequence.camera, self.name, "of plumb_bob without k3, or equidistant", "choose --to colmap")
         self.notes |= shutter_notes(self.source.frame(sequence, 0), sequence.camera, self.name)
         room = self.out / sequence.folder
-        state = GreyCamera(room, room / "mav0" / f"cam{sequence.place}", sequence, lens)
+        state = RigCamera(room, room / "mav0" / f"cam{sequence.place}", sequence, lens)
         (state.path / "data").mkdir(parents=True)
         return state
 
-    def encode(self, frame: Frame, number: int, state: GreyCamera) -> CameraPose:
+    def encode(self, frame: Frame, number: int, state: RigCamera) -> tuple[CameraPose, int]:
         """Write the picture; return the pose."""
         del number
         write_png(state.path / "data" / f"{stamp_name(frame.stamp_ns)}.png", to_grey(frame[self.source.roles["picture"]]))
-        return camera_pose(frame)
+        return camera_pose(frame), 0
 
-    def take(self, item: CameraPose, state: GreyCamera) -> None:
-        """Keep the pose."""
-        state.poses.append(item)
-
-    def end_sequence(self, state: GreyCamera) -> None:
+    def end_sequence(self, state: RigCamera) -> None:
         """Write what belongs to a camera and, with the first one, to the body.
 
         Raises:
             ConvertError: the camera moves against the first one, or has no frame together with it.
         """
-        place = state.sequence.place
-        if place == 0:
-            first = self.source.frame(state.sequence, 0)
-            imu = room_imu(first)
-            self._bodies[state.sequence.folder] = _Body(state.poses, np.eye(4) if imu is None else imu.from_camera(first), imu)
-        body = self._bodies[state.sequence.folder]
-        where = f"euroc: {self.source.name}: {state.sequence.name}: camera {state.sequence.camera}"
-        mounted = matmul(body.from_first, mounted_on_first(body.poses, state.poses, where) if place else np.eye(4))
-        body.cameras.append(MountedCamera(state.lens, mounted, rate_hz(state.poses)))
+        rig, place = self.mount(state), state.sequence.place
         stamps = [stamp_name(pose.stamp_ns) for pose in state.poses]
         names = "".join(f"{stamp},{stamp}.png\n" for stamp in stamps)
         (state.path / "data.csv").write_text(f"#timestamp [ns],filename\n{names}", encoding="utf-8")
-        (state.path / "sensor.yaml").write_text(camera_yaml(*body.cameras[-1]), encoding="utf-8")
+        (state.path / "sensor.yaml").write_text(camera_yaml(*rig.mounted[-1]), encoding="utf-8")
         if place == 0:
-            _write_body(state, body.imu)
+            _write_body(state, rig.imu)
         if place == state.sequence.cameras - 1:
-            config = None if body.imu is None else body.imu.config
-            (state.room / "orb_slam3.yaml").write_text(settings_text(body.cameras, config), encoding="utf-8")
+            config = None if rig.imu is None else rig.imu.config
+            (state.room / "orb_slam3.yaml").write_text(settings_text(rig.mounted, config), encoding="utf-8")
             if config is not None:
-                write_kalibr(state.room / "open_vins", body.cameras, config)
-            del self._bodies[state.sequence.folder]
+                write_kalibr(state.room / "open_vins", rig.mounted, config)
 
 
-def mounted_on_first(first: list[CameraPose], poses: list[CameraPose], where: str) -> NDArray[np.float64]:
-    """Return where a camera is against the first one of its room, (4, 4), by the poses of both; ``where`` begins an error.
-
-    Raises:
-        ConvertError: it moves against the first one, or has no frame together with it.
-    """
-    by_stamp = {pose.stamp_ns: pose for pose in first}
-    paired = [pose for pose in poses if pose.stamp_ns in by_stamp]
-    found: list[NDArray[np.float64]] = [matmul(camera_from_world(by_stamp[pose.stamp_ns]), world_from_camera(pose)) for pose in paired]
-    if not found:
-        raise ConvertError(f"{where}: expected frames with the stamps of the first camera, got none; choose one camera: --camera NAME")
-    if max(float(np.abs(matrix - found[0]).max()) for matrix in found) > STILL:
-        raise ConvertError(f"{where}: expected a camera that is fixed to the first one, got one that moves; choose one: --camera NAME")
-    return found[0]
-
-
-def _write_body(state: GreyCamera, imu: RoomImu | None) -> None:
+def _write_body(state: RigCamera, imu: RoomImu | None) -> None:
     """Write the states of a room's body, which frame that is, and its inertial measurement unit if it has one."""
     body = "cam0" if imu is None else "imu0"
     states = states_csv(state.poses) if imu is None else _states_text(states_of(imu))
@@ -149,11 +90,6 @@ def _write_body(state: GreyCamera, imu: RoomImu | None) -> None:
         write_imu(state.room / "mav0" / "imu0", imu, _sensor("an IMU of scene_synth_ros", "imu", np.eye(4)))
 
 
-def stamp_name(stamp_ns: int) -> str:
-    """Return a stamp as files are named: all with as many digits."""
-    return f"{stamp_ns:0{DIGITS}d}"
-
-
 def _states_text(states: list[tuple[int, list[float]]]) -> str:
     return "\n".join([_STATE, *(",".join([stamp_name(stamp), *map(repr, numbers)]) for stamp, numbers in states)]) + "\n"
 
@@ -161,12 +97,6 @@ def _states_text(states: list[tuple[int, list[float]]]) -> str:
 def to_grey(color: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the luma (height, width) of a picture (height, width, 3), both uint8."""
     return np.asarray(np.rint(matmul(color, _LUMA))).astype(np.uint8)
-
-
-def rate_hz(poses: list[CameraPose]) -> float:
-    """Return the mean rate of frames; 0 of a single one."""
-    span_ns = poses[-1].stamp_ns - poses[0].stamp_ns
-    return 1e9 * (len(poses) - 1) / span_ns if span_ns else 0.0
 
 
 def states_csv(poses: list[CameraPose]) -> str:

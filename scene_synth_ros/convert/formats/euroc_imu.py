@@ -22,8 +22,12 @@ from scene_synth_ros.dataset import Frame
 _READINGS = (
     "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
 )
-DIGITS = 19
-"""Digits of a stamp in nanoseconds, so that names of files sort by time."""
+_DIGITS = 19
+
+
+def stamp_name(stamp_ns: int) -> str:
+    """Return a stamp in nanoseconds as files are named: all with as many digits, so that they sort by time."""
+    return f"{stamp_ns:0{_DIGITS}d}"
 
 
 class RoomImu(NamedTuple):
@@ -64,14 +68,19 @@ def room_imu(frame: Frame) -> RoomImu | None:
     return RoomImu(config, read, device, *ImuErrors(config, scene_key(scene)).biases(len(read.stamps_ns)))
 
 
-def write_imu(folder: Path, imu: RoomImu, sensor: str) -> None:
-    """Write ``imu0``: readings, by the device's clock, and its calibration; ``sensor``: the lines that every calibration has."""
-    folder.mkdir()
+def readings_csv(imu: RoomImu, head: str) -> str:
+    """Return stamps by the device's clock, angular velocities and specific forces as text with commas, below a line of titles."""
     offset_ns = round(imu.config.clock_offset_s * 1e9)
     rows = np.hstack([imu.readings.rate_rad_s, imu.readings.force_m_s2]).tolist()
     stamps = (imu.readings.stamps_ns + offset_ns).tolist()
-    lines = [f"{stamp:0{DIGITS}d},{','.join(map(repr, row))}" for stamp, row in zip(stamps, rows, strict=True)]
-    (folder / "data.csv").write_text("\n".join([_READINGS, *lines]) + "\n", encoding="utf-8")
+    lines = [f"{stamp_name(stamp)},{','.join(map(repr, row))}" for stamp, row in zip(stamps, rows, strict=True)]
+    return "\n".join([head, *lines]) + "\n"
+
+
+def write_imu(folder: Path, imu: RoomImu, sensor: str) -> None:
+    """Write ``imu0``: readings and calibration; ``sensor``: the lines that every calibration has."""
+    folder.mkdir()
+    (folder / "data.csv").write_text(readings_csv(imu, _READINGS), encoding="utf-8")
     (folder / "sensor.yaml").write_text(sensor + f"rate_hz: {imu.config.rate_hz!r}\n" + "".join(noise_rows(imu.config)), encoding="utf-8")
 
 

@@ -16,7 +16,7 @@ from scene_description.products import matmul
 from scene_description.share import config_path
 from scene_synth_ros.convert.camera import rigid_inverse
 from scene_synth_ros.convert.formats.euroc_imu import noise_rows
-from scene_synth_ros.convert.formats.orb_slam3 import MountedCamera
+from scene_synth_ros.convert.formats.rig import MountedCamera
 
 _DISTORTION = {"pinhole": "radtan", "brown_conrady": "radtan", "kannala_brandt": "equidistant"}
 

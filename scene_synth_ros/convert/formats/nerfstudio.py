@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_synth_ros.convert.camera import HALF_PIXEL, Lens, camera_pose, lens_of, refuse_lens, refuse_rolling_shutter, world_from_opengl
-from scene_synth_ros.convert.files import depth_steps, ply_points, write_json, write_picture, write_png
+from scene_synth_ros.convert.files import ply_points, write_depth, write_json, write_picture, write_png
 from scene_synth_ros.convert.sparse_points import Cells, Glimpse, SparsePoints, cells_of, glimpse
 from scene_synth_ros.convert.writer import Sequence, Writer
 from scene_synth_ros.dataset import Frame
@@ -85,11 +85,10 @@ class FormatWriter(Writer):
         if state.cells is None:
             return _Item(row, None, 0)
         depth_m = frame[roles["depth"]]
-        depth = depth_steps(depth_m, STEPS_A_METRE)
         name = f"depth/frame_{number:05d}.png"
-        write_png(state.path / name, depth.stored)
+        beyond = write_depth(state.path / name, depth_m, STEPS_A_METRE)
         seen = glimpse(state.lens, state.cells, pose, depth_m, frame[roles["picture"]])
-        return _Item(row | {"depth_file_path": name}, seen, depth.beyond)
+        return _Item(row | {"depth_file_path": name}, seen, beyond)
 
     def take(self, item: _Item, state: _Folder) -> None:
         """Keep the row, and the points."""

@@ -7,7 +7,6 @@ drift.  ``RGBD.DepthMapFactor`` is that of depth as ``convert --to tum`` writes 
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,21 +14,14 @@ from numpy.typing import NDArray
 from renderer.body.config import ImuConfig
 from scene_description.products import matmul
 from scene_description.share import config_path
-from scene_synth_ros.convert.camera import Lens, rigid_inverse
+from scene_synth_ros.convert.camera import rigid_inverse
+from scene_synth_ros.convert.formats.rig import MountedCamera
 from scene_synth_ros.convert.formats.tum import STEPS_A_METRE
 
 _MODELS = {"pinhole": "PinHole", "brown_conrady": "PinHole", "kannala_brandt": "KannalaBrandt8"}
 _COEFFICIENTS = {"PinHole": ("k1", "k2", "p1", "p2"), "KannalaBrandt8": ("k1", "k2", "k3", "k4")}
 _BASELINE_M = 0.1
 """Of the second camera that ORB-SLAM3 makes up for depth, where there is none."""
-
-
-class MountedCamera(NamedTuple):
-    """A camera on the body: its lens, the matrix (4, 4) that takes points of its optical frame to the body, frames a second."""
-
-    lens: Lens
-    mounted: NDArray[np.float64]
-    rate_hz: float
 
 
 def settings_text(cameras: list[MountedCamera], imu: ImuConfig | None) -> str:

@@ -6,34 +6,24 @@ have ten before it, so that these sort by time.  ``associations.txt`` joins them
 ``calibration.txt`` has the row of the benchmark's table of intrinsics, pixel centres at integers.
 """
 
-from dataclasses import dataclass, field
-from pathlib import Path
-
 from scene_description import CameraPose
 from scene_description.tum_trajectory import stamp_name, stamp_text, trajectory_to_tum
 from scene_synth_ros.convert.camera import camera_pose, lens_of, refuse_lens, shutter_notes
-from scene_synth_ros.convert.files import depth_steps, write_picture, write_png
-from scene_synth_ros.convert.writer import Sequence, Writer
+from scene_synth_ros.convert.files import write_depth, write_picture
+from scene_synth_ros.convert.formats.rig import RigCamera, RigWriter
+from scene_synth_ros.convert.writer import Sequence
 from scene_synth_ros.dataset import Frame
 
 STEPS_A_METRE = 5000.0
 _LENSES = ("pinhole", "brown_conrady")
 
 
-@dataclass(slots=True)
-class _Folder:
-    """A sequence in the making: where it is, and the poses of its frames."""
-
-    path: Path
-    poses: list[CameraPose] = field(default_factory=list)
-
-
-class FormatWriter(Writer):
+class FormatWriter(RigWriter):
     """Writes TUM RGB-D sequences."""
 
     steps_a_metre = STEPS_A_METRE
 
-    def begin_sequence(self, sequence: Sequence) -> _Folder:
+    def begin_sequence(self, sequence: Sequence) -> RigCamera:
         """Make the folders of a sequence, and write its intrinsics.
 
         Raises:
@@ -49,23 +39,17 @@ class FormatWriter(Writer):
         numbers = (lens.fx, lens.fy, lens.cx, lens.cy, *(*lens.coefficients, *(0.0,) * 5)[:5])
         row = " ".join(repr(float(number)) for number in numbers)
         (path / "calibration.txt").write_text(f"# fx fy cx cy d0 d1 d2 d3 d4\n{row}\n", encoding="utf-8")
-        return _Folder(path)
+        return RigCamera(path, path, sequence, lens)
 
-    def encode(self, frame: Frame, number: int, state: _Folder) -> tuple[CameraPose, int]:
+    def encode(self, frame: Frame, number: int, state: RigCamera) -> tuple[CameraPose, int]:
         """Write picture and depth; return the pose, and how many pixels are too far away."""
         del number
         name = stamp_name(frame.stamp_ns)
         write_picture(frame, self.source.roles["picture"], state.path / "rgb" / name, jpeg=False)
-        depth = depth_steps(frame[self.source.roles["depth"]], STEPS_A_METRE)
-        write_png(state.path / "depth" / f"{name}.png", depth.stored)
-        return camera_pose(frame), depth.beyond
+        beyond = write_depth(state.path / "depth" / f"{name}.png", frame[self.source.roles["depth"]], STEPS_A_METRE)
+        return camera_pose(frame), beyond
 
-    def take(self, item: tuple[CameraPose, int], state: _Folder) -> None:
-        """Keep the pose."""
-        state.poses.append(item[0])
-        self.beyond += item[1]
-
-    def end_sequence(self, state: _Folder) -> None:
+    def end_sequence(self, state: RigCamera) -> None:
         """Write the lists and the trajectory."""
         sequence = state.path.name
         stamps = [(stamp_text(pose.stamp_ns), stamp_name(pose.stamp_ns)) for pose in state.poses]

@@ -7,26 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
-from sample_scene import sample_scene
+from imu_frame import CONFIG, SCENE, frame_of
 
-from renderer.body.config import ImuConfig
 from renderer.body.imu import device_kinematics, read_imu
 from renderer.scene.scene_key import scene_key
-from scene_description import to_mapping
 from scene_description.motion_of_poses import motion_of
 from scene_description.poses import world_from_optical
-from scene_synth_ros.convert.formats.euroc import stamp_name
-from scene_synth_ros.convert.formats.euroc_imu import room_imu, states_of, write_imu
+from scene_synth_ros.convert.formats.euroc_imu import room_imu, stamp_name, states_of, write_imu
 from scene_synth_ros.convert.writer import ConvertError
-
-CONFIG = ImuConfig(enabled=True, mount_m=(0.1, 0.0, -0.05), mount_rotation_rad=(0.3, 0.1, -2.0), clock_offset_s=0.002)
-SCENE = sample_scene()
-
-
-def frame_of(number: int, config: ImuConfig = CONFIG) -> SimpleNamespace:
-    pose = SCENE.camera_path[number]
-    matrix = world_from_optical(pose.position_m, pose.orientation)
-    return SimpleNamespace(settings={"imu": to_mapping(config)}, scene=SCENE, has_scene=True, stamp_ns=pose.stamp_ns, matrix=matrix)
 
 
 def test_readings_are_those_of_the_topic_by_the_devices_clock(tmp_path: Path) -> None:
