@@ -206,8 +206,7 @@ def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.
     tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED
     contents = _Contents(structure, terminals, [0.0] * len(terminals.symbols), {})
 
-    def settled(room: Room) -> _Contents:
-        """Return the contents with what is fixed in its place, if the room is large enough for them."""
+    def pinned_in(room: Room) -> _Contents:
         if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
             raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
         return contents._replace(pinned=_pin(plan, categories, room, terminals, rng))
@@ -216,7 +215,7 @@ def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.
         contents = contents._replace(loaded_m=loaded_heights_m(categories, contents.things))
     else:
         _check_crowding(plan, categories, flat, terminals)
-        contents = settled(flat)
+        contents = pinned_in(flat)
     numbers, room, room_attributes = kept.numbers(grammar, flat, rng), flat, flat_attributes
     for tried in range(tries):
         try:
@@ -226,7 +225,7 @@ def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.
                     slopes, flat, flat_attributes, rng, grows=not is_given(plan.request), raised=tried / (tries - 1)
                 )
                 check_tall(grammar, room, contents.things)
-                contents = settled(room)
+                contents = pinned_in(room)
             furniture = Furniture(contents, room, special, room_attributes, numbers)
             tree = _opened(plan, categories, furniture, rng)
             break

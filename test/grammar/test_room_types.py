@@ -33,7 +33,7 @@ ALWAYS = {
     "garage": {"workbench", "storage_shelf"},
     "guest_room": {"bed", "nightstand"},
     "gym": {"treadmill", "dumbbell_rack", "exercise_mat"},
-    "hallway": {"shoe_rack"},
+    "hallway": {"light_switch"},
     "kitchen": {"stove", "range_hood", "kitchen_counter", "sink_counter", "refrigerator"},
     "living_room": {"light_switch"},
     "office": {"desk", "desk_chair"},

@@ -32,9 +32,9 @@ def rules() -> SceneSynthesizer:
 
 
 @cache
-def room(room_type: str) -> SceneDescription:
+def room(room_type: str, seed: int = SEED) -> SceneDescription:
     request = replace(ASKED.get(room_type, SceneRequest()), room_type=room_type, grammar_set="by_hand", daylight="clear")
-    return rules().synthesize(request, SEED, 0, CameraTimes(frames=5, start_ns=1_000, rate_hz=10.0))
+    return rules().synthesize(request, seed, 0, CameraTimes(frames=5, start_ns=1_000, rate_hz=10.0))
 
 
 def difference(before: SceneDescription, after: SceneDescription) -> set[str]:

@@ -197,6 +197,14 @@ def test_a_larger_room_keeps_gaps_to_walls_and_the_shape_of_groups(bedroom: Scen
     assert wider.offset_m == pytest.approx(share * (1.25 * length - door.width_m)) and wider.width_m == door.width_m
 
 
-def test_a_smaller_room_is_made_valid_by_sliding_things(bedroom: SceneDescription) -> None:
-    after = change(bedroom, "room_size", 0.95)
-    assert after.validity.valid and all(item.size_m == other.size_m for item, other in zip(bedroom.objects, after.objects, strict=True))
+def test_smaller_rooms_are_made_valid_by_sliding_things() -> None:
+    """Of eight at least six; where a thing would stand in a door's way, say, the change is refused."""
+    made = 0
+    for bedroom in (room("bedroom", seed) for seed in range(1, 9)):
+        try:
+            after = change(bedroom, "room_size", 0.95)
+        except InvalidChangeError:
+            continue
+        assert after.validity.valid and all(item.size_m == other.size_m for item, other in zip(bedroom.objects, after.objects, strict=True))
+        made += 1
+    assert made >= 6

@@ -212,7 +212,7 @@ def test_weights_come_back(rooms: list[ObservedRoom]) -> None:
     loose = {"wall_distance": 0.25 * data["weights"]["wall_distance"], "group_distance": 0.25 * data["weights"]["group_distance"]}
     truth = small_grammar(TRUTH, weights=data["weights"] | loose)
     assigned = [assign(base, room) for room in sampled(truth, 25)]
-    options = ContrastiveOptions(iterations=80, sweeps=30)
+    options = ContrastiveOptions(iterations=160, sweeps=30)
     learned = learn_weights(base, CATEGORIES, assigned, options, np.random.default_rng(2))
     for name, value in loose.items():
         assert 0.5 * value < getattr(learned.weights, name) < 2.0 * value
