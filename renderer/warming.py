@@ -116,7 +116,7 @@ class _NoNodes(IrradianceCache):
         self.atlas, self.config, self._key = NOTHING_KNOWN.atlas, CacheConfig(), make_frame_key(0, 0, ())
         none = np.zeros((0, 3), np.float32)
         self.rows, self.even, self.around, self.leaving = np.zeros((0, ROW), np.float32), none, none, none
-        bright = choose_bright(none, self.atlas, 1.0, 1, 0.0)
+        bright = choose_bright(none, none, self.atlas, 1.0, 1, 0.0)
         self.source = CoarseLight(self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), bright, NO_IMAGES)
 
     def solve(self, cancelled: Callable[[], bool] | None = None) -> None:

@@ -8,7 +8,7 @@ Vegdahl's refinement of Laine and Karras's).  Any 2^m samples of a pixel are str
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.kernel import kernel
+from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
 
 _TO_UNIT = np.float32(2.0**-24)
@@ -20,6 +20,12 @@ _BYTE = np.uint32(8)
 def make_frame_key(scene_key: int, frame_index: int, apart: tuple[int, ...] = ()) -> np.uint32:
     """Return the key of one frame of one scene; ``apart`` are further numbers that tell cameras of one scene from each other."""
     return np.uint32(np.random.SeedSequence([scene_key, frame_index, *apart]).generate_state(1)[0])
+
+
+@inlined
+def unit_of(bits: np.uint32) -> np.float32:
+    """Return a number in [0, 1), a multiple of 2^-24, by the upper 24 bits of a hash."""
+    return np.float32(bits >> _BYTE) * _TO_UNIT
 
 
 @kernel
@@ -89,5 +95,5 @@ def sample_2d(seeds: NDArray[np.uint32], index: np.uint32, pair: np.uint32, poin
         shuffled = reverse_bits(owen_scramble_reversed(reversed_index, seed))
         x = reverse_bits(owen_scramble_reversed(shuffled, mix_bits(np.uint32(seed + np.uint32(1)))))
         y = reverse_bits(owen_scramble_reversed(sobol_second_reversed(shuffled), mix_bits(np.uint32(seed + np.uint32(2)))))
-        points[k] = np.float32(x >> _BYTE) * _TO_UNIT
-        points[LANES + k] = np.float32(y >> _BYTE) * _TO_UNIT
+        points[k] = unit_of(x)
+        points[LANES + k] = unit_of(y)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
-from renderer.path.light_nodes import CORNERS, GRID, STRIP, Atlas, find_cell
+from renderer.path.light_nodes import CORNERS, GRID, NONE, STRIP, Atlas, find_cell, find_nodes
 from scene_description.products import matmul
 
 _INSET_M = 2e-3
@@ -26,9 +26,15 @@ _LONG, _THIN, _HIGH_M = 2.0, 4.0, 5e-3
 than so many metres: what leaves the rounded edge of a board is little."""
 
 
-def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float) -> Atlas:
-    """Lay nodes some ``spacing_m`` apart; ``one_sided``: (m,) bool, triangles that nobody sees from behind."""
+def build_atlas(
+    mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float | NDArray[np.float64]
+) -> Atlas:
+    """Lay nodes some ``spacing_m`` apart, on all triangles or each, (m,), the same on all of a chart.
+
+    ``one_sided``: (m,) bool, triangles that nobody sees from behind.
+    """
     count = len(face_part)
+    spacing_m = np.broadcast_to(np.float64(spacing_m), count)
     cells, affine = np.zeros((count, 4), np.int32), np.zeros((count, 6), np.float32)
     index, chart_face, chart_weight, chart_normal = _lay_grids(charts, spacing_m, cells, affine)
     curved = _lay_curved(mesh, face_part, charts, spacing_m, cells, affine, len(chart_face), len(index))
@@ -43,8 +49,6 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
     two_sided = np.flatnonzero(~one_sided[face])
     back = np.full(len(face) + len(two_sided), -1, np.int32)
     back[two_sided] = len(face) + np.arange(len(two_sided))
-    area = np.zeros(len(face))
-    spread_area(charts.area, cells, affine.astype(np.float64), index, area)
     return Atlas(
         cells,
         affine,
@@ -55,43 +59,45 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
         np.concatenate([normal, -normal[two_sided]]),
         np.concatenate([face, face[two_sided]]),
         np.concatenate([weight, weight[two_sided]]),
-        np.concatenate([area, area[two_sided]]).astype(np.float32),
+        np.zeros(0, np.float32),
     )
 
 
 @entry
 def spread_area(
-    area: NDArray[np.float64], cells: NDArray[np.int32], affine: NDArray[np.float64], index: NDArray[np.int32], shares: NDArray[np.float64]
+    atlas: Atlas, face_area: NDArray[np.float64], nodes: NDArray[np.int32], weights: NDArray[np.float32], area: NDArray[np.float64]
 ) -> None:
-    """Add the area of each triangle, (m,), to the nodes that its points read, by their weights: at 4 points for each of its cells."""
-    for face in range(len(area)):
-        if cells[face, 3] == CORNERS:
-            for corner in range(3):
-                shares[cells[face, corner]] += area[face] / 3.0
-        elif cells[face, 3] == STRIP:
-            offset, steps = cells[face, 0], cells[face, 1] - 1
-            for column in range(steps + 1):
-                share = area[face] / (4.0 if column == 0 or column == steps else 2.0) / steps
-                shares[index[offset + column]] += share
-                shares[index[offset + steps + 1 + column]] += share
-        elif cells[face, 3] == GRID:
-            offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
-            steps = 2 * int(max(abs(affine[face, 1]), abs(affine[face, 2]), abs(affine[face, 4]), abs(affine[face, 5]))) + 2
-            share = area[face] / (steps * steps)
-            for i in range(steps):
-                for j in range(steps):
-                    u, v = (i + 0.5) / steps, (j + 0.5) / steps
-                    u, v = (u, v) if u + v <= 1.0 else (1.0 - u, 1.0 - v)
-                    s = affine[face, 0] + u * affine[face, 1] + v * affine[face, 2]
-                    r = affine[face, 3] + u * affine[face, 4] + v * affine[face, 5]
-                    column, row = min(max(int(s + 0.5), 0), width - 1), min(max(int(r + 0.5), 0), height - 1)
-                    node = index[offset + row * width + column]
-                    if node >= 0:
-                        shares[node] += share
+    """Add the area of triangles, (m,), m2, to the nodes, (n,), that their points read, by weight: at 4 points for each of their cells.
+
+    ``nodes``, ``weights``: (4,), memory.
+    """
+    affine = atlas.affine
+    for face in range(len(face_area)):
+        if atlas.cells[face, 3] == NONE:
+            continue
+        widest = max(abs(affine[face, 1]), abs(affine[face, 2]), abs(affine[face, 4]), abs(affine[face, 5]))
+        steps = 2 * int(widest) + 2 if atlas.cells[face, 3] >= STRIP else 1
+        share = face_area[face] / (steps * steps)
+        for i in range(steps):
+            for j in range(steps):
+                u, v = (i + 0.5) / steps, (j + 0.5) / steps
+                u, v = (u, v) if u + v < 1.0 else (1.0 - u, 1.0 - v)
+                if steps == 1:
+                    u = v = 1.0 / 3.0
+                for k in range(find_nodes(atlas, face, np.float32(u), np.float32(v), True, nodes, weights)):
+                    area[nodes[k]] += share * weights[k]
+
+
+def with_area(atlas: Atlas, face_area: NDArray[np.float64]) -> Atlas:
+    """Return an atlas whose nodes know their share of the surface, by that of the triangles (m,), m2; both sides of one have the same."""
+    area, fronts = np.zeros(len(atlas.face)), np.flatnonzero(atlas.back >= 0)
+    spread_area(atlas, face_area, np.zeros(4, np.int32), np.zeros(4, np.float32), area)
+    area[atlas.back[fronts]] = area[fronts]
+    return atlas._replace(area=area.astype(np.float32))
 
 
 def _lay_grids(
-    charts: Charts, spacing_m: float, cells: NDArray[np.int32], affine: NDArray[np.float32]
+    charts: Charts, spacing_m: NDArray[np.float64], cells: NDArray[np.int32], affine: NDArray[np.float32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Fill the rows of triangles on charts; return the grids' ``index``, and triangle, weights and normal of their nodes."""
     members = np.flatnonzero(charts.face_chart >= 0)
@@ -102,11 +108,12 @@ def _lay_grids(
     start = np.searchsorted(chart, np.arange(len(charts.normal)))
     low = np.minimum.reduceat(charts.at[members].min(axis=1), start)
     high = np.maximum.reduceat(charts.at[members].max(axis=1), start)
-    inset = np.minimum(max(_INSET_M, _INSET * spacing_m), 0.25 * (high - low))
+    spacing = spacing_m[members[start], None]
+    inset = np.minimum(np.maximum(_INSET_M, _INSET * spacing), 0.25 * (high - low))
     low, high = low + inset, high - inset
-    steps = np.where(high - low < 0.5 * spacing_m, 0, np.ceil((high - low) / spacing_m)).astype(np.int64)
+    steps = np.where(high - low < 0.5 * spacing, 0, np.ceil((high - low) / spacing)).astype(np.int64)
     origin = np.where(steps == 0, 0.5 * (low + high), low)
-    step = np.where(steps == 0, spacing_m, (high - low) / np.maximum(steps, 1))
+    step = np.where(steps == 0, spacing, (high - low) / np.maximum(steps, 1))
     size = (steps + 1).prod(axis=1)
     offset = np.concatenate([[0], np.cumsum(size)])
     at = (charts.at[members] - origin[chart, None]) / step[chart, None]
@@ -204,8 +211,8 @@ class _Strips(NamedTuple):
         return shares
 
 
-def _find_strips(corners: NDArray[np.float64], spacing_m: float) -> _Strips:
-    """Return the places along triangles (t, 3, 3)."""
+def _find_strips(corners: NDArray[np.float64], spacing_m: NDArray[np.float64]) -> _Strips:
+    """Return the places along triangles (t, 3, 3), so far apart (t,)."""
     edges = np.roll(corners, -1, axis=1) - corners
     begin, every = np.linalg.norm(edges, axis=2).argmax(axis=1), np.arange(len(corners))
     longest = edges[every, begin]
@@ -221,7 +228,7 @@ def _lay_curved(
     mesh: Mesh,
     face_part: NDArray[np.int32],
     charts: Charts,
-    spacing_m: float,
+    spacing_m: NDArray[np.float64],
     cells: NDArray[np.int32],
     affine: NDArray[np.float32],
     first: int,
@@ -237,14 +244,15 @@ def _lay_curved(
     corners = mesh.vertices.astype(np.float64)[mesh.faces]
     longest = np.linalg.norm(np.roll(corners[members], -1, axis=1) - corners[members], axis=2).max(axis=1)
     height = 2.0 * charts.area[members] / longest
-    thin = (longest > _LONG * spacing_m) & (longest > _THIN * height) & (height > _HIGH_M)
+    spacing = spacing_m[members]
+    thin = (longest > _LONG * spacing) & (longest > _THIN * height) & (height > _HIGH_M)
     whole, long = members[~thin], members[thin]
-    strips = _find_strips(corners[long], spacing_m)
+    strips = _find_strips(corners[long], spacing[thin])
     whose = np.concatenate([np.repeat(whole, 3), long[strips.whose]])
     shares = np.concatenate([np.tile(np.eye(3), (len(whole), 1)), strips.shares(0.0)])
     # Places that lie close together and look the same way share a node.
     point = matmul(shares[:, None], corners[whose])[:, 0]
-    places = np.floor(point / spacing_m).astype(np.int64)
+    places = np.column_stack([np.floor(point / spacing_m[whose, None]), 1e6 * spacing_m[whose]]).astype(np.int64)
     shading = matmul(shares[:, None], mesh.normals.astype(np.float64)[mesh.faces[whose]])[:, 0]
     facing = np.rint(_FACING * shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-6)).astype(np.int64)
     key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), face_part[whose]]))
@@ -268,7 +276,7 @@ def _lay_curved(
     normal[short] = shading[lead[short]]
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     # The point of the largest triangle near the place, farther inside where that is large: what lies at a rim is often covered.
-    inset = np.where(longest[~thin] > _LARGE * spacing_m, 0.15, 0.05)
+    inset = np.where(longest[~thin] > _LARGE * spacing[~thin], 0.15, 0.05)
     inside = np.repeat(inset, 3)[:, None] + np.tile(np.eye(3), (len(whole), 1)) * np.repeat(1.0 - 3.0 * inset, 3)[:, None]
     shares = np.concatenate([inside, strips.shares(_INSET)])
     return (first + node[3 * len(whole) :]).astype(np.int32), whose[lead], shares[lead, 1:], normal

@@ -24,7 +24,6 @@ from renderer.irradiance_cache.gathering import (
     CoarseLight,
     choose_bright,
     gather_nodes,
-    held_flux,
     light_from_bright,
     light_from_images,
     links_to_bright,
@@ -158,9 +157,10 @@ class IrradianceCache:
         scattered = self.even + self._more_scattered(light)[geometry.other]
         self.leaving = scattered * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
         self.luminance = (luminance + passed)[geometry.other]
-        bright = self._choose_bright(self.luminance)
+        bright = self._choose_bright(self.luminance, self.luminance)
         self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images)
         self._coarse_light = self._settled = None
+        self._photons = self._photons._replace(origins=np.zeros((0, 3), np.float32), flux=np.zeros((0, 3), np.float32))
 
     def _settle(self, light: NodeLight) -> _Settled:
         """Let light pass along all links until it settles."""
@@ -170,42 +170,41 @@ class IrradianceCache:
         given = light.direct + light.indirect + light.sun[:, :3]
         sheets = Sheets(geometry.behind, looks.passed, np.zeros_like(luminance))
         solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
-        bright = self._choose_bright((luminance + sheets.light)[geometry.other])
+        reflected, passed = self._sent(given)
+        bright = self._choose_bright((luminance + sheets.light)[geometry.other], (looks.glow + reflected + passed)[geometry.other])
         return _Settled(luminance, given, by_mirrors, sheets, bright, Pieces(len(geometry.lit) if len(bright.point) else 0))
 
     def _settle_again(self, settled: _Settled) -> NDArray[np.float32]:
-        """Return what leaves coarse nodes, (n, 3), cd/m2, after the bright ones are sampled.
-
-        A few rays meet what is small and bright by chance: what is sampled stands for these, and is as bright in all as they have found it.
-        """
+        """Return what leaves coarse nodes, (n, 3), cd/m2, after the bright ones are sampled, which few rays meet, and those by chance."""
         geometry, looks, luminance, sheets = self.geometry, self.geometry.looks, settled.luminance, settled.sheets
-        if not len(settled.bright.point):
-            return luminance
-        found, to_bright = luminance - looks.glow, links_to_bright(self.coarse, settled.bright, geometry.links)
-        links = np.where(to_bright, np.int32(DARK), geometry.links)
-        solve_links(links, settled.given, settled.by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
-        share = held_flux(found, luminance - looks.glow, geometry.shining_area, int(to_bright.sum()))
-        sheets.light[:] *= share
-        held: NDArray[np.float32] = looks.glow + share * (luminance - looks.glow)
-        return held
+        if len(settled.bright.point):
+            links = np.where(links_to_bright(self.coarse, settled.bright, geometry.links), np.int32(DARK), geometry.links)
+            solve_links(links, settled.given, settled.by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+        return luminance
 
     def _shine(self, luminance: NDArray[np.float32], passed: NDArray[np.float32], light: NodeLight) -> None:
         """Add what photons have left to ``luminance`` (n, 3) of coarse nodes and to what sheets let through, cd/m2, and to their sun."""
-        geometry, looks, inverse_pi = self.geometry, self.geometry.looks, np.float32(1.0 / np.pi)
+        geometry = self.geometry
         first, bounced = np.zeros((2, *luminance.shape), np.float32)
         for _, left in sorted(self._sunlight.items()):
             first += left.first
             bounced += left.bounced
         first, bounced = (share_flux(self.coarse, geometry.other, lumen, 0.5 * self.config.coarse_spacing_m) for lumen in (first, bounced))
         light.sun[:, :3] += first
-        lux, behind = first + bounced, geometry.behind
-        luminance += inverse_pi * looks.albedo * lux
-        passed += np.where(behind[:, None] >= 0, inverse_pi * looks.passed * lux[behind], np.float32(0.0))
+        reflected, let_through = self._sent(first + bounced)
+        luminance += reflected
+        passed += let_through
         self._sunlight = {}
 
-    def _choose_bright(self, luminance: NDArray[np.float32]) -> Bright:
-        """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light."""
-        return choose_bright(luminance, self.coarse._replace(area=self.geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
+    def _sent(self, lux: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the luminance (n, 3), cd/m2, of coarse nodes that so much light falls on, and that which sheets let through of it."""
+        looks, behind, inverse_pi = self.geometry.looks, self.geometry.behind, np.float32(1.0 / np.pi)
+        passed = np.where(behind[:, None] >= 0, inverse_pi * looks.passed * lux[behind], np.float32(0.0))
+        return inverse_pi * looks.albedo * lux, passed
+
+    def _choose_bright(self, luminance: NDArray[np.float32], certain: NDArray[np.float32]) -> Bright:
+        """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light; ``certain``: as of :func:`choose_bright`."""
+        return choose_bright(luminance, certain, self.coarse._replace(area=self.geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
 
     def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored, and that by other surfaces alone.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.irradiance_cache.atlas import build_atlas, stand_in
+from renderer.irradiance_cache.atlas import build_atlas, stand_in, with_area
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
 from renderer.irradiance_cache.lamp_images import find_images
@@ -19,7 +19,7 @@ from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cut
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import GRID, Atlas
-from renderer.scene.flat_scene import is_same_geometry
+from renderer.scene.flat_scene import FlatScene, is_same_geometry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +42,8 @@ class CacheConfig:
 
 MOST_BEHIND = np.float32(0.25)
 """Share of a node's rays that may see the inside of something before the node counts as one within it."""
+_NEAR_PANE_M, _BY_PANES = 0.35, 0.5
+"""Within so many metres of panes, where light changes by the width of a window bar, coarse nodes lie this much closer."""
 _STEPS = 3
 _PROBES = 64
 _LOOK_OUT = ((1 / 3, 1 / 3, 1 / 3), (0.8, 0.1, 0.1), (0.1, 0.8, 0.1), (0.1, 0.1, 0.8))
@@ -92,11 +94,12 @@ class CacheGeometry:
         # Light goes on between the two faces of cloth, too.
         one_sided = ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
         one_sided |= hidden & ~sheets[flat.face_part]
-        self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
+        coarse_m = np.where(_near_panes(flat, charts), _BY_PANES, 1.0) * config.coarse_spacing_m
+        self.coarse = with_area(build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m), charts.area)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
         # Fine nodes are only lit.
-        self.fine = self.fine._replace(weight=np.zeros((0, 2), np.float32), area=np.zeros(0, np.float32))
+        self.fine = self.fine._replace(weight=np.zeros((0, 2), np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
         self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
@@ -173,6 +176,20 @@ class CacheGeometry:
         tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
         known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, self.sky_share)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
+
+
+def _near_panes(flat: FlatScene, charts: Charts) -> NDArray[np.bool_]:
+    """Return which triangles (m,) lie right before or behind a pane: such as do with all of their chart."""
+    corners = flat.mesh.vertices[flat.mesh.faces].astype(np.float64)
+    near = np.zeros(len(corners), np.bool_)
+    for part in np.flatnonzero(flat.parts.portal):
+        pane = corners[flat.face_part == part].reshape(-1, 3)
+        if len(pane):
+            near |= ((corners > pane.min(axis=0) - _NEAR_PANE_M) & (corners < pane.max(axis=0) + _NEAR_PANE_M)).all(axis=(1, 2))
+    on_chart = charts.face_chart >= 0
+    far = np.bincount(charts.face_chart[on_chart], ~near[on_chart], len(charts.normal)) > 0
+    near[on_chart] &= ~far[charts.face_chart[on_chart]]
+    return near
 
 
 def _find_outdoors(links: Links) -> NDArray[np.bool_]:

@@ -38,8 +38,6 @@ _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CLEAR_M = np.float32(1e-3)
 _OPEN, _LEAST_WORTH = np.float32(0.3), np.float32(0.02)
 _LEAST_COSINE = np.float32(0.05)
-_MANY_RAYS = 1000
-"""So many rays to bright nodes tell of their flux about as much as what is known of it before."""
 BRIGHT_RAYS = 2 * LANES
 """By how many points of bright nodes a node is lit, each of another run of all samples: all nodes by the same would be wrong alike."""
 
@@ -59,11 +57,18 @@ class Bright(NamedTuple):
     near_m: np.float32
 
 
-def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, samples: int, near_m: float) -> Bright:
-    """Choose the nodes whose luminance (n, 3) is more than ``times`` the room's mean, and sample them by flux."""
+def choose_bright(
+    luminance: NDArray[np.float32], certain: NDArray[np.float32], atlas: Atlas, times: float, samples: int, near_m: float
+) -> Bright:
+    """Choose the nodes that are brighter than ``times`` the room's mean, and sample them by flux.
+
+    ``luminance``, ``certain``: (n, 3), cd/m2, what leaves them, and what of it they are chosen by: were they chosen by what few rays bring
+    by chance, they would be too bright in the mean.
+    """
     shown = matmul(luminance.astype(np.float64), LUMINANCE)
     area = atlas.area.astype(np.float64)
-    chosen = (shown > times * max((shown * area).sum() / max(area.sum(), 1e-12), 1e-12)) & (area > 0.0)
+    least = times * max((shown * area).sum() / max(area.sum(), 1e-12), 1e-12)
+    chosen = (matmul(certain.astype(np.float64), LUMINANCE) > least) & (shown > 0.0) & (area > 0.0)
     nodes = np.flatnonzero(chosen)
     flux = shown[nodes] * area[nodes]
     total = flux.sum()
@@ -173,16 +178,6 @@ def links_to_bright(atlas: Atlas, bright: Bright, links: NDArray[np.int32]) -> N
     between = atlas.position[links[node, i]] - atlas.position[node]
     found[node, i] = (between * between).sum(axis=1) > bright.near_m * bright.near_m
     return found
-
-
-def held_flux(found: NDArray[np.float32], sampled: NDArray[np.float32], area: NDArray[np.float32], rays: int) -> np.float32:
-    """Return by what luminance (n, 3) that was ``sampled`` is multiplied to be in all, over an ``area`` (n,), what rays have ``found``.
-
-    Samples stand for the area of nodes, rays see the means of those around: where these are unlike, the two are not quite the same.  The
-    fewer the ``rays`` that have found what is sampled, the less they tell, and the nearer to 1 the answer is.
-    """
-    first, second = (float((area.astype(np.float64) * matmul(light.astype(np.float64), LUMINANCE)).sum()) for light in (found, sampled))
-    return np.float32(1.0 + (first / second - 1.0) * rays / (rays + _MANY_RAYS) if second > 0.0 else 1.0)
 
 
 @inlined

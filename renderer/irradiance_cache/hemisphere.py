@@ -11,7 +11,7 @@ from renderer.core.color import LUMINANCE, Rgb
 from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
 from renderer.irradiance_cache.nodes import turned
@@ -189,7 +189,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
     nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
     toward = -(dx * nx + dy * ny + dz * nz)
-    u, front = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24), toward > _ZERO
+    u, front = unit_of(mix_bits(seed)), toward > _ZERO
     certain = front and atlas.cells[face, 0] == memory.certain[0] and atlas.cells[face, 3] == GRID
     # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only; panes mirror surfaces.
     if front and ways[k] != OUTDOORS:

@@ -11,7 +11,7 @@ from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import LANES, Packet
 from renderer.core.sampling import coordinate_system, cos_sin_two_pi, even_points
 from renderer.irradiance_cache.hemisphere import GatherScratch, aim_hemisphere, follow, node_seed, sighted_light
@@ -156,7 +156,7 @@ def light_of_images(
     mirrors are sampled, and of those in panes, which are faint, one by what it may bring.
     """
     seed, materials = node_seed(node, key), scene.surfaces.materials
-    u = np.float32(mix_bits(np.uint32(seed ^ _CHOICE)) >> np.uint32(8)) * np.float32(2.0**-24)
+    u = unit_of(mix_bits(np.uint32(seed ^ _CHOICE)))
     total, chosen, worth = _ZERO, -1, _ZERO
     r = g = b = x = y = z = _ZERO
     for i in range(len(images.lamp)):

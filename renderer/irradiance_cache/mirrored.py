@@ -11,7 +11,7 @@ from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
 from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.hemisphere import outside_light
@@ -40,16 +40,9 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
     Their steps are powers of the plastic number (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018): those of any
     block of pixels, of a row, or of every second one each way are evenly spread, and no block has those of another.
     """
-    a = (
-        np.float32(mix_bits(key) >> np.uint32(8)) * np.float32(2.0**-24)
-        + np.float32(0.7548777) * np.float32(x)
-        + np.float32(0.5698403) * np.float32(y)
-    )
-    b = (
-        np.float32(mix_bits(np.uint32(key + np.uint32(1))) >> np.uint32(8)) * np.float32(2.0**-24)
-        + np.float32(0.4301597) * np.float32(x)
-        + np.float32(0.7548777) * np.float32(y)
-    )
+    column, row = np.float32(x), np.float32(y)
+    a = unit_of(mix_bits(key)) + np.float32(0.7548777) * column + np.float32(0.5698403) * row
+    b = unit_of(mix_bits(np.uint32(key + np.uint32(1)))) + np.float32(0.4301597) * column + np.float32(0.7548777) * row
     return a - np.floor(a), b - np.floor(b)
 
 

@@ -10,7 +10,7 @@ from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import LANES
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import STRIP, Atlas
@@ -90,7 +90,7 @@ def unit_hash(node: int, key: np.uint32) -> tuple[np.float32, np.float32]:
     """Return two numbers in [0, 1) that belong to a node."""
     first = mix_bits(np.uint32(mix_bits(np.uint32(node)) ^ key))
     second = mix_bits(np.uint32(first + np.uint32(0x9E3779B9)))
-    return np.float32(first >> np.uint32(8)) * np.float32(2.0**-24), np.float32(second >> np.uint32(8)) * np.float32(2.0**-24)
+    return unit_of(first), unit_of(second)
 
 
 @inlined

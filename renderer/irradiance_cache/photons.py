@@ -16,7 +16,7 @@ from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import intersect16
 from renderer.core.kernel import entry, inlined
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES
 from renderer.core.sampling import Vector, coordinate_system, sample_cosine_hemisphere
 from renderer.irradiance_cache.hemisphere import is_wide
@@ -74,12 +74,12 @@ def make_photons(surfaces: Surfaces, infinite: InfiniteLight, key: np.uint32) ->
     if beams is None:
         none = np.zeros((0, 3), np.float32)
         return Photons(none, none[:0, 0], none, key)
-    cosine = matmul(-infinite.portals[beams.portals, 9:12].astype(np.float64), infinite.sun[:3].astype(np.float64))
-    passed = np.zeros(PHOTONS, np.float32)
-    _pass_panes(surfaces, infinite.part[beams.portals], cosine.astype(np.float32), passed)
+    cosine = matmul(-infinite.portals[:, 9:12].astype(np.float64), infinite.sun[:3].astype(np.float64))
+    passed = np.zeros(len(cosine), np.float32)
+    _pass_panes(surfaces, infinite.part, cosine.astype(np.float32), passed)
     # The sun's disc fills 2 pi (1 - cosine) of the view.
     lux = 2.0 * np.pi * float(infinite.sun[3]) * infinite.sun[4:7].astype(np.float64)
-    flux = (passed[:, None] * (beams.section_m2 / PHOTONS) * lux).astype(np.float32)
+    flux = (passed[beams.portals, None] * (beams.section_m2 / PHOTONS) * lux).astype(np.float32)
     return Photons(beams.origins.astype(np.float32), -infinite.sun[:3], flux, key)
 
 
@@ -100,9 +100,9 @@ def share_flux(atlas: Atlas, other: NDArray[np.int32], lumen: NDArray[np.float32
 
 @entry
 def _pass_panes(surfaces: Surfaces, part: NDArray[np.int32], cosine: NDArray[np.float32], passed: NDArray[np.float32]) -> None:
-    """Fill the share of light that panes let through, (b,)."""
+    """Fill the share of light that the front of panes lets through, (p,)."""
     for i in range(len(part)):
-        passed[i] = pane_transmittance(surfaces, part[i], cosine[i])
+        passed[i] = pane_transmittance(surfaces, part[i], max(cosine[i], _ZERO))
 
 
 @entry
@@ -134,7 +134,7 @@ def trace_photons(
 @inlined
 def _unit(seed: np.uint32, number: int) -> np.float32:
     """Return a number in [0, 1), one of several that belong to a seed."""
-    return np.float32(mix_bits(np.uint32(seed + np.uint32(number))) >> np.uint32(8)) * np.float32(2.0**-24)
+    return unit_of(mix_bits(np.uint32(seed + np.uint32(number))))
 
 
 @inlined
@@ -190,7 +190,7 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
     albedo, passed = looks.albedo[nearest], looks.passed[nearest]
     reflects, passes = (scattered + mirrored) * max(albedo[0], albedo[1], albedo[2]), max(passed[0], passed[1], passed[2])
     scale = _ONE / max(reflects + passes, _ONE)
-    choice = _unit(seed, 0)
+    choice = _unit(seed, 4)
     behind = choice < passes * scale
     if choice >= (passes + reflects) * scale:
         return 0

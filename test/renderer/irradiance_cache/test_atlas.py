@@ -19,7 +19,7 @@ def built(*pieces, spacing=0.1, one_sided=None):
     flat = scene(*pieces)
     charts = find_charts(flat.mesh, flat.face_part)
     one_sided = charts.closed if one_sided is None else np.array(one_sided)
-    return flat, charts, at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing)
+    return flat, charts, at.with_area(at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing), charts.area)
 
 
 def smooth_sphere(rings):
@@ -81,6 +81,22 @@ def test_shares_of_the_surface_sum_to_its_area(shape):
     assert np.array_equal(atlas.area[backs], atlas.area[atlas.back >= 0])
 
 
+def test_nodes_of_a_rectangle_have_equal_shares_but_for_its_rim():
+    wall = scene(quad((0, 0, 0), (2.13, 0, 0), (0, 0, 1.57)))
+    charts = find_charts(wall.mesh, wall.face_part)
+    atlas = at.with_area(at.build_atlas(wall.mesh, wall.face_part, charts, np.ones(2, np.bool_), 0.1), charts.area)
+    inner = (np.abs(atlas.position[:, 0] - 1.065) < 0.9) & (np.abs(atlas.position[:, 2] - 0.785) < 0.6)
+    np.testing.assert_allclose(atlas.area[inner], atlas.area[inner].mean(), rtol=0.04)
+
+
+def test_nodes_lie_as_close_as_is_asked_for_each_triangle():
+    flat = scene(quad((0, 0, 0), (2, 0, 0), (0, 0, 1)), quad((0, 1, 0), (2, 0, 0), (0, 0, 1)))
+    charts = find_charts(flat.mesh, flat.face_part)
+    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(4, np.bool_), np.where(flat.face_part == 0, 0.1, 0.05))
+    coarse, fine = np.bincount(flat.face_part[atlas.face])
+    assert fine == pytest.approx(4 * coarse, rel=0.1)
+
+
 def test_what_is_linear_over_a_rectangle_is_looked_up_exactly_but_for_its_rim():
     piece = quad((0, 0, 0), (1.3, 0, 0), (0, 0.7, 0))
     flat, _, atlas = built(piece._replace(vertices=piece.vertices @ TURNED.T))
@@ -116,7 +132,7 @@ def test_only_what_is_seen_from_behind_has_nodes_there():
 def test_curved_surfaces_are_looked_up_at_their_corners():
     flat = smooth_sphere(8)
     charts = find_charts(flat.mesh, flat.face_part)
-    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), 0.05)
+    atlas = at.with_area(at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), 0.05), charts.area)
     face, u, v, place = points(flat)
     sound = charts.area[face] > 1e-6
     for f, s, t, p in zip(face[sound], u[sound], v[sound], place[sound], strict=True):
@@ -144,7 +160,7 @@ def slat():
 def test_light_that_changes_along_a_slat_is_looked_up_where_it_changes(spacing):
     flat = slat()
     charts = find_charts(flat.mesh, flat.face_part)
-    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), spacing)
+    atlas = at.with_area(at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), spacing), charts.area)
     for face, u, v, place in zip(*points(flat), strict=True):
         nodes, weights = around(atlas, face, u, v)
         assert weights.sum() == pytest.approx(1.0, abs=1e-5)

@@ -102,11 +102,20 @@ def make_row(luminance, area):
 
 def test_bright_nodes_are_those_beyond_the_mean_and_keep_their_flux():
     luminance, atlas = make_row([1, 1, 1, 1, 1, 1, 1, 1, 1000, 3000], [1, 1, 1, 1, 1, 1, 1, 1, 0.1, 0.1])
-    bright = choose_bright(luminance, atlas, 2.0, 32, 0.3)
+    bright = choose_bright(luminance, luminance, atlas, 2.0, 32, 0.3)
     assert bright.chosen.tolist() == [False] * 8 + [True] * 2
     np.testing.assert_allclose(bright.weight.sum(axis=0), 400.0, rtol=1e-5)
     assert (bright.point[:, 0] == 8).sum() == 8 and (bright.point[:, 0] == 9).sum() == 24
-    assert len(choose_bright(luminance[:8], make_row(luminance[:8, 0], np.ones(8))[1], 2.0, 32, 0.3).point) == 0
+    assert len(choose_bright(luminance[:8], luminance[:8], make_row(luminance[:8, 0], np.ones(8))[1], 2.0, 32, 0.3).point) == 0
+
+
+def test_what_few_rays_bring_by_chance_makes_no_node_bright():
+    luminance, atlas = make_row([1, 1, 1, 1, 1, 1, 1, 1, 1000, 3000], [1, 1, 1, 1, 1, 1, 1, 1, 0.1, 0.1])
+    certain = luminance.copy()
+    certain[8] = 0.0
+    bright = choose_bright(luminance, certain, atlas, 2.0, 32, 0.3)
+    assert bright.chosen.tolist() == [False] * 9 + [True]
+    np.testing.assert_allclose(bright.weight.sum(axis=0), 300.0, rtol=1e-5)
 
 
 def test_what_bright_nodes_bring_is_what_rays_would_find():

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from box_room import DARK, Piece, box, quad, scene
-from cached_rooms import filled, nodes_of
+from box_room import DARK, Piece, box, pierced, quad, scene
+from cached_rooms import filled, nodes_of, solved
 
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache import node_direct
@@ -153,3 +153,33 @@ def test_what_stands_before_the_sun_blocks_it():
     height = (1.5 - points[:, 1]) * 0.8 / 0.6
     inside = (height > 0.25) & (height < 1.15) & (points[:, 1] < 0.95)
     assert (sun[inside & (points[:, 0] < -0.05), 3] == 0.0).all() and (sun[inside & (points[:, 0] > 0.05), 3] == 1.0).all()
+
+
+@pytest.mark.parametrize("albedo", [0.01, 0.8])
+@pytest.mark.parametrize("place", [(0.0, 0.0), (0.13, 0.41), (0.3, 0.02)])
+@pytest.mark.parametrize("height", [2.4, 1.2])
+def test_all_light_of_a_lamp_arrives_and_bounces_however_near_the_ceiling(albedo, place, height):
+    """Few rays meet the spot above a lamp 10 cm below: what they bring by chance is not counted twice, nor is any left out."""
+    x, y = place
+    room = box((-1.5, -1.5, 0), (1.5, 1.5, 2.5), inside=True, object_id=0, color=(albedo, albedo, albedo), roughness=1.0, ior=1.0)
+    lamp = quad((x - 0.01, y - 0.01, height), (0.02, 0, 0), (0, 0.02, 0), emission=(1e5, 1e5, 1e5), color=BLACK, object_id=1)
+    flat = scene(room, lamp)
+    with solved(flat, CacheConfig()) as cache:
+        on_room = flat.face_part[cache.coarse.face] == 0
+        lumen = np.pi / albedo * (cache.luminance[:, 1] * cache.coarse.area)[on_room].sum()
+    assert lumen == pytest.approx(np.pi * 0.0004 * 1e5 / (1.0 - albedo), rel=0.035)
+
+
+def test_light_on_a_net_right_behind_window_bars_is_that_by_much_closer_nodes():
+    pane = quad((-0.5, 0, 1.0), (1, 0, 0), (0, 0, 1), portal=True, transmission=1.0, ior=1.0, object_id=1)
+    bars = [quad((-0.5, -0.01, z), (1, 0, 0), (0, 0, 0.06), color=BLACK, object_id=1) for z in np.linspace(1.0, 1.94, 6)]
+    net = quad((-0.55, -0.03, 0.95), (1.1, 0, 0), (0, 0, 1.1), color=(0.5, 0.5, 0.5), roughness=1.0, ior=1.0, object_id=2)
+    room = pierced(box((-2, -3, 0), (2, 0, 2.5), inside=True, object_id=0, color=BLACK, roughness=1.0), (-0.5, 1.0), (0.5, 2.0))
+    flat = scene(room, pane, *bars, net, sky=DARK._replace(zenith=np.full(3, 1e3, np.float32), horizon=np.full(3, 1e3, np.float32)))
+
+    def lumen(spacing_m):
+        with solved(flat, CacheConfig(coarse_spacing_m=spacing_m)) as cache:
+            on_net = flat.face_part[cache.coarse.face] == len(flat.parts.label) - 1
+            return (cache.luminance[:, 1] * cache.coarse.area)[on_net].sum()
+
+    assert lumen(0.1) == pytest.approx(lumen(0.02), rel=0.03)

@@ -104,3 +104,15 @@ def test_flux_is_shared_by_neighbours_that_face_alike():
     assert (lux[~facing] == 0.0).all() and (lux[facing, 0] > 0.0).any()
     own = other == nodes
     np.testing.assert_allclose((lux * (coarse.area * own)[:, None]).sum(axis=0), lumen.sum(axis=0), rtol=1e-5)
+
+
+def test_what_clear_glass_does_not_let_through_its_front_sends_back():
+    """A dark glass on the floor of a black room: what its front reflects falls on the room, but for some that leaves by the pane."""
+    glass = quad((-2, -3, 0.01), (4, 0, 0), (0, 3, 0), object_id=2, color=(0.36, 0.36, 0.36), transmission=1.0, roughness=0.1, ior=1.5)
+    flat = room_of(glass, color=(0.0, 0.0, 0.0))
+    left, _, _, part = traced(flat)
+    with solved(flat, is_solved=False) as cache:
+        cache.geometry.link(cache._scene, cache._memory)
+        albedo = cache.geometry.looks.albedo[part == 2]
+    on_glass = left.first[part == 2] + left.bounced[part == 2]
+    assert left.bounced[part == 0].sum() == pytest.approx((albedo * on_glass).sum(), rel=0.1)
