@@ -176,6 +176,7 @@ class RecorderNode(SuiteNode):
         """Publish where the recorder stands, and which renderers may begin because none of their messages would be lost."""
         known = self._inputs.known
         topics = sorted(self._accounting.topics & known.keys())
+        connected = self._connections.look(known)
         counts = {topic: -1 if known[topic] < 0 else self._recording.taken[topic] for topic in topics}
         status = NodeStatus(
             node=self.get_fully_qualified_name(),
@@ -184,7 +185,8 @@ class RecorderNode(SuiteNode):
             done_scene=self._rooms.done_scene,
             reason=self._reason[:1000],
             counts=counts,
-            connected=self._connections.look(known),
+            # The bag is to tell the parameters of those that begin.
+            connected=() if self._collector.expects_answers else connected,
             run=self._rooms.run,
             token=self.token,
         )

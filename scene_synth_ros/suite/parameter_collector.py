@@ -1,5 +1,6 @@
 """Asks other nodes for their parameters."""
 
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,9 +14,12 @@ from scene_description.strict import shorten
 from scene_synth_ros.suite.parameters import ROS_OWN
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
 
+_AGAIN_S, _PATIENCE_S = 2.0, 5.0
+"""How long an answer may take before one asks again, as it may be lost while connections are made, and before nobody waits for it."""
+
 
 class ParameterCollector:
-    """Asks each node once, when it is told of it; a node that does not answer, or not as nodes do, is left out.
+    """Asks each node for its parameters until it answers, from when it is told of it; one that does not, or not as nodes do, is left out.
 
     Args:
         on_change: called with node name -> parameter name -> value when there is more to tell.
@@ -25,6 +29,8 @@ class ParameterCollector:
         self._node, self._on_change = node, on_change
         self._asked: set[str] = set()
         self._waiting: dict[str, tuple[Client, Client]] = {}
+        self._told_at: dict[str, float] = {}
+        self._sent_at: dict[str, float] = {}
         self.values: dict[str, dict[str, Any]] = {}
 
     def ask(self, name: str) -> None:
@@ -35,17 +41,25 @@ class ParameterCollector:
         try:
             lister = self._node.create_client(ListParameters, f"{name}/list_parameters")
             self._waiting[name] = lister, self._node.create_client(GetParameters, f"{name}/get_parameters")
+            self._told_at[name] = time.monotonic()
         except REFUSALS:
             self._leave_out(shorten(name), "expected the name of a node")
 
+    @property
+    def expects_answers(self) -> bool:
+        """Whether a node has been told of, not long ago, that has not answered yet."""
+        now = time.monotonic()
+        return any(now - self._told_at[name] < _PATIENCE_S for name in self._waiting)
+
     def step(self) -> None:
-        """Send the requests whose services have appeared; to be called now and then."""
+        """Send the requests whose services have appeared, once more where no answer has come; to be called now and then."""
+        now = time.monotonic()
         for name, (lister, getter) in sorted(self._waiting.items()):
             if self._node.count_services(getter.srv_name) > 1:
                 del self._waiting[name]
                 self._leave_out(name, "two nodes have that name")
-            elif lister.service_is_ready() and getter.service_is_ready():
-                del self._waiting[name]
+            elif now - self._sent_at.get(name, -_AGAIN_S) >= _AGAIN_S and lister.service_is_ready() and getter.service_is_ready():
+                self._sent_at[name] = now
                 lister.call_async(ListParameters.Request()).add_done_callback(partial(self._get, name, getter))
 
     def _get(self, name: str, getter: Client, future: Future) -> None:
@@ -53,6 +67,8 @@ class ParameterCollector:
         getter.call_async(GetParameters.Request(names=names)).add_done_callback(partial(self._take, name, names))
 
     def _take(self, name: str, names: list[str], future: Future) -> None:
+        if self._waiting.pop(name, None) is None:
+            return
         try:
             values = [parameter_value_to_python(value) for value in future.result().values]
         except (RuntimeError, ValueError) as error:
