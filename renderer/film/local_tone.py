@@ -22,7 +22,8 @@ _STEP_STOPS, _LONGER_SHARE = 2.0, 0.25
 """Most stops between one exposure and the next, and of all of them the share by which the longest is longer than the picture's own."""
 _HALF_LIGHT = 0.6
 """Light, in multiples of white, that an exposure shows at half of the most that it can; tones are the root of that share."""
-_BEST_TONE, _TONE_SPREAD = 0.7, 0.15
+_BEST_TONE, _TONE_SPREAD, _CLARITY = 0.7, 0.15, 0.05
+"""The tone that counts most, how fast others count less, and by how much stronger details are shown for each stop that is merged."""
 _COARSEST = 20
 """Pixels of the shorter side below which a pyramid ends."""
 _LEAST_LIGHT, _LEAST_TONE, _MOST_TONE = 1e-6, 1e-3, 0.998
@@ -47,18 +48,19 @@ def _merged(luminance: Tones, stops: float) -> Tones:
     tones = np.stack([np.sqrt(gain * luminance / (gain * luminance + _HALF_LIGHT)) for gain in gains])
     off = (tones - _BEST_TONE) / _TONE_SPREAD
     weights = el.exp(-0.5 * off * off)
-    share = np.clip(_fuse(tones, weights / weights.sum(axis=0)), _LEAST_TONE, _MOST_TONE)
+    share = np.clip(_fuse(tones, weights / weights.sum(axis=0), 1.0 + _CLARITY * stops), _LEAST_TONE, _MOST_TONE)
     share = share * share
     return np.asarray(_HALF_LIGHT * share / (1.0 - share))
 
 
-def _fuse(tones: Tones, weights: Tones) -> Tones:
-    """Return the blend (height, width) of images (exposures, height, width): details at each scale by weights of that scale."""
+def _fuse(tones: Tones, weights: Tones, strength: float) -> Tones:
+    """Return the blend (height, width) of images (exposures, height, width): details at each scale by its weights, and stronger."""
     if min(tones.shape[1:]) < _COARSEST:
         return np.asarray((tones * weights).sum(axis=0))
     coarse = _halved(tones)
     detail = tones - _doubled(coarse, tones.shape[1:])
-    return np.asarray((detail * weights).sum(axis=0) + _doubled(_fuse(coarse, _halved(weights)), tones.shape[1:]))
+    blurred = _doubled(_fuse(coarse, _halved(weights), strength), tones.shape[1:])
+    return np.asarray(strength * (detail * weights).sum(axis=0) + blurred)
 
 
 def _halved(images: Tones) -> Tones:

@@ -130,7 +130,7 @@ def cushion(
         dome = np.sqrt(np.clip(1.0 - el.power(u, 4), 0.0, 1.0) * np.clip(1.0 - el.power(v, 4), 0.0, 1.0))
         up = np.clip(local[:, axis] / half[axis], 0.0, 1.0)
         result = local.copy()
-        result[:, axis] += bulge_m * dome * np.minimum(1.0 + 0.06 * crease(u, v), 1.06) * up
+        result[:, axis] += bulge_m * dome * np.clip(1.0 + 0.3 * crease(u, v), 0.4, 1.06) * up
         return np.asarray(result + 0.5 * (a + b))
 
     points = swollen(template.inner * (half - radius) + radius * template.direction)

@@ -104,6 +104,7 @@ def _hung_towel(
 def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a woven hamper with clothes under its rim, or a canvas bag in a wooden frame."""
     _, _, height, half_d, half_w = halved(size_m)
+    low, top = 0.74 * height, 0.95 * height  # of the clothes
     if style == "woven":
         rim = [
             oval(half_d - i, half_w - i, height - z, power=4.0, points=48)
@@ -111,7 +112,7 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
         ]
         inside = oval(0.8 * half_d, 0.8 * half_w, 0.5 * height, power=4.0, points=48)
         body = loft([*_weave(half_d, half_w, 0.955 * height), *rim, inside])
-        return {"body": body, "clothes": _clothes(rng, 0.95 * half_d, 0.95 * half_w, height)}
+        return {"body": body, "clothes": heap(rng, (-0.95 * half_d, -0.95 * half_w, low), (0.95 * half_d, 0.95 * half_w, top))}
     frame = []
     for y in (-half_w + 0.012, half_w - 0.012):
         frame += [rod((s * (half_d - 0.014), y, 0.0), (-s * (half_d - 0.014), y, height - 0.012), 0.011, segments=8) for s in (-1.0, 1.0)]
@@ -122,7 +123,8 @@ def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> 
     bag = [oval(0.55 * half_d, half_w - 0.05, 0.12 * height, power=6.0), oval(0.62 * half_d, half_w - 0.035, 0.16 * height, power=6.0)]
     bag += [oval(0.8 * half_d, half_w - 0.028, 0.55 * height, power=6.0), oval(half_d - 0.02, half_w - 0.028, height - 0.02, power=8.0)]
     bag += [oval(half_d - 0.026, half_w - 0.034, height - 0.02, power=8.0), oval(0.7 * half_d, half_w - 0.06, 0.4 * height, power=6.0)]
-    return {"frame": frame, "body": loft(bag), "clothes": _clothes(rng, 0.86 * half_d, half_w - 0.03, height)}
+    clothes = heap(rng, (-0.86 * half_d, 0.03 - half_w, low), (0.86 * half_d, half_w - 0.03, top))
+    return {"frame": frame, "body": loft(bag), "clothes": clothes}
 
 
 def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]]:
@@ -138,11 +140,6 @@ def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]
             row[:, :2] *= 1.0 + (swell / np.linalg.norm(row[:, :2], axis=1))[:, None]
             rings.append(row)
     return rings
-
-
-def _clothes(rng: np.random.Generator, half_x: float, half_y: float, rim: float) -> Mesh:
-    """Clothes that fill a basket to a little below its rim."""
-    return heap(rng, (-half_x, -half_y, 0.74 * rim), (half_x, half_y, 0.95 * rim))
 
 
 MODELS = {

@@ -288,17 +288,12 @@ def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     seat_z = min(0.68, 0.76 * height)
     plate = lathe([(0.0, 0.0), (r, 0.0), (r, 0.006), (0.95 * r, 0.012), (0.2 * r, 0.022), (0.03, 0.05), (0.0, 0.05)], 40)
     column = rod((0.0, 0.0, 0.02), (0.0, 0.0, seat_z - 0.06), 0.022, segments=20)
-    ring = _ring(0.62 * r, 0.32 * seat_z, 0.01)
+    angles = np.arange(10) * (2.0 * math.pi / 10)
+    ring = lathe([(0.62 * r + 0.01 * math.cos(a), 0.32 * seat_z + 0.01 * math.sin(a)) for a in angles], 32, closed=True)
     arm = rod((0.0, 0.0, 0.32 * seat_z), (0.62 * r, 0.0, 0.32 * seat_z), 0.009)
     seat = cushion(rng, (-0.9 * r, -0.95 * r, seat_z - 0.06), (r, 0.95 * r, seat_z + 0.025), 0.045, 0.02)
     under = rounded_box((-0.5 * r, -0.5 * r, seat_z - 0.075), (0.5 * r, 0.5 * r, seat_z - 0.05), 0.01)
     return {"legs": [plate, column, under], "footrest": [ring, arm], "seat": [seat, _low_back(0.95 * r, seat_z - 0.03, height)]}
-
-
-def _ring(radius: float, z: float, bar: float) -> Mesh:
-    """Return a lying torus."""
-    angle = np.arange(10) * (2.0 * math.pi / 10)
-    return lathe([(radius + bar * math.cos(a), z + bar * math.sin(a)) for a in angle], 32, closed=True)
 
 
 def _low_back(r: float, low: float, high: float) -> Mesh:

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
@@ -18,7 +17,8 @@ def hollow_shade(low_radius: float, high_radius: float, low: float, high: float,
     """Return a drum or cone shade, open above and below, with an outer and an inner surface."""
     t = thickness
     profile = [(low_radius - t, low), (low_radius, low), (high_radius, high), (high_radius - t, high)]
-    return lathe(profile, 4 * PLEATS if pleated else 40, closed=True, wave=_pleats if pleated else None)
+    wave = (lambda angle: np.asarray(1.0 + 0.022 * el.cos(PLEATS * angle))) if pleated else None
+    return lathe(profile, 4 * PLEATS if pleated else 40, closed=True, wave=wave)
 
 
 def globe(radius: float, center_z: float, squash: float = 1.0, steps: int = 14) -> Mesh:
@@ -38,10 +38,6 @@ def bulb(center_z: float, radius: float = 0.03) -> Mesh:
         [-2.2 * r, -2.2 * r, -1.2 * r, -0.75 * r, -0.25 * r, 0.1 * r, 0.55 * r, 0.88 * r, r],
     )
     return moved(lathe(profile, 16), z=center_z)
-
-
-def _pleats(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(1.0 + 0.022 * el.cos(PLEATS * angle))
 
 
 def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

@@ -77,7 +77,7 @@ class RenderConfig:
         Limits(
             ge=0.0,
             le=20.0,
-            description="Stops from the longest to the shortest exposure that local tone mapping merges, 4.5 for a telephone; 0: none",
+            description="Stops from the longest to the shortest exposure that local tone mapping merges, 3.5 for a telephone; 0: none",
         ),
     ] = 0.0
     grain: Annotated[float, Limits(ge=0.0, le=20.0, description="Deviation of the grain of the picture in codes, of 255; 0: none")] = 0.0

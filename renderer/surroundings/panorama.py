@@ -32,6 +32,8 @@ _LEAF_SHADE = np.float32(0.35)
 """Of the sun, where a tree stands before it."""
 _LIFT_M, _LEAF_GAPS = np.float32(0.02), np.float32(0.72)
 _HAZE_M = np.float32(1.0 / 900.0)
+_ROOF_M = np.float32(3.5)
+"""From the eye to the roof of the room's own house, which is not seen and casts its shadow."""
 
 
 class OutsideLight(NamedTuple):
@@ -171,7 +173,7 @@ def _radiance(
     # rays of a pixel that meet the same face share what they know of the sun
     key = np.float32(-2.0) if down <= nearest else np.float32(nb.PLANES * which + face)
     if memo[0] != key:
-        memo[0], memo[1] = key, _sunlit(place, light, normal, (x, y, z))
+        memo[0], memo[1] = key, _sunlit(place, light, eye + _ROOF_M, normal, (x, y, z))
     r, g, b = _shaded(place, light, surface, normal, memo[1], (x, y, z), direction)
     # far things fade into the light above the horizon
     haze = t * _HAZE_M / (_ONE + t * _HAZE_M)
@@ -258,10 +260,14 @@ def _shaded(
 
 
 @kernel
-def _sunlit(place: Neighbourhood, light: OutsideLight, normal: Vector, point: Vector) -> np.float32:
-    """Return which share of the sun reaches a point of a surface; leaves cast shadows with gaps."""
+def _sunlit(place: Neighbourhood, light: OutsideLight, roof: np.float32, normal: Vector, point: Vector) -> np.float32:
+    """Return which share of the sun reaches a point of a surface; leaves cast shadows with gaps, the room's house up to ``roof``."""
     sx, sy, sz = light.to_sun[0], light.to_sun[1], light.to_sun[2]
     if light.beam[0] + light.beam[1] + light.beam[2] <= _ZERO or normal[0] * sx + normal[1] * sy + normal[2] * sz <= _ZERO:
+        return _ZERO
+    # each window is at the origin, in a wall that faces what it shows
+    behind = -(point[0] * sx + point[1] * sy)
+    if (point[0] * point[0] + point[1] * point[1]) * sz < (roof - point[2]) * behind:
         return _ZERO
     x, y, z = point[0] + _LIFT_M * normal[0], point[1] + _LIFT_M * normal[1], point[2] + _LIFT_M * normal[2]
     for n in range(len(place.spheres)):

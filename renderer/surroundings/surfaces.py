@@ -16,6 +16,8 @@ _WINDOW_WIDTH, _WINDOW_HEIGHT, _SILL, _FRAME, _REVEAL = (np.float32(c) for c in 
 _DOOR_WIDTH, _DOOR_HEIGHT = np.float32(1.05), np.float32(2.1)
 _PLINTH, _MOST, _SKY_SHARE = np.float32(0.5), np.float32(0.8), np.float32(0.16)
 """Height of plinths, m; greatest base colour; share of the sky that panes mirror."""
+_TERRACE_M = np.float32(3.2)
+"""How far slabs reach from the house."""
 _LIT, _CURTAINED = np.float32(0.22), np.float32(0.6)
 """Shares of windows that are lit in the dark, and that have curtains."""
 
@@ -119,7 +121,7 @@ def _window(wall: Surface, u: np.float32, v: np.float32, lit: np.float32, draped
 
 @kernel
 def ground_surface(street: NDArray[np.float32], x: np.float32, y: np.float32, distance: np.float32) -> Surface:
-    """Return the ground: carriageway with its middle line, pavements of slabs, lawn elsewhere."""
+    """Return the ground: carriageway with its middle line, pavements and a terrace of slabs, lawn elsewhere."""
     aside = abs(y - street[0])
     fine = value_noise(x * np.float32(7.0), y * np.float32(7.0), 1) if distance < np.float32(30.0) else _HALF
     broad = value_noise(x * np.float32(0.35), y * np.float32(0.35), 2)
@@ -129,7 +131,7 @@ def ground_surface(street: NDArray[np.float32], x: np.float32, y: np.float32, di
         if aside < np.float32(0.06) and dash - np.floor(dash) < _HALF:
             tone = np.float32(0.5)
         return Surface(tone, tone, tone, _ZERO, _ZERO)
-    if aside < street[2]:
+    if aside < street[2] or x * x + y * y < _TERRACE_M * _TERRACE_M:
         i, j = np.int32(np.floor(x * np.float32(2.0))), np.int32(np.floor(y * np.float32(2.0)))
         s, t = x * np.float32(2.0) - np.float32(i), y * np.float32(2.0) - np.float32(j)
         joint = min(min(s, _ONE - s), min(t, _ONE - t)) < np.float32(0.03)

@@ -127,7 +127,7 @@ def damask(rng: np.random.Generator, request: Request) -> Pattern:
     beads = smooth_step(0.006, 0.003, np.abs(frame - 0.040)) * (el.sin(2 * math.pi * 28 * v) > 0.0)
     total = np.clip(np.maximum(ornament, np.maximum(band, 0.7 * beads) * (ornament < 0.05)), 0.0, 1.0)
     printed = _printed(rng, request, (total,))
-    return printed._replace(roughness=(-0.22 * total), height=_added(printed.height, 0.5 * total))
+    return printed._replace(roughness=(-0.22 * total), height=0.5 * total if printed.height is None else printed.height + 0.5 * total)
 
 
 def _palmette(x: Field, y: Field, lobes: int) -> Field:
@@ -183,10 +183,6 @@ def _printed(rng: np.random.Generator, request: Request, weights: tuple[Field, .
     shade = 1.0 + 0.015 * fine
     full = tuple(np.broadcast_to(w, request.shape) for w in weights)
     return Pattern(full, shade, None, (0.12 * fine + 0.15 * ink))
-
-
-def _added(first: Field | None, second: Field) -> Field:
-    return second if first is None else first + second
 
 
 def spines(rng: np.random.Generator, request: Request) -> Pattern:

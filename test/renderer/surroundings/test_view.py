@@ -72,6 +72,16 @@ def test_a_wall_in_the_sun_has_the_luminance_of_a_matt_surface_and_casts_its_sha
     assert seen(behind, 6.0, 0.0, -1.8)[1] > 1.0
 
 
+def test_the_house_shades_the_ground_before_windows_that_look_away_from_the_sun_and_has_a_terrace() -> None:
+    light = light_of(np.zeros((96, 384, 3), np.float32), np.array(TO_SUN), np.array([1000.0, 1000.0, 1000.0]), 0.0)
+    image = panorama_of(a_post(30.0, 0.0, 1.0, 1.0), light, 1.8)
+    # a roof 3.5 m above the eye shades (1.8 + 3.5) m / tan(0.6) = 7.7 m
+    assert seen(image, 0.0, 6.5, -1.8)[1] == 0.0
+    lawn, slabs = seen(image, 0.0, -6.5, -1.8), seen(image, 0.0, -2.5, -1.8)
+    assert seen(image, 0.0, 9.5, -1.8)[1] > 10.0 and lawn[1] > 10.0
+    assert lawn[0] < 0.9 * lawn[1] and slabs[0] >= slabs[1]
+
+
 def test_a_quarter_turn_turns_the_place_under_the_same_sky() -> None:
     table, sun = daylight_map(DAY)
     plain = surroundings_map(Surroundings(setting="suburb", seed=4), table, np.zeros(0, np.float32), 0.2)
