@@ -75,7 +75,7 @@ def test_a_size_is_kept_until_furniture_fits_it() -> None:
 
 
 def test_furniture_that_is_too_crowded_does_not_cost_a_room_its_size() -> None:
-    """A small kitchen was given up after four such sets, of which three in four of those that suit it are, so few came out."""
+    """A small kitchen was given up after four, as four in five are that cover it as real ones are covered, so few came out."""
     grammar = read_room_type("kitchen", CATEGORIES, "learned")
     room = replace(grammar.room, sizes=(replace(SIZES[0], floor_share=0.5, share_sd=10.0), *SIZES[1:]), used_share_max=0.05)
     plan = make_plan(
