@@ -44,8 +44,8 @@ from scene_description.polygons import signed_area_m2
 
 _CONDITIONAL_COST = 10
 """Drawing a structure given its numbers of objects takes the time of so many free ones, but none is rejected for its numbers."""
-_SAME_EXTENT, _SAME_SIZE = 100, 4
-"""Derivations in a row that are tried with one drawn area, and how many of them may fail with furniture that suits a size of a mixture."""
+_SAME_EXTENT, _SAME_SIZE = 300, 4
+"""Derivations in a row with one drawn area (one in fifty suits a kitchen of 6 m2), and how many that suit a size of a mixture may fail."""
 
 _OPENINGS_TRIED = 4
 """Places of doors and windows that are tried for one room, so that a structure that fits between some is not given up."""
@@ -230,7 +230,7 @@ def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.
             tree = _opened(plan, categories, furniture, rng)
             break
         except RejectedError as rejected:
-            if tried == tries - 1:
+            if tried == tries - 1 or (isinstance(rejected, OtherShareError) and not is_sloped):
                 raise (BelowSlopesError(str(rejected)) if is_sloped else rejected) from rejected
     return tree, furniture
 
@@ -268,9 +268,9 @@ def _check_crowding(plan: Plan, categories: Categories, room: Room, terminals: _
         return
     grammar, things = plan.grammar, list(zip(terminals.rules, terminals.sizes, strict=True))
     if used_share(grammar, categories, room, things) > grammar.room.used_share_max:
-        raise RejectedError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
+        raise OtherShareError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
     if wall_share(categories, room, things) > grammar.room.wall_share_max:
-        raise RejectedError(f"furniture before at most {grammar.room.wall_share_max:g} of the walls")
+        raise OtherShareError(f"furniture before at most {grammar.room.wall_share_max:g} of the walls")
 
 
 def _draw_structure(plan: Plan, rng: np.random.Generator) -> list[Vertex]:

@@ -47,7 +47,7 @@ class RejectedError(Exception):
 
 
 class OtherShareError(RejectedError):
-    """The furniture covers another share of the floor than in rooms of the size that was drawn before it."""
+    """The furniture covers another share of the floor than in rooms of the size drawn before it, or leaves too little of floor or walls."""
 
 
 class BelowSlopesError(RejectedError):

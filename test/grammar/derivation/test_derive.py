@@ -169,6 +169,7 @@ def test_numbers_of_objects_and_room_sizes_are_kept():
 def test_a_kitchen_whose_furniture_covers_too_much_is_refused() -> None:
     """The check was passed over when doors and windows were drawn a second time."""
     grammar = read_room_type("kitchen", CATEGORIES, "learned")
-    grammar = replace(grammar, room=replace(grammar.room, floor_share_max=0.05), budget=replace(grammar.budget, derivations=300))
+    room = replace(grammar.room, floor_share_max=0.05, used_share_max=10.0, wall_share_max=10.0)  # nothing else is too much
+    grammar = replace(grammar, room=room, budget=replace(grammar.budget, derivations=300))
     with pytest.raises(RequestError, match=r"failed at: furniture on at most 0\.05 of the floor"):
         derive(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), np.random.default_rng(1))

@@ -14,7 +14,7 @@ from grammar.derivation.plan import make_plan
 from grammar.derivation.shell import ROOM_SIZE, draw_covered_m2, draw_extent, draw_room, draw_room_size, may_be_bare
 from grammar.spec.categories import read_categories
 from grammar.spec.grammar_file import read_room_type
-from grammar.spec.request import GrammarSet, SceneRequest
+from grammar.spec.request import GrammarSet, RequestError, SceneRequest
 from grammar.spec.room_rules import ARMED, SHAPES, RoomSize
 from scene_description.polygons import signed_area_m2
 from scene_description.share import config_path
@@ -72,6 +72,20 @@ def test_a_size_is_kept_until_furniture_fits_it() -> None:
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type="hallway"), rng)
         small.append(signed_area_m2(tree.room.polygon_m) < 9.0)
     assert np.mean(small) == pytest.approx(0.75, abs=0.17)
+
+
+def test_furniture_that_is_too_crowded_does_not_cost_a_room_its_size() -> None:
+    """A small kitchen was given up after four, as four in five are that cover it as real ones are covered, so few came out."""
+    grammar = read_room_type("kitchen", CATEGORIES, "learned")
+    room = replace(grammar.room, sizes=(replace(SIZES[0], floor_share=0.5, share_sd=10.0), *SIZES[1:]), used_share_max=0.05)
+    plan = make_plan(
+        replace(grammar, room=room, budget=replace(grammar.budget, derivations=250)), CATEGORIES, SceneRequest(room_type="kitchen")
+    )
+    kept, rng = Kept(), np.random.default_rng(1)
+    first = kept.size(plan, rng)
+    with pytest.raises(RequestError, match=r"furniture with the space to use it on at most 0\.05 of the floor"):
+        derive_from(plan, CATEGORIES, rng, kept)
+    assert kept.size(plan, rng) is first
 
 
 def test_furniture_that_finds_no_layout_has_other_doors_and_two_sets_one_size() -> None:
