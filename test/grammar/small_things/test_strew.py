@@ -37,7 +37,7 @@ MOVED = {*UNTIDY.reach_m, *UNTIDY.posed, *UNTIDY.turned, *UNTIDY.shifted}
 
 @cache
 def study(clutter: float, **fields: object) -> tuple[SceneObject, ...]:
-    room = rules().layout(SceneRequest(room_type="study", clutter=clutter, **fields), 18, 0)  # type: ignore[arg-type]
+    room = rules().layout(SceneRequest(room_type="study", clutter=clutter, **fields), 19, 0)  # type: ignore[arg-type]
     assert room.validity.valid
     return room.objects
 
