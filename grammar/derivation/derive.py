@@ -24,10 +24,10 @@ from grammar.derivation.parse_tree import (
     Attribute,
     BelowSlopesError,
     Item,
-    OtherShareError,
     ParseTree,
     Pinned,
     RejectedError,
+    UnfitFurnitureError,
     attribute_node,
 )
 from grammar.derivation.plan import Plan, make_plan
@@ -178,7 +178,7 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator, ke
                 ) from rejected
         except RejectedError as rejected:
             reasons[str(rejected)] += 1
-            if not isinstance(rejected, OtherShareError):
+            if not isinstance(rejected, UnfitFurnitureError):
                 kept.suit(None)
         else:
             kept.suit(furniture)
@@ -230,7 +230,7 @@ def _derive_once(plan: Plan, categories: Categories, kept: Kept, rng: np.random.
             tree = _opened(plan, categories, furniture, rng)
             break
         except RejectedError as rejected:
-            if tried == tries - 1 or (isinstance(rejected, OtherShareError) and not is_sloped):
+            if tried == tries - 1 or (isinstance(rejected, UnfitFurnitureError) and not is_sloped):
                 raise (BelowSlopesError(str(rejected)) if is_sloped else rejected) from rejected
     return tree, furniture
 
@@ -268,9 +268,9 @@ def _check_crowding(plan: Plan, categories: Categories, room: Room, terminals: _
         return
     grammar, things = plan.grammar, list(zip(terminals.rules, terminals.sizes, strict=True))
     if used_share(grammar, categories, room, things) > grammar.room.used_share_max:
-        raise OtherShareError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
+        raise UnfitFurnitureError(f"furniture with the space to use it on at most {grammar.room.used_share_max:g} of the floor")
     if wall_share(categories, room, things) > grammar.room.wall_share_max:
-        raise OtherShareError(f"furniture before at most {grammar.room.wall_share_max:g} of the walls")
+        raise UnfitFurnitureError(f"furniture before at most {grammar.room.wall_share_max:g} of the walls")
 
 
 def _draw_structure(plan: Plan, rng: np.random.Generator) -> list[Vertex]:

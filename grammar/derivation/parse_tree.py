@@ -46,7 +46,7 @@ class RejectedError(Exception):
     """The derivation breaks the constraint that the text names; another one is drawn in its place."""
 
 
-class OtherShareError(RejectedError):
+class UnfitFurnitureError(RejectedError):
     """The furniture covers another share of the floor than in rooms of the size drawn before it, or leaves too little of floor or walls."""
 
 

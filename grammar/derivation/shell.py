@@ -10,7 +10,7 @@ import numpy as np
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
 from grammar.derivation.openings import SpecialWalls
 from grammar.derivation.outlines import draw_arms, draw_outline
-from grammar.derivation.parse_tree import Attribute, OtherShareError, RejectedError
+from grammar.derivation.parse_tree import Attribute, RejectedError, UnfitFurnitureError
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import ARMED, SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.rules import Grammar
@@ -86,11 +86,11 @@ def check_covered(room: RoomRule, bounds_m2: tuple[float, float], covered_m2: fl
     """Reject furniture that covers more or less than it may; where no size of the mixture may be bare, bare rooms have other sizes.
 
     Raises:
-        OtherShareError: the furniture covers another share of the floor than in rooms of that size.
+        UnfitFurnitureError: the furniture covers another share of the floor than in rooms of that size.
     """
     is_bare = covered_m2 <= 0.0 and not any(map(may_be_bare, room.sizes))
     if not (bounds_m2[0] <= covered_m2 <= bounds_m2[1] or is_bare):
-        raise OtherShareError("furniture on as much of the floor as in rooms of that size")
+        raise UnfitFurnitureError("furniture on as much of the floor as in rooms of that size")
 
 
 def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> DrawnSize | None:

@@ -19,7 +19,7 @@ from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
 from renderer.core.packing import pack, pack_slots
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import LANES
 from renderer.core.workers import Pieces, Workers
 from renderer.path import queues as qu
@@ -51,7 +51,6 @@ _MATT = np.float32(0.4)
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _INFINITE = np.float32(np.inf)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
-_TO_UNIT = np.float32(2.0**-24)
 _NO_FILM = Film(*(np.zeros((0, 0, depth), np.float32) for depth in (3, 3, 6, 3, 3, 2, 3)))
 
 
@@ -152,8 +151,8 @@ def _start_probes(guide: Guide, points: CellPoints, cell: int, scratch: Scratch,
             scratch.seeds[slot], scratch.lane_slot[k] = seed, slot
             one, two, three = mix_bits(seed + np.uint32(1)), mix_bits(seed + np.uint32(2)), mix_bits(seed + np.uint32(3))
             i = first + np.int64(one) * among // 4294967296
-            u = (np.float32(slot // EDGE) + np.float32(two >> np.uint32(8)) * _TO_UNIT) / np.float32(EDGE)
-            v = (np.float32(slot % EDGE) + np.float32(three >> np.uint32(8)) * _TO_UNIT) / np.float32(EDGE)
+            u = (np.float32(slot // EDGE) + unit_of(two)) / np.float32(EDGE)
+            v = (np.float32(slot % EDGE) + unit_of(three)) / np.float32(EDGE)
             dx, dy, dz = aim_from(guide.frame, cell, u, v)
             nx, ny, nz = points.normals[i, 0], points.normals[i, 1], points.normals[i, 2]
             x, y, z = points.points[i, 0], points.points[i, 1], points.points[i, 2]
