@@ -9,6 +9,7 @@ from renderer import CameraConfig
 from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.gathering import BRIGHT_RAYS, choose_bright
 from renderer.path.light_nodes import Atlas
+from renderer.scene.flat_scene import Sky
 
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
 EVEN = box((-4, -4, -4), (4, 4, 4), inside=True, glow_cd_m2=10.0, color=(1.0, 0.5, 0.2), object_id=0)
@@ -71,6 +72,25 @@ def test_a_lamp_lights_the_floor_by_way_of_a_mirror_as_one_behind_it_would(heigh
     expected = 0.8 * 1e4 * 0.1**2 * cosines.sum(axis=1) * cosines[:, 2] / squared
     np.testing.assert_allclose(by_mirror / expected, lit, atol=0.1)
     assert np.mean(by_mirror / expected) == pytest.approx(lit, abs=0.02)
+
+
+def test_a_window_lights_the_floor_by_way_of_a_mirror_as_one_behind_it_would():
+    """In a black room; every node by as many rays, so that none is a spot of light."""
+    steel = {"metallic": 1.0, "roughness": 0.0, "color": (0.8, 0.8, 0.8), "object_id": 2}
+    mirror = [box((1.5, low, 0), (1.52, low + 3, 3.0), **steel) for low in (-3, 0)]
+    pane = quad((-1.5, -0.4, 1.6), (0, 0.8, 0), (0, 0, 0.8), portal=True, transmission=0.9, ior=1.0, object_id=3)
+    walls = box((-4, -4, -1), (4, 4, 4), inside=True, object_id=1, color=(0.0,) * 3, roughness=1.0, ior=1.0)
+    floor = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), roughness=1.0, ior=1.0, object_id=0)
+    sky = Sky(*np.full((3, 3), 800.0, np.float32))
+    alone, cache = (filled(scene(floor, walls, pane, *more, sky=sky), FINE) for more in ((), mirror))
+    nodes = nodes_of(cache, 0, scene(floor, walls, pane, *mirror))
+    nodes = nodes[(np.abs(cache.atlas.position[nodes, :2]) < 0.7).all(axis=1)]
+    y, z = np.meshgrid(np.linspace(-0.39, 0.39, 40), np.linspace(1.61, 2.39, 40))
+    toward = np.column_stack([np.full(y.size, 4.5), y.ravel(), z.ravel()]) - cache.atlas.position[nodes, None].astype(float)
+    expected = 0.8 * 0.9 * 800.0 * 0.8**2 * (toward[..., 0] * toward[..., 2] / (toward**2).sum(axis=-1) ** 2).mean(axis=1)
+    by_mirror = cache.light.indirect[nodes, 1] - alone.light.indirect[nodes, 1]
+    np.testing.assert_allclose(by_mirror / expected, 1.0, atol=0.05)
+    assert np.mean(by_mirror / expected) == pytest.approx(1.0, abs=0.01)
 
 
 def test_rooms_below_the_horizon_bring_nothing():
