@@ -191,12 +191,17 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
     toward = -(dx * nx + dy * ny + dz * nz)
     u, front = unit_of(mix_bits(seed)), toward > _ZERO
     certain = front and atlas.cells[face, 0] == memory.certain[0] and atlas.cells[face, 3] == GRID
+    # What stands before the sky that a mirror shows hides it.
+    if memory.sighted[k] >= 0:
+        hidden, memory.sighted[k] = memory.sighted[k], -1
+        if u >= pane_transmittance(surfaces, hidden, memory.sights[k, COSINE]):
+            return 0
     # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only; panes mirror surfaces.
     if front and ways[k] != OUTDOORS:
         cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
         if scene.lights.face_group[face] >= 0 and ways[k] == MIRRORED:
             _sight(part, dx, dy, dz, cosine, k, memory)
-            return 0
+            return _leave(bool(table[row + st.PORTAL] > _ZERO), k, memory)
         if table[row + st.PORTAL] > _ZERO:
             mirrored = fresnel_thin_dielectric(cosine, table[row + st.IOR])
             if certain or u < mirrored:
