@@ -10,7 +10,7 @@ from renderer.bsdf.reflectance import WIDE
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
-from renderer.irradiance_cache.edges import OFFSETS, EdgeSamples, lift_lone, make_edge_samples, smooth_edges
+from renderer.irradiance_cache.edges import EdgeSamples, lift_lone, make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
@@ -65,8 +65,7 @@ class CachedIntegrator:
         self.strays = self._shade(shown, self._none, picture, cancelled)
         for mix in (sum_across, mix_gloss):
             self._scene.in_rows(mix, lit.surfaces, view.hits, picture, view.camera.focal_px)
-        for turn in range(len(OFFSETS)):
-            picture = self._smooth(shown, samples._replace(turn=turn), picture, cancelled)
+        picture = self._smooth(shown, samples, picture, cancelled)
         self._scene.in_rows(lift_lone, picture.light)
         return picture.light
 

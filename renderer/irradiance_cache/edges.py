@@ -1,6 +1,7 @@
-"""Edges: pixels there see three more points; neighbours that see the same surface light these, else they are shaded themselves.
+"""Edges: pixels there see three more points, six where light and dark meet.
 
-Pixels that are still much darker than all around them then see three others, which are all shaded themselves; then they are lifted.
+Neighbours that see the same surface light these, else they are shaded themselves, as all are of pixels that are much darker than all around
+them.  Pixels that are so still are lifted then.
 """
 
 from typing import NamedTuple
@@ -26,7 +27,7 @@ from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.surface_tables import Surfaces
 
-_ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
 _HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
 _NEAR = np.float32(0.03)
@@ -37,35 +38,33 @@ _LONE = np.float32(0.6)
 _STEP = np.float32(0.85)
 """Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
-_PER_PIXEL = 3
-OFFSETS = np.zeros((2, _PER_PIXEL, 2 * LANES), np.float32)
-"""Where pixels are sampled beside their centre in each turn, as offsets of tiles' rays, in pixels: an even triangle, turned, about the
-centre, then the one opposite."""
-OFFSETS[0, :, :LANES] = np.array([-0.26, -0.1, 0.36])[:, None]
-OFFSETS[0, :, LANES:] = np.array([0.26, -0.36, 0.1])[:, None]
-OFFSETS[1] = -OFFSETS[0]
+FEW, MANY = 3, 6
+"""How many more points a pixel sees at edges, and where one side has less than _STEP of the other's light."""
+_TRIANGLE = np.array([[-0.26, 0.26], [-0.1, -0.36], [0.36, 0.1]], np.float32)
+OFFSETS = np.repeat(np.concatenate([_TRIANGLE, -_TRIANGLE]), LANES, axis=1)
+"""Where pixels are sampled beside their centre, (6, 32), as offsets of tiles' rays, in pixels: an even triangle, turned, about the centre,
+and the one opposite."""
 
 
 class EdgeSamples(NamedTuple):
     """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
 
-    counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 3, room) int32,
-    the triangle, -1 for none, and column and row of the pixel; is_read: (n,), nodes of the cache that they read.  turn: 0 for those of
-    edges, from 1 on of pixels that are still much darker than all around.
+    counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 4, room) int32,
+    the triangle, -1 for none, column and row of the pixel, and of how many points that shows the mean; is_read: (n,), nodes of the cache
+    that they read.
     """
 
     counts: NDArray[np.int32]
     hits: NDArray[np.float32]
     numbers: NDArray[np.int32]
     is_read: NDArray[np.bool_]
-    turn: int
 
 
 def make_edge_samples(height: int, width: int, nodes: int) -> EdgeSamples:
     """Return room for those of a picture with a cache of so many nodes; memory is taken as it is filled."""
-    rows, room = -(-height // TILE), _PER_PIXEL * LANES * -(-width // TILE)
-    numbers = np.empty((rows, 3, room), np.int32)
-    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), numbers, np.zeros(nodes, np.bool_), 0)
+    rows, room = -(-height // TILE), MANY * LANES * -(-width // TILE)
+    numbers = np.empty((rows, 4, room), np.int32)
+    return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), numbers, np.zeros(nodes, np.bool_))
 
 
 @inlined
@@ -79,15 +78,16 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 
 
 @inlined
-def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> bool:
-    """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light.
+def _points_beside(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> int:
+    """Return how many more points a pixel is to see.
 
-    A gap in something is no farther away than its depth: there it is so that much less light comes from one of them.
+    It is some if one beside, above or below sees another part, or the same bent or farther away, in other light.  A gap in something is no
+    farther away than its depth: there it is so that much less light comes from one of them.
     """
     height, width = distance.shape
-    here = hits.face[y, x]
+    here, points = hits.face[y, x], 0
     if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
-        return True
+        points = FEW
     for side in range(4):
         u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
         if u < 0 or v < 0 or u >= width or v >= height:
@@ -95,14 +95,13 @@ def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], imag
         there = hits.face[v, u]
         if here == there or not _differ(image, x, y, u, v):
             continue
-        if here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]:
-            return True
-        if aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]:
-            return True
         least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
-        if least < _LONE * most:
-            return True
-    return False
+        apart = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]
+        if not apart:
+            apart = aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]
+        if apart or least < _LONE * most:
+            points = MANY if least < _STEP * most else max(points, FEW)
+    return points
 
 
 @inlined
@@ -180,34 +179,35 @@ def smooth_edges(
     first: int,
     step: int,
 ) -> None:
-    """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth``: a picture's light, a quarter at edges, and three more rays.
+    """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth``: a picture's light, its share at edges, and some more rays.
 
-    Each of these takes a quarter of the light of the pixel nearby that sees the same surface; where none does, on mirrors and glass, and in
+    Each of these takes its share of the light of the pixel nearby that sees the same surface; where none does, on mirrors and glass, and in
     pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
     """
-    scene, view, image, turn = shown.scene, shown.traced, picture.light, samples.turn
+    scene, view, image = shown.scene, shown.traced, picture.light
     height, width, _ = image.shape
     packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):
         samples.counts[row // TILE] = 0
         for column in range(0, width, TILE):
-            edges = _copy_tile(scene.surfaces, view, turn, column, row, image, smooth)
+            edges, steps = _copy_tile(scene.surfaces, view, column, row, image, smooth)
             if edges == 0:
                 continue
-            queued = _aim_edges(view.camera, turn, column, row, edges, packet, queue)
+            queued = _aim_edges(view.camera, column, row, edges, steps, packet, queue)
             for begin in range(0, queued, LANES):
                 count = min(LANES, queued - begin)
                 _trace_edges(scene.tree, begin, count, packet, queue)
                 for k in range(count):
                     pixel = int(queue[6, begin + k])
                     y, x = row + pixel // TILE, column + pixel % TILE
+                    points = 1 + (MANY if steps >> pixel & 1 else FEW)
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
                     other = found and view.hits.face[v, u] >= 0 and _shows_other(scene.surfaces, view.hits.face[v, u])
-                    if turn == 0 and found and not other and not _is_lone(image, x, y):
+                    if found and not other and not _is_lone(image, x, y):
                         for channel in range(3):
-                            smooth[y, x, channel] += _QUARTER * image[v, u, channel]
+                            smooth[y, x, channel] += image[v, u, channel] / np.float32(points)
                     else:
-                        _add_sample(shown.tables.fine, x, y, k, packet, samples)
+                        _add_sample(shown.tables.fine, x, y, points, k, packet, samples)
 
 
 @inlined
@@ -219,20 +219,21 @@ def _shows_other(surfaces: Surfaces, face: int) -> bool:
 
 @inlined
 def _copy_tile(
-    surfaces: Surfaces, view: TracedView, turn: int, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]
-) -> int:
-    """Copy a tile's pixels, a quarter of those that are to see more points; return which are, a bit each."""
+    surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]
+) -> tuple[int, int]:
+    """Copy a tile's pixels, their share of those that are to see more points; return which are, and which many, a bit each."""
     height, width, _ = image.shape
-    edges = 0
+    edges = steps = 0
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
-            share = _ONE
-            if (turn == 0 and _is_edge(surfaces, view.hits, view.distance, image, x, y)) or _is_lone(image, x, y):
+            points = MANY if _is_lone(image, x, y) else _points_beside(surfaces, view.hits, view.distance, image, x, y)
+            if points > 0:
                 edges |= 1 << ((y - row) * TILE + x - column)
-                share = _QUARTER
+            if points == MANY:
+                steps |= 1 << ((y - row) * TILE + x - column)
             for channel in range(3):
-                smooth[y, x, channel] = share * image[y, x, channel]
-    return edges
+                smooth[y, x, channel] = image[y, x, channel] / np.float32(1 + points)
+    return edges, steps
 
 
 @inlined
@@ -250,13 +251,17 @@ def _trace_edges(tree: SceneHandle, begin: int, count: int, packet: Packet, queu
 
 
 @inlined
-def _aim_edges(camera: PosedCamera, turn: int, column: int, row: int, edges: int, packet: Packet, queue: NDArray[np.float32]) -> int:
-    """Fill ``queue`` (7, 48) with origin and direction of the rays of a tile's edge pixels, and the pixel; return how many there are."""
+def _aim_edges(camera: PosedCamera, column: int, row: int, edges: int, steps: int, packet: Packet, queue: NDArray[np.float32]) -> int:
+    """Fill ``queue`` (7, 96) with origin and direction of the rays of a tile's edge pixels, and the pixel; return how many there are.
+
+    ``steps``: which of ``edges`` see many points.
+    """
     queued = 0
-    for sample in range(_PER_PIXEL):
-        aim_exposed_tile(camera, column, row, OFFSETS[turn & 1, sample], packet)
+    for sample in range(MANY if steps else FEW):
+        asking = edges if sample < FEW else steps
+        aim_exposed_tile(camera, column, row, OFFSETS[sample], packet)
         for k in range(LANES):
-            if edges >> k & 1 and packet.alive[k] != 0:
+            if asking >> k & 1 and packet.alive[k] != 0:
                 for field in range(6):
                     queue[field, queued] = packet.real[_AIMED[field] + k]
                 queue[6, queued] = np.float32(k)
@@ -291,8 +296,8 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
 
 
 @inlined
-def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: EdgeSamples) -> None:
-    """Let ray k of pixel (x, y) be shaded later, with the light of nodes that are marked."""
+def _add_sample(atlas: Atlas, x: int, y: int, points: int, k: int, packet: Packet, samples: EdgeSamples) -> None:
+    """Let ray k of pixel (x, y), the mean of so many points, be shaded later, with the light of nodes that are marked."""
     row = y // TILE
     i = samples.counts[row]
     samples.counts[row] = i + 1
@@ -303,6 +308,7 @@ def _add_sample(atlas: Atlas, x: int, y: int, k: int, packet: Packet, samples: E
     for field in range(len(_HIT)):
         samples.hits[row, field, i] = real[_HIT[field] + k]
     samples.numbers[row, 0, i], samples.numbers[row, 1, i], samples.numbers[row, 2, i] = face, x, y
+    samples.numbers[row, 3, i] = points
 
 
 @inlined
@@ -323,11 +329,12 @@ def load_samples(samples: EdgeSamples, row: int, begin: int, memory: ShadeScratc
 
 @inlined
 def add_samples(samples: EdgeSamples, row: int, begin: int, primary: NDArray[np.float32], image: NDArray[np.float32]) -> None:
-    """Add a quarter of the light of the samples that are shaded, from number ``begin`` on, to their pixels."""
+    """Add the share of the samples that are shaded, from number ``begin`` on, to their pixels' light."""
     for k in range(min(LANES, samples.counts[row] - begin)):
         x, y = samples.numbers[row, 1, begin + k], samples.numbers[row, 2, begin + k]
         for channel in range(3):
             # One ray stands for the coat and what lies under it.
             share = primary[rec.SHARE + channel, k] + (primary[rec.UNDER + channel, k] if primary[rec.UNDER_ALPHA, k] < _ONE else _ZERO)
             seen = share * primary[rec.SEEN + channel, k] if primary[rec.ALPHA, k] != _ZERO else _ZERO
-            image[y, x, channel] += _QUARTER * (primary[rec.LIGHT + channel, k] + primary[rec.LAMPS + channel, k] + seen)
+            light = primary[rec.LIGHT + channel, k] + primary[rec.LAMPS + channel, k] + seen
+            image[y, x, channel] += light / np.float32(samples.numbers[row, 3, begin + k])

@@ -45,7 +45,9 @@ MIRROR_IOR = _IMAGE.field()  # of a pane, which mirrors after Fresnel, else 0
 
 
 class LampImages(NamedTuple):
-    """Lamps and the sky in panes as flat mirrors show them, and lamps as panes do, which nodes sample as lights: few rays meet them by chance.
+    """Lamps and the sky in panes as flat mirrors show them, and lamps as panes do, which nodes sample as lights.
+
+    Few of their rays would meet them by chance.
 
     rows: (i, _IMAGE.size) float32; lamp: (i,) int32, part, a lamp or pane; mirror: (i,) int32, its chart, as ``mirror`` of
     :class:`renderer.irradiance_cache.hemisphere.GatherScratch`; sampled: (p,) bool, parts whose images in all flat mirrors are among them;
@@ -67,8 +69,8 @@ NO_IMAGES = LampImages(
 def find_images(flat: FlatScene, shines: NDArray[np.bool_], mirrors: NDArray[np.bool_], chart: NDArray[np.int32]) -> LampImages:
     """Return the images of all lights in all flat mirrors that they stand before, and of all lamps in panes.
 
-    ``shines``, ``mirrors``: (m,) bool, triangles that are lights, panes among them, and those that are mirrors or panes; ``chart``: (m,) int32, equal for
-    those that lie in one plane side by side.
+    ``shines``, ``mirrors``: (m,) bool, triangles that are lights, panes among them, and those that are mirrors or panes; ``chart``: (m,)
+    int32, equal for those that lie in one plane side by side.
     """
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     lights, panes = np.unique(flat.face_part[shines]), np.flatnonzero(flat.parts.portal)

@@ -100,7 +100,7 @@ class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
     trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; primary: (PRIMARY, 16), primary hits while their
-    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (7, 48), rays of a tile's edges.
+    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (7, 96), rays of a tile's edges.
     """
 
     trace: Scratch
@@ -112,7 +112,7 @@ class ShadeScratch(NamedTuple):
 
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
-    primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
+    primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 6 * LANES), np.float32)
     return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, aligned_floats(_GLOSS.size), edges)
 
 

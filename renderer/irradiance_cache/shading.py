@@ -86,7 +86,7 @@ def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int,
 def shade_hits(
     shown: CachedView, samples: EdgeSamples, strays: Strays, memory: ShadeScratch, picture: Picture, first: int, step: int
 ) -> None:
-    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add a quarter of theirs.
+    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture; or, if there are ``samples``, add their shares of pixels.
 
     Packets that have ``strays`` are left out until their light is known, then all others are.
     """
