@@ -54,6 +54,13 @@ def is_mirror(materials: NDArray[np.float32], row: int) -> bool:
 
 
 @inlined
+def is_brushed(materials: NDArray[np.float32], row: int) -> bool:
+    """Return whether the part whose material begins at ``row`` is metal that scatters light about where it would mirror it."""
+    brushed: bool = (materials[row + st.METALLIC] > _HALF) & (materials[row + st.ROUGHNESS] >= SMOOTH)
+    return brushed
+
+
+@inlined
 def go_on(packet: Packet, k: int, mirror: bool) -> None:
     """Send ray k on from its hit, mirrored or straight, to be traced again."""
     real = packet.real

@@ -321,3 +321,18 @@ def test_a_ray_that_alone_sees_light_keeps_it():
     primary[KIND, 0], primary[RAY_ALPHA, 0], primary[SEEN : SEEN + 3, 0] = 1.0, 0.2, 7.0
     from_python(limit_seen)(primary)
     assert primary[SEEN, 0] == 7.0
+
+
+def test_a_bowl_of_brushed_metal_shows_its_sides_as_they_mirror():
+    """A sink below a bright ceiling in a dark room, seen aslant: its far side mirrors the wall above it, not all that falls on it."""
+    steel = {"metallic": 1.0, "roughness": 0.3, "color": (0.55, 0.55, 0.55)}
+    bowl = box((-0.2, 0.8, -0.2), (0.2, 1.2, 0.0), inside=True, **steel)
+    bowl = bowl._replace(faces=bowl.faces[np.abs(bowl.vertices[bowl.faces][..., 2]).max(axis=1) > 1e-6])
+    ceiling = quad((-2, -2, 2.2), (0, 4, 0), (4, 0, 0), glow_cd_m2=100.0, color=(1, 1, 1))
+    wall = quad((-2, 1.6, -1), (4, 0, 0), (0, 0, 3), color=(0.05, 0.05, 0.05), roughness=1.0)
+    view = pose((0.0, 0.0, 0.8), (0.0, 1.0, -0.2))
+    camera = CameraConfig(width=32, height=24, horizontal_fov_rad=0.25)
+    flat = scene(bowl, ceiling, wall)
+    cached = look_up(flat, view, camera=camera).radiance[..., 1].mean()
+    traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=256, threads=2).radiance[..., 1].mean()
+    assert cached == pytest.approx(traced, rel=0.05)
