@@ -221,7 +221,8 @@ class IrradianceCache:
         by_surfaces = np.maximum(total - lit - light.indirect, np.float32(0.0))
         shared = make_node_light(count)._replace(indirect=total - lit, direct=lit, toward=by_surfaces)
         shared, rows = shared._replace(valid=geometry.worth, open_m=_OPEN_M * far * far), np.zeros((count, ROW), np.float32)
-        smooth_nodes(self.coarse.grid, *geometry.coarse_grids, np.float32(self.config.coarse_spacing_m), np.arange(count), shared, rows)
+        spacing, coarse = np.float32(self.config.coarse_spacing_m), self.coarse
+        smooth_nodes(geometry.beside_coarse, coarse.normal, coarse.position, spacing, np.arange(count), shared, rows)
         inverse_pi = np.float32(1.0 / np.pi)
         return inverse_pi * rows[:, LIGHT : LIGHT + 3], inverse_pi * rows[:, TOWARD : TOWARD + 3]
 
@@ -257,15 +258,15 @@ class IrradianceCache:
         todo = np.flatnonzero(is_read & ~self._smooth_done)
         if not len(todo):
             return 0
-        grids, spacing, light = self.geometry.fine_grids, np.float32(self.config.spacing_m), self.light
+        beside, spacing, light = self.geometry.beside_fine, np.float32(self.config.spacing_m), self.light
         before, near = int(self._filled.sum()), np.zeros(len(is_read), np.bool_)
         near[todo] = True
         self._light(near, cancelled)
         # How far around them light is mixed is known now.
-        widen(self.atlas.grid, *grids, mixing_reach(light, todo, spacing), todo, near)
+        widen(beside, mixing_reach(light, todo, spacing), todo, near)
         self._light(near, cancelled)
-        smooth_nodes(self.atlas.grid, *grids, spacing, todo, light, self.rows)
-        share_noise(self.atlas, *grids, spacing, todo, light, self.rows)
+        smooth_nodes(beside, self.atlas.normal, self.atlas.position, spacing, todo, light, self.rows)
+        share_noise(self.atlas, beside, spacing, todo, light, self.rows)
         self._smooth_done[todo] = True
         return int(self._filled.sum()) - before
 

@@ -14,7 +14,7 @@ from renderer.irradiance_cache.atlas import build_atlas, stand_in, with_area
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
 from renderer.irradiance_cache.lamp_images import find_images
-from renderer.irradiance_cache.nodes import places
+from renderer.irradiance_cache.nodes import find_neighbours
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.path import surface_tables as st
@@ -63,7 +63,7 @@ class CacheGeometry:
 
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
-        coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
+        beside_coarse, beside_fine: which of these lie beside each other.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
         images: lamps as flat mirrors and panes show them; sightings: rays that see other lights by mirrors.
         sky_share: (n,) float32, of coarse nodes that are seen outside by panes the share of their surroundings that is sky, 0 of others.
@@ -97,7 +97,7 @@ class CacheGeometry:
         coarse_m = np.where(_near_panes(flat, charts), _BY_PANES, 1.0) * config.coarse_spacing_m
         self.coarse = with_area(build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m), charts.area)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
-        self.coarse_grids, self.fine_grids = places(self.coarse), places(self.fine)
+        self.beside_coarse, self.beside_fine = find_neighbours(self.coarse), find_neighbours(self.fine)
         # Fine nodes are only lit.
         self.fine = self.fine._replace(weight=np.zeros((0, 2), np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
@@ -126,8 +126,8 @@ class CacheGeometry:
         if self.complete:
             return
         coarse, config, scratch, workers = self.coarse, self._config, scene.scratch, scene.workers
-        for (atlas, pieces), (_, grids) in zip(self._uncut, (self.coarse_grids, self.fine_grids), strict=True):
-            pieces.run(workers, partial(_find_cuts, scene, atlas, grids), cancelled)
+        for (atlas, pieces), beside in zip(self._uncut, (self.beside_coarse, self.beside_fine), strict=True):
+            pieces.run(workers, partial(_find_cuts, scene, atlas, beside.grids), cancelled)
         rays = Rays(self._key, even_points(config.coarse_rays), np.float32(config.coarse_spacing_m), MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
@@ -173,7 +173,7 @@ class CacheGeometry:
     @property
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
-        tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
+        tables = (*self.coarse, *self.fine, *self.beside_coarse[2:], *self.beside_fine[2:], self.links, *self.sightings)
         known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, self.sky_share)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
 

@@ -13,7 +13,7 @@ from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import LANES
 from renderer.path import surface_tables as st
-from renderer.path.light_nodes import STRIP, Atlas
+from renderer.path.light_nodes import CORNERS, STRIP, Atlas
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
@@ -123,18 +123,55 @@ REACH = 4
 """Most steps between nodes whose light is mixed."""
 _SHARE = np.float32(0.35)
 """How far away those are at most whose light is mixed, over the harmonic mean distance of what surrounds both."""
+_TURNED = np.float32(0.2)
+"""One less the cosine between the normals of nodes of a bent surface, from which on they have nothing in common."""
 _ALIKE, _WEIGHT = np.float32(0.3), np.float32(0.6)
 
 
-def places(atlas: Atlas) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the place in ``index`` of each node, (n,) int32, -1 for those on no grid, and the grids (c, 3): first place, width, height."""
-    place = np.full(len(atlas.face), -1, np.int32)
-    used = np.flatnonzero(atlas.grid >= 0)
+class Neighbours(NamedTuple):
+    """Which nodes lie beside each other on a surface, for kernels.
+
+    grid, back: as of :class:`renderer.path.light_nodes.Atlas`; place: (n,) int32, where in ``grid`` each node is, or the one on whose other
+    side it is, -1 for those on no grid; grids: (c, 3) int32, first place, width and height of each; start: (n + 1,) int32, where in
+    ``near``, (e,) int32, those begin that share a triangle with a node on no chart, or come next to it along one, itself among them.
+    """
+
+    grid: NDArray[np.int32]
+    back: NDArray[np.int32]
+    place: NDArray[np.int32]
+    grids: NDArray[np.int32]
+    start: NDArray[np.int32]
+    near: NDArray[np.int32]
+
+
+def find_neighbours(atlas: Atlas) -> Neighbours:
+    """Return them for the nodes of an atlas."""
+    count = len(atlas.face)
+    place = np.full(count, -1, np.int32)
+    used, twins = np.flatnonzero(atlas.grid >= 0), np.flatnonzero(atlas.back >= 0)
     place[atlas.grid[used]] = used
-    twins = np.flatnonzero(atlas.back >= 0)
-    place[atlas.back[twins]] = -1
+    place[atlas.back[twins]] = place[twins]
     grids = np.unique(atlas.cells[atlas.cells[:, 3] >= STRIP][:, :3], axis=0)
-    return place, np.ascontiguousarray(grids)
+    corners = atlas.cells[atlas.cells[:, 3] == CORNERS][:, :3].astype(np.int64)
+    pairs = np.concatenate([*(corners[:, [a, b]] for a in range(3) for b in range(3)), _pairs_along(atlas)])
+    behind = atlas.back[pairs]
+    pairs = np.concatenate([pairs, behind[(behind >= 0).all(axis=1)]])
+    node, near = np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count)
+    start = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=count))])
+    return Neighbours(atlas.grid, atlas.back, place, np.ascontiguousarray(grids), start.astype(np.int32), near.astype(np.int32))
+
+
+def _pairs_along(atlas: Atlas) -> NDArray[np.int64]:
+    """Return which nodes (e, 2) come next to each other along and across long thin triangles, both ways, and each beside itself."""
+    first, width = np.unique(atlas.cells[atlas.cells[:, 3] == STRIP][:, :2].astype(np.int64), axis=0).T
+    # Both rows of each, the places one after the other.
+    whose = np.repeat(np.arange(len(first)), 2 * width)
+    step = np.arange(len(whose)) - np.repeat(np.cumsum(2 * width) - 2 * width, 2 * width)
+    at, of = first[whose] + step, width[whose]
+    next_in_row, above = at[(step + 1) % of != 0], at[step < of]
+    ends = np.concatenate([np.column_stack([next_in_row, next_in_row + 1]), np.column_stack([above, above + of[step < of]])])
+    one_way = atlas.grid[np.concatenate([ends, np.column_stack([at, at])])].astype(np.int64)
+    return np.concatenate([one_way, one_way[:, ::-1]])[(np.concatenate([one_way, one_way]) >= 0).all(axis=1)]
 
 
 def mixing_reach(light: NodeLight, nodes: NDArray[np.int64], spacing_m: np.float32) -> NDArray[np.int64]:
@@ -144,25 +181,24 @@ def mixing_reach(light: NodeLight, nodes: NDArray[np.int64], spacing_m: np.float
 
 
 @entry
-def widen(
-    index: NDArray[np.int32],
-    place: NDArray[np.int32],
-    grids: NDArray[np.int32],
-    reaches: NDArray[np.int64],
-    nodes: NDArray[np.int64],
-    is_read: NDArray[np.bool_],
-) -> None:
-    """Mark all that lie within ``reaches`` (i,) steps of the ``nodes`` (i,) on their grids."""
+def widen(beside: Neighbours, reaches: NDArray[np.int64], nodes: NDArray[np.int64], is_read: NDArray[np.bool_]) -> None:
+    """Mark all that lie within ``reaches`` (i,) steps of the ``nodes`` (i,) on their grids, and two triangles from those on none."""
+    grid, back, place, grids, start, near = beside
     for i in range(len(nodes)):
-        if place[nodes[i]] < 0:
+        node = nodes[i]
+        if start[node] < start[node + 1] or place[node] < 0:
+            for k in range(start[node], start[node + 1] if reaches[i] > 0 else start[node]):
+                for m in range(start[near[k]], start[near[k] + 1]):
+                    is_read[near[m]] = True
             continue
-        offset, width, height = _grid_of(grids, place[nodes[i]])
-        row, column, reach = (place[nodes[i]] - offset) // width, (place[nodes[i]] - offset) % width, reaches[i]
+        offset, width, height = _grid_of(grids, place[node])
+        row, column, reach = (place[node] - offset) // width, (place[node] - offset) % width, reaches[i]
+        behind = grid[place[node]] != node
         for y in range(max(row - reach, 0), min(row + reach, height - 1) + 1):
             for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
-                node = index[offset + y * width + x]
-                if node >= 0:
-                    is_read[node] = True
+                other = grid[offset + y * width + x]
+                if other >= 0 and (not behind or back[other] >= 0):
+                    is_read[back[other] if behind else other] = True
 
 
 @entry
@@ -179,9 +215,9 @@ def _grid_of(grids: NDArray[np.int32], place: int) -> tuple[int, int, int]:
 
 @entry
 def smooth_nodes(
-    index: NDArray[np.int32],
-    place: NDArray[np.int32],
-    grids: NDArray[np.int32],
+    beside: Neighbours,
+    normal: NDArray[np.float32],
+    position: NDArray[np.float32],
     spacing_m: np.float32,
     nodes: NDArray[np.int64],
     light: NodeLight,
@@ -190,48 +226,71 @@ def smooth_nodes(
     """Fill ``rows`` (n, ROW) of the nodes, with the means of ``light.indirect`` and ``toward`` around them.
 
     Neighbours count the less the farther they are, up to a share of the distance to what surrounds both (as records of an irradiance cache
-    do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988).
+    do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988), and on bent surfaces the less the more they are turned.
+    ``normal``, ``position``: (n, 3), world, metres.
     """
+    grid, back, place, grids, start, near = beside
     for i in range(len(nodes)):
-        node = nodes[i]
-        r, g, b, total = light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2], _ONE
-        tx, ty, tz = light.toward[node, 0], light.toward[node, 1], light.toward[node, 2]
-        # On a grid, and not within an object: neighbours share, as far as what surrounds both is far.
-        if place[node] >= 0 and light.valid[node] > _ZERO:
-            offset, width, height = _grid_of(grids, place[node])
-            row, column = (place[node] - offset) // width, (place[node] - offset) % width
-            reach_m = _SHARE * light.open_m[node]
-            reach = min(int(reach_m / spacing_m), REACH)
-            for y in range(max(row - reach, 0), min(row + reach, height - 1) + 1):
-                for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
-                    other = index[offset + y * width + x]
-                    if other < 0 or other == node or light.valid[other] == _ZERO:
-                        continue
-                    far = spacing_m * np.sqrt(np.float32((x - column) * (x - column) + (y - row) * (y - row)))
-                    weight = _ONE - far / max(min(reach_m, _SHARE * light.open_m[other]), np.float32(1e-6))
-                    if weight > _ZERO:
-                        r += weight * light.indirect[other, 0]
-                        g += weight * light.indirect[other, 1]
-                        b += weight * light.indirect[other, 2]
-                        tx += weight * light.toward[other, 0]
-                        ty += weight * light.toward[other, 1]
-                        tz += weight * light.toward[other, 2]
-                        total += weight
-        # What frames look up of the node; lamps' light is not smoothed, so that shadows stay sharp.
+        node, total = nodes[i], _ONE
         row = rows[node]
-        row[LIGHT] = r / total + light.direct[node, 0]
-        row[LIGHT + 1] = g / total + light.direct[node, 1]
-        row[LIGHT + 2] = b / total + light.direct[node, 2]
-        row[TOWARD], row[TOWARD + 1], row[TOWARD + 2] = tx / total, ty / total, tz / total
+        for axis in range(3):
+            row[LIGHT + axis], row[TOWARD + axis] = light.indirect[node, axis], light.toward[node, axis]
+        reach_m = _SHARE * light.open_m[node]
+        if light.valid[node] == _ZERO:
+            pass
+        elif start[node] < start[node + 1]:
+            # Two triangles away, by every way there.
+            for k in range(start[node], start[node + 1]):
+                for m in range(start[near[k]], start[near[k] + 1]):
+                    other, squared, cosine = near[m], _ZERO, _ZERO
+                    for axis in range(3):
+                        between = position[other, axis] - position[node, axis]
+                        squared += between * between
+                        cosine += normal[other, axis] * normal[node, axis]
+                    alike = max(_ONE - (_ONE - cosine) / _TURNED, _ZERO)
+                    total += _add_node(light, other, alike * _nearness(light, other, np.sqrt(squared), reach_m), row)
+        elif place[node] >= 0:
+            # On a grid, and not within an object: neighbours share, as far as what surrounds both is far.
+            offset, width, height = _grid_of(grids, place[node])
+            line, column = (place[node] - offset) // width, (place[node] - offset) % width
+            reach, behind = min(int(reach_m / spacing_m), REACH), grid[place[node]] != node
+            for y in range(max(line - reach, 0), min(line + reach, height - 1) + 1):
+                for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
+                    other = grid[offset + y * width + x]
+                    other = back[other] if behind and other >= 0 else other
+                    if other >= 0 and other != node:
+                        far = spacing_m * np.sqrt(np.float32((x - column) * (x - column) + (y - line) * (y - line)))
+                        total += _add_node(light, other, _nearness(light, other, far, reach_m), row)
+        # What frames look up of the node; lamps' light is not smoothed, so that shadows stay sharp.
+        for axis in range(3):
+            row[LIGHT + axis] = row[LIGHT + axis] / total + light.direct[node, axis]
+            row[TOWARD + axis] /= total
         row[SUN], row[VALID] = light.sun[node, 3], light.valid[node]
         lamps = light.direct[node, 0] + light.direct[node, 1] + light.direct[node, 2]
         row[LAMPS] = lamps / max(row[LIGHT] + row[LIGHT + 1] + row[LIGHT + 2], _TINY)
 
 
+@inlined
+def _nearness(light: NodeLight, other: int, far_m: np.float32, reach_m: np.float32) -> np.float32:
+    """Return the weight of a node that is so far away, 0 beyond ``reach_m`` or its own reach, and of one within an object."""
+    if light.valid[other] == _ZERO:
+        return _ZERO
+    nearness: np.float32 = max(_ONE - far_m / max(min(reach_m, _SHARE * light.open_m[other]), np.float32(1e-6)), _ZERO)
+    return nearness
+
+
+@inlined
+def _add_node(light: NodeLight, node: int, weight: np.float32, row: NDArray[np.float32]) -> np.float32:
+    """Add ``indirect`` and ``toward`` of a node by a weight to LIGHT and TOWARD of a row; return the weight."""
+    for axis in range(3):
+        row[LIGHT + axis] += weight * light.indirect[node, axis]
+        row[TOWARD + axis] += weight * light.toward[node, axis]
+    return weight
+
+
 def share_noise(
     atlas: Atlas,
-    place: NDArray[np.int32],
-    grids: NDArray[np.int32],
+    neighbours: Neighbours,
     spacing_m: np.float32,
     nodes: NDArray[np.int64],
     light: NodeLight,
@@ -241,9 +300,11 @@ def share_noise(
 
     The four nodes beside one on its grid count the less the more their gathered light differs, not at all from 30 % on, nor where something
     stands between (the bilateral filter of Tomasi and Manduchi, "Bilateral Filtering for Gray and Color Images", 1998): the noise of a
-    gather is a tenth, shadows where things touch are deeper.  ``place``, ``grids``: as of :func:`places`.
+    gather is a tenth, shadows where things touch are deeper.
     """
-    chosen = nodes[(place[nodes] >= 0) & (light.valid[nodes] > 0.0) & (light.open_m[nodes] < spacing_m / _SHARE)]
+    place, grids = neighbours.place, neighbours.grids
+    on_grid = (place[nodes] >= 0) & (atlas.grid[place[nodes]] == nodes)
+    chosen = nodes[on_grid & (light.valid[nodes] > 0.0) & (light.open_m[nodes] < spacing_m / _SHARE)]
     at = place[chosen]
     if not len(at):
         return

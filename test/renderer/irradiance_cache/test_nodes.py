@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from box_room import box, quad, scene
+from box_room import box, hollow_sphere, quad, scene
 
 from renderer.irradiance_cache.atlas import build_atlas
 from renderer.irradiance_cache.charts import find_charts
-from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, mixing_reach, places, share_noise, smooth_nodes, widen
+from renderer.irradiance_cache.nodes import REACH, ROW, find_neighbours, make_node_light, mixing_reach, share_noise, smooth_nodes, widen
 
 SPACING = np.float32(0.1)
 
@@ -23,13 +23,13 @@ def sheet():
 
 def smoothed(atlas, light):
     rows = np.zeros((len(atlas.face), ROW), np.float32)
-    smooth_nodes(atlas.grid, *places(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
+    smooth_nodes(find_neighbours(atlas), atlas.normal, atlas.position, SPACING, np.arange(len(atlas.face)), light, rows)
     return rows[:, :3]
 
 
 def test_places_are_where_the_index_says():
     _, atlas, _ = sheet()
-    place, grids = places(atlas)
+    _, _, place, grids, *_ = find_neighbours(atlas)
     assert (atlas.grid[place] == np.arange(len(place))).all() and len(grids) == 1 + 6
     assert (grids[:, 1] * grids[:, 2]).sum() == len(atlas.grid)
 
@@ -65,19 +65,57 @@ def test_light_stays_on_its_grid():
 @pytest.mark.parametrize(("open_m", "valid", "steps"), [(100.0, 1.0, REACH), (0.6, 0.5, 2), (0.01, 0.5, 1), (100.0, 0.0, 0)])
 def test_who_smooths_needs_what_lies_within_reach(open_m, valid, steps):
     _, atlas, light = sheet()
-    place, grids = places(atlas)
     middle = np.argmin(np.linalg.norm(atlas.position - [0.5, 0.5, 0.0], axis=1), keepdims=True)
     light.open_m[middle], light.valid[middle] = open_m, valid
     wanted = np.zeros(len(atlas.face), np.bool_)
-    widen(atlas.grid, place, grids, mixing_reach(light, middle, SPACING), middle, wanted)
+    widen(find_neighbours(atlas), mixing_reach(light, middle, SPACING), middle, wanted)
     apart = np.abs(atlas.position - atlas.position[middle]).max(axis=1)
     assert np.array_equal(wanted, apart < (steps + 0.5) * 0.1)
+
+
+def ball(sides):
+    """A ball of a metre that is seen from within, or from both sides, with nodes on no grid."""
+    split = hollow_sphere(32)
+    vertices, shared = np.unique(np.round(split.vertices, 9), axis=0, return_inverse=True)
+    flat = scene(split._replace(vertices=vertices, faces=shared[split.faces]))
+    one_sided = np.full(len(flat.face_part), sides == "front")
+    atlas = build_atlas(flat.mesh, flat.face_part, find_charts(flat.mesh, flat.face_part), one_sided, float(SPACING))
+    light = make_node_light(len(atlas.face))
+    light.valid[:], light.open_m[:] = 1.0, 100.0
+    return atlas, light
+
+
+@pytest.mark.parametrize("sides", ["front", "both"])
+def test_noise_becomes_less_on_bent_surfaces_and_stays_on_its_side(sides):
+    atlas, light = ball(sides)
+    assert (atlas.back >= 0).any() == (sides == "both") and (find_neighbours(atlas).place < 0).all()
+    outside = (atlas.normal * atlas.position).sum(axis=1) > 0.0
+    light.indirect[:] = np.where(outside, 3.0, 30.0)[:, None]
+    expected = light.indirect[:, 0].copy()
+    np.testing.assert_allclose(smoothed(atlas, light)[:, 0], expected, rtol=1e-5)
+    light.indirect[:] *= np.random.default_rng(1).normal(1.0, 0.2, (len(expected), 1)).astype(np.float32)
+    noise = smoothed(atlas, light)[:, 0] / expected
+    assert noise.std() < 0.4 * 0.2 and noise.mean() == pytest.approx(1.0, abs=0.02)
+    light.open_m[:] = 0.01
+    np.testing.assert_allclose(smoothed(atlas, light), light.indirect, rtol=1e-6)
+
+
+def test_both_sides_of_a_flat_sheet_are_smoothed_each_for_itself():
+    flat = scene(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)))
+    charts = find_charts(flat.mesh, flat.face_part)
+    atlas = build_atlas(flat.mesh, flat.face_part, charts, np.zeros(len(flat.face_part), np.bool_), float(SPACING))
+    light = make_node_light(len(atlas.face))
+    light.valid[:], light.open_m[:] = 1.0, 100.0
+    expected = np.where(atlas.normal[:, 2] > 0.0, 3.0, 30.0)
+    light.indirect[:] = (expected * np.random.default_rng(1).normal(1.0, 0.2, len(expected)))[:, None]
+    noise = smoothed(atlas, light)[:, 0] / expected
+    assert noise.std() < 0.2 * 0.2 and noise.mean() == pytest.approx(1.0, abs=0.03)
 
 
 def close(atlas, light):
     light.open_m[:] = 0.1
     rows = np.zeros((len(atlas.face), ROW), np.float32)
-    share_noise(atlas, *places(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
+    share_noise(atlas, find_neighbours(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
     return rows[:, 0]
 
 
@@ -105,5 +143,5 @@ def test_nodes_in_the_open_are_left_as_they_are():
     _, atlas, light = sheet()
     light.open_m[:] = 0.29
     rows = np.ones((len(atlas.face), ROW), np.float32)
-    share_noise(atlas, *places(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
+    share_noise(atlas, find_neighbours(atlas), SPACING, np.arange(len(atlas.face)), light, rows)
     assert (rows == 1.0).all()
