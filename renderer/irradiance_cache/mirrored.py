@@ -188,7 +188,7 @@ def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
     real, integer, alive = rays.real, rays.integer, rays.alive
     waiting = 0
     for k in range(LANES):
-        primary[rec.BRUSHED, k] = _ZERO
+        primary[rec.BRUSHED, k] = primary[rec.LEFT, k] = _ZERO
         lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
         waiting += alive[k] != 0
     for depth in range(_DEEPEST):
@@ -204,12 +204,12 @@ def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
                 continue
             part = surfaces.face_part[integer[ray.PRIM_ID + k]]
             table, at = surfaces.materials, part * st.ROW_SIZE
-            if through and table[at + st.PORTAL] > _ZERO and depth + 1 < _DEEPEST:
-                # From a net out of a window.
+            if table[at + st.PORTAL] > _ZERO and primary[rec.LEFT, k] == _ZERO and depth + 1 < _DEEPEST:
+                # Out of a window.
                 share = pane_transmittance(surfaces, part, _ray_cosine(rays, k))
                 for channel in range(0, 3 * LANES, LANES):
                     lanes[ln.BETA_R + channel + k] *= share
-                primary[rec.PANE, k], integer[ray.MASK + k] = _ONE, PASS_PANES
+                primary[rec.LEFT, k], integer[ray.MASK + k] = _ONE, PASS_PANES
                 go_on(rays, k, False)
                 waiting += 1
                 continue
@@ -362,17 +362,20 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
     scratch, lanes, primary = memory.trace, memory.trace.lanes, memory.primary
     for k in range(LANES):
         lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
-        lanes[ln.OUTSIDE + k] = primary[rec.PANE, k] if through else _ZERO
+        lanes[ln.OUTSIDE + k] = max(primary[rec.PANE, k], primary[rec.LEFT, k]) if through else primary[rec.LEFT, k]
         lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
     evaluate_surfaces(scene, True, _INFINITE, scratch)
     for k in range(LANES):
-        # What leaves by a pane behind a net shows the sky; other rays that leave show nothing.
-        if scratch.rays.alive[k] == 0 or (lanes[ln.HIT + k] == _ZERO and not (through and lanes[ln.OUTSIDE + k] > _ZERO)):
+        # What leaves by a pane shows the sky, unless rough gloss knows that; other rays that leave show nothing.
+        if scratch.rays.alive[k] == 0 or (lanes[ln.HIT + k] == _ZERO and lanes[ln.OUTSIDE + k] == _ZERO):
             continue
         if lanes[ln.HIT + k] == _ZERO:
             for channel in range(3):
                 sky = lanes[ln.LE_R + LANES * channel + k] * lanes[ln.BETA_R + LANES * channel + k]
-                primary[rec.LIGHT + channel, k] += (_ONE - primary[rec.SHARE + channel, k]) * primary[rec.BASE + channel, k] * sky
+                if through:
+                    primary[rec.LIGHT + channel, k] += (_ONE - primary[rec.SHARE + channel, k]) * primary[rec.BASE + channel, k] * sky
+                elif not _knows_lamps(primary, k):
+                    primary[rec.SEEN + channel, k] = sky
             continue
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
         matt, mirrored = rough_shares(lanes, k)
@@ -407,11 +410,16 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
 
 
 @inlined
+def _knows_lamps(primary: NDArray[np.float32], k: int) -> bool:
+    """Return whether it is known without a ray what the gloss of lane k shows of lamps and panes."""
+    return bool((primary[rec.RAY_ALPHA, k] >= SHARP) & (primary[rec.BRUSHED, k] == _ZERO))
+
+
+@inlined
 def _emitted(surfaces: Surfaces, through: bool, k: int, memory: ShadeScratch) -> Rgb:
     """Return the luminance that what ray k hits sends itself; 0 of lamps and panes of which rough gloss knows what it shows."""
     lanes, materials = memory.trace.lanes, surfaces.materials
     at = surfaces.face_part[memory.trace.rays.integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-    straight = not through and memory.primary[rec.BRUSHED, k] == _ZERO
-    if straight and memory.primary[rec.RAY_ALPHA, k] >= SHARP and materials[at + st.PORTAL] + materials[at + st.EMISSION + 1] > _ZERO:
+    if not through and _knows_lamps(memory.primary, k) and materials[at + st.PORTAL] + materials[at + st.EMISSION + 1] > _ZERO:
         return _ZERO, _ZERO, _ZERO
     return lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]

@@ -46,6 +46,7 @@ SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 BRUSHED = _PRIMARY.field()  # 1 where rough metal has sent it on
+LEFT = _PRIMARY.field()  # 1 where it has left by a window pane
 
 # A field of ``ShadeScratch.gloss``: what rough gloss of 16 hits shows of lamps and panes.
 _GLOSS = Layout(LANES)

@@ -323,6 +323,19 @@ def test_a_ray_that_alone_sees_light_keeps_it():
     assert primary[SEEN, 0] == 7.0
 
 
+@pytest.mark.parametrize(("roughness", "within"), [(0.05, 0.02), (0.2, 0.15)])
+def test_a_floor_mirrors_what_stands_outside_a_window_and_the_sky_above_it(roughness, within):
+    """A dark floor before a window, outside which a bright fence hides the lower half of the sky."""
+    floor = quad((-2, -2, 0), (4, 0, 0), (0, 3.5, 0), color=(0.02, 0.02, 0.02), roughness=roughness, ior=1.5)
+    pane = quad((-2, 1.5, 0.0), (4, 0, 0), (0, 0, 2), portal=True, transmission=0.9)
+    fence = quad((-9, 6.0, 0.0), (18, 0, 0), (0, 0, 2.0), glow_cd_m2=300.0, color=(1, 1, 1))
+    sky, view = Sky(*np.full((3, 3), 100.0, np.float32)), pose((0.0, -1.5, 0.9), (0.0, 0.7, 0.0))
+    camera, flat = CameraConfig(width=32, height=24, horizontal_fov_rad=0.25), scene(floor, pane, fence, sky=sky)
+    cached = look_up(flat, view, camera=camera).radiance[..., 1]
+    traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=256, threads=2).radiance[..., 1]
+    assert cached.mean() == pytest.approx(traced.mean(), rel=within)
+
+
 def test_a_bowl_of_brushed_metal_shows_its_sides_as_they_mirror():
     """A sink below a bright ceiling in a dark room, seen aslant: its far side mirrors the wall above it, not all that falls on it."""
     steel = {"metallic": 1.0, "roughness": 0.3, "color": (0.55, 0.55, 0.55)}
