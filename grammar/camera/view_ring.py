@@ -89,7 +89,9 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
             distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
 
 
-def view_values(ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights) -> Floats:
+def view_values(
+    ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights, longest_m: float = 0.0
+) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
@@ -105,16 +107,23 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, c
         elevations_rad: (e,) of the rays, up is positive; those nearest to 0 are the level ones.
         columns_wide: columns that a view spans.
         weights: of the terms.
+        longest_m: of the free lines of other places, the longest; that of the ring itself counts, too.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
-    level = ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))]
-    weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * float(level.max())))
+    level = _level_m(ring, elevations_rad)
+    longest_m = max(longest_m, float(level.max()))
+    weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * longest_m))
     cosines = _axis_cosines(columns_wide, elevations_rad)
     _value_views(*ring, bright, cosines, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
-    return np.asarray(values + weights.line * narrow * level / level.max())
+    return np.asarray(values + weights.line * narrow * level / longest_m)
+
+
+def _level_m(ring: Ring, elevations_rad: Floats) -> Floats:
+    """Return (RING_COLUMNS,) the free lines of a ring, metres: distances of the rays that are nearest to level."""
+    return np.asarray(ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))])
 
 
 def _axis_cosines(columns_wide: int, elevations_rad: Floats) -> Floats:
@@ -238,7 +247,7 @@ class Views(NamedTuple):
     """What views are judged in: the settings, what rays meet ((n, 2) outline, ceiling height, (b, 8) solids), the height of the lens.
 
     The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: (things,)
-    which of them are windows or lamps.
+    which of them are windows or lamps.  ``longest_m``: the longest free line of all places, where these are compared; else 0.
     """
 
     config: CameraPathConfig
@@ -248,6 +257,7 @@ class Views(NamedTuple):
     lens_m: float
     things: int
     bright: NDArray[np.bool_]
+    longest_m: float = 0.0
 
     @property
     def columns_wide(self) -> int:
@@ -262,8 +272,9 @@ class Views(NamedTuple):
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
-        return view_values(ring, self.bright, np.array(self.config.elevations_rad), self.columns_wide, self.config.view_weights)
+        config = self.config
+        return view_values(ring, self.bright, np.array(config.elevations_rad), self.columns_wide, config.view_weights, self.longest_m)
 
-    def best(self, station_m: Floats) -> float:
-        """Return the value of the best view from a point."""
-        return float(self.values(self.ring(station_m)).max())
+    def line_m(self, ring: Ring) -> float:
+        """Return the longest free line of a ring, metres."""
+        return float(_level_m(ring, np.array(self.config.elevations_rad)).max())
