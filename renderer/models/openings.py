@@ -207,7 +207,7 @@ def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
 
 _HANG_X = -0.013
 """Where blinds hang: in the reveal, before the handles of the sashes."""
-_NET_X, _NET_FOLD_M = -0.005, 0.016
+_NET_X, _NET_FOLD_M = -0.0155, 0.0145
 """Where nets hang, and how far their folds swing to either side, at most."""
 
 
