@@ -58,12 +58,12 @@ class CameraSpace(NamedTuple):
         return np.ascontiguousarray(np.concatenate([self.boxes, self.roof]), np.float64)
 
     def views(self, config: CameraPathConfig, lens_m: float, *, of_doors: bool = False) -> Views:
-        """Return what views are judged in, for a lens at a height; doors count as things where they are asked for, else as walls."""
+        """Return what views are judged in, for a lens at a height; doors stand for things that are missing, if asked for."""
         sights = self.sights
         slabs = np.concatenate([sights.windows, sights.doors[: len(sights.doors) if of_doors else 0]])
         seen = np.ascontiguousarray(np.concatenate([self.boxes, slabs, self.roof]), np.float64)
         things = len(self.boxes) + len(slabs)
-        bright = np.zeros(things, np.bool_)
+        bright = np.zeros(len(self.boxes) + len(sights.windows), np.bool_)
         bright[: len(sights.bright)] = sights.bright
         return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)
 

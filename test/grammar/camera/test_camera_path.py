@@ -164,12 +164,17 @@ def test_a_lone_frame_stands_back_and_looks_along_the_longest_line_of_a_narrow_r
     assert CONFIG.still.clearance_m <= min(nearest) < CONFIG.clearance_m
 
 
-def test_doors_count_as_things_where_they_are_asked_for() -> None:
+def test_doors_stand_for_things_that_are_missing_where_they_are_asked_for() -> None:
     space = CameraSpace(RECTANGLE, HEIGHT_M, NO_BOXES, sights=Sights(doors=np.array([solid(4.2, 1.8, 0.02, 0.9, 2.0)])))
     without, counted = space.views(CONFIG, 1.4), space.views(CONFIG, 1.4, of_doors=True)
-    assert (without.things, counted.things) == (0, 1)
+    assert (without.things, counted.things, len(counted.bright)) == (0, 1, 0)
     station = np.array([1.0, 1.8])
-    assert counted.values(counted.ring(station))[0] > without.values(without.ring(station))[0] + 0.9 * CONFIG.missing_weight
+    more = counted.values(counted.ring(station))[0] - without.values(without.ring(station))[0]
+    assert more >= 0.95 * CONFIG.missing_weight
+    furnished = CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM, sights=space.sights)
+    all_there = [furnished.views(CONFIG, 1.4, of_doors=asked) for asked in (False, True)]
+    plain, asked = (float(views.values(views.ring(np.array([2.9, 1.7])))[36]) for views in all_there)
+    assert asked == plain, "towards the bed: none is missing, and no door in view"
 
 
 def test_many_frames_walk_on_at_walking_speed() -> None:
