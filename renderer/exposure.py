@@ -98,7 +98,7 @@ def exposed(config: RenderConfig, metered: LightReading | None, fixed_ev100: flo
     plain_ev100 = metered.ev100 - config.exposure_compensation_ev
     by_hand_ev100 = max(plain_ev100 - _by_room_ev(config, metered), min(plain_ev100, metered.bleached_ev100))
     ev100 = by_hand_ev100 if config.auto_exposure else config.exposure_ev100
-    black = min(metered.black * 2.0 ** (metered.ev100 - ev100), MOST_BLACK)
+    black = config.black_share * min(metered.black * 2.0 ** (metered.ev100 - ev100), MOST_BLACK)
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE), black)
 
 

@@ -1,7 +1,7 @@
 """The appearance of a room: style, model seed and a material for every part, harmonised by a palette of the room.
 
-A room has a main and a second hue, and keeps a few materials of each family (two woods, one metal, ...), which its parts share; so objects
-match without being all alike.
+A room has a main and a second hue and one for accents, and keeps a few materials of each family (two woods, one metal, ...), which its
+parts share; so objects match without being all alike.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.appearance.appearance_rules import Appearance, CategoryLook, Families
+from grammar.appearance.appearance_rules import Appearance, CategoryLook, Families, PaletteRule
 from grammar.appearance.materials import Palette, draw_material
 from grammar.spec.rules import GrammarError
 from scene_description import Material, ModelReference, Opening, Part, Room, SceneObject
@@ -38,7 +38,7 @@ class MaterialPool:
         apart = draw_index_by_odds(rng, [distance.odds for distance in palette.apart_deg])
         hue = palette.hues_deg[main].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
         second = hue + palette.apart_deg[apart].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
-        self._palette = Palette(main_deg=hue, second_deg=second)
+        self._palette = Palette(main_deg=hue, second_deg=second, accent_deg=_accent(rng, palette, hue))
         self._kept: dict[str, tuple[str, ...]] = {}
         self._count: dict[str, int] = {}
 
@@ -81,6 +81,14 @@ class MaterialPool:
         material = draw_material(self._rng, kind, f"{name}_{self._count[name]}", self._palette, shown)
         self.materials.append(material)
         return material.id
+
+
+def _accent(rng: np.random.Generator, palette: PaletteRule, main_deg: float) -> float:
+    """Draw the hue of a room's accents, degrees: of those that lie far enough from its main hue."""
+    apart = [abs((accent.hue - main_deg + 180.0) % 360.0 - 180.0) for accent in palette.accents_deg]
+    odds = [accent.odds * (away >= palette.accent_apart_deg) for accent, away in zip(palette.accents_deg, apart, strict=True)]
+    index = draw_index_by_odds(rng, odds) if any(odds) else int(np.argmax(apart))
+    return palette.accents_deg[index].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
 
 
 _MAX_SEED = 2**63 - 1

@@ -31,6 +31,8 @@ class PaletteRule:
     hues_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
     jitter_deg: Hue
     apart_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
+    accents_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
+    accent_apart_deg: Annotated[float, Limits(ge=0.0, le=180.0, unit="deg")]
     first_odds: Share
     kept: Mapping[str, Annotated[int, Limits(ge=1, le=32)]]
 

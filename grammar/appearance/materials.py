@@ -21,8 +21,10 @@ Change = Annotated[float, Limits(ge=-1.0, le=1.0)]
 Metres = Annotated[float, Limits(ge=0.001, le=100.0, unit="m")]
 Relief = Annotated[float, Limits(ge=0.0, le=0.1, unit="m")]
 Glow = Annotated[float, Limits(ge=0.0, le=1e5, unit="cd/m2")]
-PaletteHue = Literal["main", "second", "either", "own"]
+PaletteHue = Literal["main", "second", "accent", "either", "own"]
 
+_EITHER: tuple[PaletteHue, ...] = ("main", "second", "accent")
+"""Hues that a material which follows the palette without saying how has, one as often as another."""
 _MAX_TEXTURE_SEED = 2**31 - 1
 _HUE_JITTER_DEG = 8.0
 _LMS_FROM_OKLAB = np.array([[1.0, 0.3963377774, 0.2158037573], [1.0, -0.1055613458, -0.0638541728], [1.0, -0.0894841775, -1.2914855480]])
@@ -85,10 +87,11 @@ class MaterialRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Palette:
-    """The main and the second hue of a room, in degrees."""
+    """The main and the second hue of a room, and that of its accents, in degrees."""
 
     main_deg: float
     second_deg: float
+    accent_deg: float
 
 
 def linear_rgb(lightness: float, chroma: float, hue_deg: float) -> Color:
@@ -166,5 +169,7 @@ def _hue(rng: np.random.Generator, kind: PaletteHue, bounds: tuple[float, float]
         return float(rng.uniform(*bounds))
     if kind == "own":
         return own
-    main = kind == "main" or (kind == "either" and rng.random() < 0.5)
-    return (palette.main_deg if main else palette.second_deg) + float(rng.uniform(-_HUE_JITTER_DEG, _HUE_JITTER_DEG))
+    if kind == "either":
+        kind = _EITHER[int(rng.integers(len(_EITHER)))]
+    hue = {"main": palette.main_deg, "second": palette.second_deg, "accent": palette.accent_deg}[kind]
+    return hue + float(rng.uniform(-_HUE_JITTER_DEG, _HUE_JITTER_DEG))

@@ -23,7 +23,7 @@ from grammar.geometry.boxes import NO_BOXES
 from scene_description import CameraPose
 from scene_description.poses import look_at
 
-_TRIAL_STATIONS, _STILL_TRIALS = 8, 3
+_TRIAL_STATIONS = 8
 _REACH_SHARE = 0.5
 """Of the free floor's longer side, how far few frames walk: beyond that they would end before a wall."""
 NO_SIGHTS = Sights()
@@ -57,12 +57,14 @@ class CameraSpace(NamedTuple):
         """Solids and boxes of the roof, which nothing passes through."""
         return np.ascontiguousarray(np.concatenate([self.boxes, self.roof]), np.float64)
 
-    def views(self, config: CameraPathConfig, lens_m: float) -> Views:
-        """Return what views are judged in, for a lens at a height."""
-        seen = np.ascontiguousarray(np.concatenate([self.boxes, self.sights.windows, self.roof]), np.float64)
-        things = len(self.boxes) + len(self.sights.windows)
-        bright = np.zeros(things, np.bool_)
-        bright[: len(self.sights.bright)] = self.sights.bright
+    def views(self, config: CameraPathConfig, lens_m: float, *, of_doors: bool = False) -> Views:
+        """Return what views are judged in, for a lens at a height; doors stand for things that are missing, if asked for."""
+        sights = self.sights
+        slabs = np.concatenate([sights.windows, sights.doors[: len(sights.doors) if of_doors else 0]])
+        seen = np.ascontiguousarray(np.concatenate([self.boxes, slabs, self.roof]), np.float64)
+        things = len(self.boxes) + len(slabs)
+        bright = np.zeros(len(self.boxes) + len(sights.windows), np.bool_)
+        bright[: len(sights.bright)] = sights.bright
         return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)
 
 
@@ -73,11 +75,13 @@ def sample_camera_path(
 
     Where the room is too crowded for the distances of ``config`` they are lowered step by step; in the worst case the camera turns on the
     spot that has most room.  Neighbouring poses differ by at most the larger of ``max_step_m`` along the floor and by ``max_turn_rad`` of
-    rotation.
+    rotation.  A single frame has settings of its own (``still``).
     """
+    still = times.frames == 1
+    config = config.for_still if still else config
     # draw who carries the camera, and walk
     mount, lens_m = sample_mount(rng, config, space.height_m)
-    views = space.views(config, lens_m)
+    views = space.views(config, lens_m, of_doors=still)
     frames = times.frames
     keep_m = (config.body_radius_m, config.clearance_m)
     ground = choose_ground(views.polygon, space.solids, lens_m, config.sway_m, *keep_m, config.resolution_m)
@@ -111,11 +115,14 @@ def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: f
 def best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> tuple[Walk, Gaze]:
     """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried.
 
-    A single view is the best of ``_STILL_TRIALS`` times as many places.
+    A single view is the best of all places that are tried, and its free line is measured by the longest from any of them.
     """
     config, still = views.config, length_m <= 0.0
-    cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials * (_STILL_TRIALS if still else 1)]
-    quality = [views.best(ground.cells_m[cell]) for cell in cells]
+    cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials]
+    rings = [views.ring(ground.cells_m[cell]) for cell in cells]
+    if still:
+        views = views._replace(longest_m=max(views.line_m(ring) for ring in rings))
+    quality = [float(views.values(ring).max()) for ring in rings]
     best_cells = cells[np.argsort(np.negative(quality), kind="stable")]
     if still:
         walk = Walk(np.zeros(1), ground.cells_m[best_cells[:1]])

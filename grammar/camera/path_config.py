@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -44,6 +44,16 @@ class Mount:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Still:
+    """What a path of one frame has of its own: the distances that its photographer keeps, what is near, how many places are tried."""
+
+    body_radius_m: Annotated[float, Limits(ge=0.05, le=2.0, unit="m")]
+    clearance_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
+    near_m: Metres
+    viewpoint_trials: Trials
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CameraPathConfig:
     """How the camera moves and looks; ``config/camera.yaml`` explains each number."""
 
@@ -78,6 +88,19 @@ class CameraPathConfig:
     viewpoints: Annotated[int, Limits(ge=2, le=100)]
     viewpoint_trials: Trials
     path_trials: Trials
+    still: Still
+
+    @property
+    def for_still(self) -> "CameraPathConfig":
+        """These settings with those of a single frame in place."""
+        still = self.still
+        return replace(
+            self,
+            body_radius_m=still.body_radius_m,
+            clearance_m=still.clearance_m,
+            near_m=still.near_m,
+            viewpoint_trials=still.viewpoint_trials,
+        )
 
     @property
     def view_weights(self) -> ViewWeights:

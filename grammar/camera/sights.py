@@ -1,4 +1,4 @@
-"""What a camera looks at in a room: its things as solids, its windows as slabs, and which of them are bright; doors are part of walls."""
+"""What a camera looks at in a room: its things as solids, its windows and doors as slabs, and which of them are bright."""
 
 import math
 from collections.abc import Sequence
@@ -17,17 +17,19 @@ NOT_BRIGHT = np.zeros(0, np.bool_)
 
 
 class Sights(NamedTuple):
-    """What there is to see beside the solids: (w, 8) slabs of windows, and which of solids and slabs, (b + w,), are bright."""
+    """What there is to see beside the solids: slabs of windows (w, 8) and doors (d, 8); ``bright`` (b + w,): which solids, windows are."""
 
     windows: Boxes = NO_BOXES
     bright: NDArray[np.bool_] = NOT_BRIGHT
+    doors: Boxes = NO_BOXES
 
 
 def find_sights(room: Room, owners: Ints, lights: Sequence[Light]) -> Sights:
     """Return the sights of a room: windows are bright, and solids of objects that hold a lamp that is on; ``owners`` (b,): ids of those."""
     shining = [light.object for light in lights if light.on]
-    slabs = box_rows(_slab(room, opening) for opening in room.openings if opening.category == "window")
-    return Sights(slabs, np.concatenate([np.isin(owners, shining), np.ones(len(slabs), np.bool_)]))
+    windows = box_rows(_slab(room, opening) for opening in room.openings if opening.category == "window")
+    doors = box_rows(_slab(room, opening) for opening in room.openings if opening.category == "door")
+    return Sights(windows, np.concatenate([np.isin(owners, shining), np.ones(len(windows), np.bool_)]), doors)
 
 
 def _slab(room: Room, opening: Opening) -> Boxes:

@@ -89,7 +89,9 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
             distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
 
 
-def view_values(ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights) -> Floats:
+def view_values(
+    ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights, longest_m: float = 0.0
+) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
@@ -97,24 +99,32 @@ def view_values(ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, c
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
             + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
     with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
-    below least_depth, and below 0.4 times the longest free line.
+    below least_depth, and below 0.4 times the longest free line.  Boxes beyond those of ``bright`` are doors: they count among the k of
+    which no more than 3 can be missing, and else as walls.
 
     Args:
         ring: what the rays meet.
-        bright: (b,) which boxes are windows or lamps.
+        bright: (b,) which boxes are windows or lamps; those after them are doors.
         elevations_rad: (e,) of the rays, up is positive; those nearest to 0 are the level ones.
         columns_wide: columns that a view spans.
         weights: of the terms.
+        longest_m: of the free lines of other places, the longest; that of the ring itself counts, too.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
-    level = ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))]
-    weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * float(level.max())))
+    level = _level_m(ring, elevations_rad)
+    longest_m = max(longest_m, float(level.max()))
+    weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * longest_m))
     cosines = _axis_cosines(columns_wide, elevations_rad)
     _value_views(*ring, bright, cosines, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
-    return np.asarray(values + weights.line * narrow * level / level.max())
+    return np.asarray(values + weights.line * narrow * level / longest_m)
+
+
+def _level_m(ring: Ring, elevations_rad: Floats) -> Floats:
+    """Return (RING_COLUMNS,) the free lines of a ring, metres: distances of the rays that are nearest to level."""
+    return np.asarray(ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))])
 
 
 def _axis_cosines(columns_wide: int, elevations_rad: Floats) -> Floats:
@@ -129,7 +139,7 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
 
     ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
     """
-    columns = len(distance_m)
+    columns, things = len(distance_m), len(bright)
     columns_wide, rows = cosines.shape
     for centre in range(columns):
         depth, near, close, shown = 0.0, 0, 0, 0
@@ -140,19 +150,22 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
             for row in range(rows):
                 d = distance_m[column, row]
                 depth += min(d, weights.far_m) / weights.far_m
-                near += (2 if hit[column, row] >= 0 else 1) * (d * cosines[offset, row] < weights.near_m)
+                near += (2 if 0 <= hit[column, row] < things else 1) * (d * cosines[offset, row] < weights.near_m)
                 close += d < weights.least_depth_m
                 plane_rays[plane[column, row]] += 1
                 if hit[column, row] >= 0:
-                    shown += 1
+                    shown += hit[column, row] < things
                     box_rays[0, hit[column, row]] += 1
                     box_rays[1, hit[column, row]] += row == 0 or offset == 0 or offset == columns_wide - 1
         rays = columns_wide * rows
-        objects, cut, largest, light = 0, 0, 0, 0.0
+        objects, cut, doors, largest, light = 0, 0, 0, 0, 0.0
         for b in range(box_rays.shape[1]):
+            largest = max(largest, box_rays[0, b])
+            if b >= things:
+                doors += box_rays[0, b] > 0
+                continue
             objects += box_rays[0, b] > 0
             cut += box_rays[1, b] > 0
-            largest = max(largest, box_rays[0, b])
             if box_rays[0, b] > 0 and bright[b]:
                 light = weights.light
         widest = 0
@@ -160,7 +173,9 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
             widest = max(widest, plane_rays[p])
         filled = max(widest / rays - weights.most_share, 0.0) + max(largest / rays - weights.most_share, 0.0)
         value = weights.depth * depth / rays + weights.objects * (1.0 - 0.8 ** (objects - 0.5 * cut)) - weights.near * near / rays
-        value += light + weights.shown * shown / rays - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects, 0)
+        value += (
+            light + weights.shown * shown / rays - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects - doors, 0)
+        )
         values[centre] = value - (_REFUSED if 2 * close > rays else 0.0)
 
 
@@ -237,8 +252,9 @@ def _box_entry(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
 class Views(NamedTuple):
     """What views are judged in: the settings, what rays meet ((n, 2) outline, ceiling height, (b, 8) solids), the height of the lens.
 
-    The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: (things,)
-    which of them are windows or lamps.
+    The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: which of them
+    are windows or lamps, but for doors, which come last.  ``longest_m``: the longest free line of all places, where these are compared;
+    else 0.
     """
 
     config: CameraPathConfig
@@ -248,6 +264,7 @@ class Views(NamedTuple):
     lens_m: float
     things: int
     bright: NDArray[np.bool_]
+    longest_m: float = 0.0
 
     @property
     def columns_wide(self) -> int:
@@ -262,8 +279,9 @@ class Views(NamedTuple):
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
-        return view_values(ring, self.bright, np.array(self.config.elevations_rad), self.columns_wide, self.config.view_weights)
+        config = self.config
+        return view_values(ring, self.bright, np.array(config.elevations_rad), self.columns_wide, config.view_weights, self.longest_m)
 
-    def best(self, station_m: Floats) -> float:
-        """Return the value of the best view from a point."""
-        return float(self.values(self.ring(station_m)).max())
+    def line_m(self, ring: Ring) -> float:
+        """Return the longest free line of a ring, metres."""
+        return float(_level_m(ring, np.array(self.config.elevations_rad)).max())

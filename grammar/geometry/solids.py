@@ -23,15 +23,14 @@ def local_solids(category: Category, size_m: Size) -> Boxes:
 
     A box that the object's size leaves without extent is dropped.
     """
-    size = np.array(size_m)
     rows = []
     for solid in _WHOLE if category.solids is None else category.solids:
-        low = np.array(solid.low_fraction) * size + solid.low_m
-        high = np.array(solid.high_fraction) * size + solid.high_m
-        low, high = np.clip(low, 0.0, size), np.clip(high, 0.0, size)
-        if np.all(high > low):
-            centre, half = 0.5 * (low + high) - 0.5 * size, 0.5 * (high - low)
-            rows.append((centre[0], centre[1], low[2], high[2], half[0], half[1]))
+        given = zip(size_m, solid.low_fraction, solid.low_m, solid.high_fraction, solid.high_m, strict=True)
+        spans = [(min(max(f * side + m, 0.0), side), min(max(g * side + n, 0.0), side)) for side, f, m, g, n in given]
+        if all(high > low for low, high in spans):
+            (x0, x1), (y0, y1), (z0, z1) = spans
+            x, y = 0.5 * (x0 + x1) - 0.5 * size_m[0], 0.5 * (y0 + y1) - 0.5 * size_m[1]
+            rows.append((x, y, z0, z1, 0.5 * (x1 - x0), 0.5 * (y1 - y0)))
     return np.array(rows, np.float64).reshape(-1, LOCAL_BOX_WIDTH)
 
 

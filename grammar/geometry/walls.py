@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +31,10 @@ def wall_rows(polygon_m: ArrayLike) -> Floats:
         wall: (w, 9) start x, y, unit direction x, y, length, unit normal into the room x, y, yaw of that normal, 1 where the start is a
         vertex that sticks into the room; world, metres, radians.
     """
+    return _rows_of(polygon_m).copy() if isinstance(polygon_m, tuple) else _rows(polygon_m)
+
+
+def _rows(polygon_m: ArrayLike) -> Floats:
     start = np.array(polygon_m, np.float64)
     step = np.roll(start, -1, 0) - start
     length = np.hypot(step[:, 0], step[:, 1])
@@ -38,6 +43,12 @@ def wall_rows(polygon_m: ArrayLike) -> Floats:
     before = np.roll(tangent, 1, 0)
     reflex = before[:, 0] * tangent[:, 1] - before[:, 1] * tangent[:, 0] < -_STRAIGHT
     return np.column_stack([start, tangent, length, normal, el.arctan2(normal[:, 1], normal[:, 0]), reflex])
+
+
+@lru_cache(maxsize=64)
+def _rows_of(polygon_m: tuple[Point2, ...]) -> Floats:
+    """Return the rows of an outline that is asked for again and again while a room is tried."""
+    return _rows(polygon_m)
 
 
 @entry

@@ -206,25 +206,27 @@ def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
 
 
 _HANG_X = -0.013
-"""Where blinds and nets hang: in the reveal, before the handles of the sashes."""
+"""Where blinds hang: in the reveal, before the handles of the sashes."""
+_NET_X, _NET_FOLD_M = -0.0155, 0.0145
+"""Where nets hang, and how far their folds swing to either side, at most."""
 
 
 def _net(rng: np.random.Generator, half: float, low: float, high: float) -> tuple[Mesh, Mesh]:
     """Return the rod of a net curtain and its cloth in soft folds: down to the sill, over the lower half, or drawn to both sides."""
-    state = rng.choice(["whole", "half", "sides"], p=[0.6, 0.15, 0.25])
+    state = rng.choice(["whole", "half", "sides"], p=[0.3, 0.25, 0.45])
     rod_z = (low + rng.uniform(0.5, 0.6) * (high - low) if state == "half" else high) - 0.012
-    rail = rod((_HANG_X, -half - 0.004, rod_z), (_HANG_X, half + 0.004, rod_z), 0.005, segments=8)
+    rail = rod((_NET_X, -half - 0.004, rod_z), (_NET_X, half + 0.004, rod_z), 0.005, segments=8)
     drawn = rng.uniform(0.3, 0.55) * half
     spans = [(-half, -half + drawn), (half - drawn, half)] if state == "sides" else [(-half, half)]
-    density = 1.0 if state == "sides" else rng.uniform(0.45, 0.7)
+    density = 1.0 if state == "sides" else rng.uniform(0.4, 0.75)
     hangings = []
     for a, b in spans:
-        folds = max(4, round(density * (b - a) / 0.034))
+        folds = max(4, round(density * (b - a) / 0.045))
         u, v = np.meshgrid(np.linspace(0.0, 1.0, 8 * folds + 1), np.linspace(0.0, 1.0, 5), indexing="ij")
         phase = rng.uniform(0.0, 2.0 * np.pi, 2)
         angle = 2.0 * np.pi * folds * u + 0.5 * el.sin(2.0 * np.pi * 3.0 * u + phase[0]) * (1.0 - v)
-        deep = 0.0085 * (0.75 + 0.25 * el.sin(2.0 * np.pi * 1.7 * u + phase[1])) * (1.0 - 0.35 * v)
-        hangings.append(membrane(np.dstack([_HANG_X + deep * el.sin(angle), a + (b - a) * u, low + (rod_z + 0.004 - low) * v])))
+        deep = _NET_FOLD_M * (0.7 + 0.3 * el.sin(2.0 * np.pi * 1.7 * u + phase[1])) * (1.0 - 0.35 * v)
+        hangings.append(membrane(np.dstack([_NET_X + deep * el.sin(angle), a + (b - a) * u, low + (rod_z + 0.004 - low) * v])))
     return rail, merged(*hangings)
 
 
@@ -233,7 +235,7 @@ def _blind(rng: np.random.Generator, half: float, low: float, high: float) -> tu
 
     Never by all of it: rooms whose lamps are off would be left in the dark.
     """
-    radius, end = 0.016, high - rng.uniform(0.12, 0.85) * (high - low - 0.01)
+    radius, end = 0.016, high - rng.uniform(0.12, 0.65) * (high - low - 0.01)
     tube = rod((_HANG_X - 0.003, -half + 0.01, high - radius), (_HANG_X - 0.003, half - 0.01, high - radius), radius, segments=16)
     caps = blocks(
         [(_HANG_X - 0.016, s * half - 0.006, high - 2.0 * radius) for s in (-1.0, 1.0)],

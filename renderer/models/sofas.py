@@ -13,6 +13,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.geometry.upholstery import cushion, pillow, piping, rounded_loop, tufted
 from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
+from renderer.models.throws import with_throw
 
 
 def build_armchair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -388,8 +389,8 @@ def _feet(style: str, height: float, spots: Sequence[tuple[float, float]]) -> Me
 
 
 MODELS = {
-    "armchair": Model(build_armchair, ("lounge", "frame", "tub", "wing")),
+    "armchair": Model(with_throw(build_armchair, (-0.08, 0.08)), ("lounge", "frame", "tub", "wing", "lounge_throw")),
     "pouf": Model(build_pouf, ("round", "square", "knitted")),
-    "sofa": Model(build_sofa, ("lounge", "slim", "rolled", "chesterfield")),
+    "sofa": Model(with_throw(build_sofa, (-0.2, 0.2)), ("lounge", "slim", "rolled", "chesterfield", "lounge_throw", "slim_throw")),
     "corner_sofa": Model(build_corner_sofa, ("lounge", "slim", "modular")),
 }

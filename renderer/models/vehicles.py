@@ -14,7 +14,8 @@ import kernel_cache.elementary as el
 from renderer.core.arrays import Array
 from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.models.car_cabin import Tub, dashboard, panes, seats
 from renderer.models.model import Model, Parts, Pieces, Size
 
 _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
@@ -30,6 +31,11 @@ _DOOR_SEAMS = (0.34, 0.5, 0.69)
 _BONNET_SHARES, _BONNET_WIDE = (0.765, 0.955), 0.8
 """Where the bonnet begins and ends, in shares of the length, and its half width over that of the body."""
 _WIPER_SHARE = 0.755
+
+_TUB_BEHIND, _TUB_BEFORE, _TUB_WALL = 0.075, 0.075, 0.003
+"""How far within the panes' ends the hollow for people begins and ends, and half the thickness of its end walls, over the length."""
+_TUB_WIDE, _TUB_FLOOR = 0.8, 0.24
+"""Half the width of that hollow over that of the body, and the height of its floor over that of the car."""
 
 _LAMP_ACROSS = 0.72
 """Where lamps begin at the ends of a car, over half its width there."""
@@ -60,7 +66,7 @@ _PROFILES = {
 
 
 def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a car with dark windows: body, glass, trim, tyres, rims, headlamps, tail lamps and number plates."""
+    """Return a car: body, glass with seats and a dashboard behind it, trim, tyres, rims, headlamps, tail lamps and number plates."""
     length, width, height = size_m
     profile, half = _PROFILES[style], 0.5 * _MIRROR_SHARE * width
     radius = 0.215 * height
@@ -72,15 +78,17 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         centre + (roof - centre) * (s, s, 1.0) + (0.0, 0.0, z) for s, z in ((1.012, -0.02), (1.02, 0.012), (0.96, 0.035), (0.7, 0.052))
     ]
     mirrors = [_wing_mirror(shell, s, 0.5 * width) for s in (-1.0, 1.0)]
-    belly = rounded_box((-0.45 * length, -0.7 * half, 0.115 * height), (0.44 * length, 0.7 * half, 0.4 * height), 0.04, 2)
+    belly = blocks(*_belly(shell), 0.04)
     grille = rounded_box((0.44 * length, -0.56 * half, 0.235 * height), (0.5 * length + 0.004, 0.56 * half, 0.33 * height), 0.03, 2)
     tyre, rim = _wheel(radius, 0.21, 5 + int(rng.integers(0, 5)))
+    board = dashboard(shell.tub, shell.x(profile.cabin_base[0]) + 0.06, shell.x(profile.cabin_base[1]) - 0.1)
     seams = [*(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_bonnet_seams(shell)]
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
     return {
         "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
-        "glass": loft(cabin),
-        "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell)],
+        "glass": panes(cabin),
+        "seats": seats(shell.tub, height),
+        "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell), board],
         "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
         "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
         "headlamps": [_lamp(shell, s, (0.99, 0.9), (0.33, 0.41)) for s in (-1.0, 1.0)],
@@ -101,6 +109,9 @@ class _Shell:
     def __init__(self, profile: _Profile, length: float, half: float, height: float, arch: float) -> None:
         self.length, self.half, self.height, self.arch = length, half, height, arch
         self._belt = np.array(profile.belt)
+        self._hollow = (profile.cabin_base[0] + _TUB_BEHIND, profile.cabin_base[1] - _TUB_BEFORE)
+        ends = (self.x(self._hollow[0]), self.x(self._hollow[1]))
+        self.tub = Tub(ends, _TUB_WIDE * half, _TUB_FLOOR * height, min(self.belt(share) for share in self._hollow))
 
     def x(self, share: float) -> float:
         """Return x at a share of the length."""
@@ -122,7 +133,17 @@ class _Shell:
         arches = [axle + reach * math.cos(a) for axle in (_REAR_AXLE, _FRONT_AXLE) for a in np.linspace(0.0, math.pi, 15)]
         ends = [0.0, 0.004, 0.012, 0.025, 0.96, 0.975, 0.985, 0.993, 1.0]
         steps = [axle + s * (reach + 0.0005) for axle in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
-        return [self.section(f, self._bottom(f)) for f in sorted({*ends, *arches, *steps, *np.linspace(0.05, 0.94, 22).tolist()})]
+        walls = [share + s for share in self._hollow for s in (-_TUB_WALL, _TUB_WALL)]
+        return [self._hollowed(f) for f in sorted({*ends, *arches, *steps, *walls, *np.linspace(0.05, 0.94, 15).tolist()})]
+
+    def _hollowed(self, share: float) -> Array:
+        """Return the section at a share of the length, where people sit with its upper side pressed down to the floor."""
+        bottom = self._bottom(share)
+        ring = self.section(share, bottom)
+        if self._hollow[0] < share < self._hollow[1]:
+            inside = (np.abs(ring[:, 1]) < self.tub.half) & (ring[:, 2] > 0.5 * (bottom + self.belt(share)))
+            ring[inside, 2] = max(self.tub.floor, bottom + 0.04)
+        return ring
 
     def section(self, share: float, bottom: float) -> Array:
         """Return the section (n, 3) at a share of the length, from ``bottom`` to the belt, counter-clockwise seen from the front."""
@@ -155,13 +176,24 @@ class _Shell:
         return max(low, centre + self.arch * math.sqrt(1.0 - away**2)) if abs(away) < 1.0 else low
 
 
+def _belly(shell: _Shell) -> tuple[Array, Array]:
+    """Return two opposite corners each, (3, 3), of the body's underside and of what is seen behind the wheels."""
+    x = [
+        (-0.45 * shell.length, 0.44 * shell.length),
+        *((shell.x(f) - shell.arch, shell.x(f) + shell.arch) for f in (_REAR_AXLE, _FRONT_AXLE)),
+    ]
+    low, high = np.array(x).T
+    tops = shell.height * np.array([_TUB_FLOOR - 0.02, 0.4, 0.4])
+    return points(low, -0.7 * shell.half, 0.115 * shell.height), points(high, 0.7 * shell.half, tops)
+
+
 def _cabin_ring(shell: _Shell, profile: _Profile, t: float) -> Array:
-    """Return the outline (40, 3) of the windows, ``t`` of the way from the belt to the roof."""
+    """Return the outline (32, 3) of the windows, ``t`` of the way from the belt to the roof."""
     rear, front = (a + (b - a) * el.power(t, 1.1) for a, b in zip(profile.cabin_base, profile.cabin_roof, strict=True))
     base = min(shell.belt(rear), shell.belt(front)) - 0.06
     z = base + (0.965 * shell.height - base) * t
     half = shell.half * (0.9 - 0.2 * t)
-    return oval(0.5 * shell.length * (front - rear), half, z, x=shell.x(0.5 * (front + rear)), power=5.0, points=40)
+    return oval(0.5 * shell.length * (front - rear), half, z, x=shell.x(0.5 * (front + rear)), power=5.0, points=32)
 
 
 def _pillars(cabin: list[Array]) -> list[Mesh]:
@@ -199,8 +231,7 @@ def _handles(shell: _Shell) -> list[Mesh]:
     for share in (0.385, 0.545):
         x, z, y = shell.x(share), shell.belt(share) - 0.12, shell.half
         handles += [
-            rounded_box((x - 0.09, s * y - 0.025 - 0.005 * s, z), (x + 0.09, s * y + 0.025 - 0.005 * s, z + 0.03), 0.012, 2)
-            for s in (-1.0, 1.0)
+            block((x - 0.09, s * y - 0.025 - 0.005 * s, z), (x + 0.09, s * y + 0.025 - 0.005 * s, z + 0.03), 0.009) for s in (-1.0, 1.0)
         ]
     return handles
 
@@ -211,7 +242,7 @@ def _lamp(shell: _Shell, side: float, shares: tuple[float, float], levels: tuple
     ``shares``: of the length, first that at the end; ``levels``: of the height.
     """
     end = math.copysign(1.0, shares[0] - shares[1])
-    z, out = shell.height * np.linspace(*levels, 6), 0.014 * np.array([0.7 * end, 0.7 * side, 0.0])
+    z, out = shell.height * np.linspace(*levels, 4), 0.014 * np.array([0.7 * end, 0.7 * side, 0.0])
     rows = []
     for share in np.linspace(*shares, 9).tolist():
         ring = shell.section(share, 0.2 * shell.height)
@@ -239,7 +270,7 @@ def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:
         rotated(block((-0.028, half - 0.055, 0.0), (0.028, half - 0.022, inner - 0.01), 0.008), "y", k * 2.0 * math.pi / spokes)
         for k in range(spokes)
     ]
-    hub = disc("y", (0.0, half - 0.04, 0.0), 0.075, 0.05, 24, 0.012)
+    hub = disc("y", (0.0, half - 0.04, 0.0), 0.075, 0.05, 18, 0.012)
     back = disc("y", (0.0, -half + 0.05, 0.0), inner - 0.01, 0.02, 20)
     return lying(lathe(tread, 28, closed=True), "y"), merged(lying(lathe(barrel, 28, closed=True), "y"), *bars, hub, back)
 

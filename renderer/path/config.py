@@ -61,6 +61,9 @@ class RenderConfig:
         float,
         Limits(ge=0.0, le=3.0, unit="EV", description="Deviation of a compensation drawn for each metered room, as photographers differ"),
     ] = 0.0
+    black_share: Annotated[
+        float, Limits(ge=0.0, le=1.0, description="How much of the metered black the curve camera takes away: 0 leaves shadows veiled")
+    ] = 1.0
     white_balance: Annotated[
         Literal["none", "auto", "kelvin"],
         Limits(description="Which light looks white: that of the display (none), the room's as metered (auto), or that of white_balance_k"),

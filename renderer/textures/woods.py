@@ -13,6 +13,10 @@ from renderer.textures.pattern import Generator, Pattern, Request
 
 WOOD_TINTS = ((0.60, 0.54, 0.48), (0.26, 0.21, 0.18), (1.12, 1.05, 0.96))
 GRAIN_SHAPE = (512, 512)
+_LEAVES = 4
+"""Across a tile of furniture's wood."""
+_BOARD_OF_LOG = 0.25
+"""Share of the grain's height that a floor board is wide."""
 _ODD_BOARDS, _EASED = 0.125, 2.5
 """Share of boards that differ most, and how much wider than a joint what is eased about it is."""
 
@@ -42,14 +46,19 @@ class Boards(NamedTuple):
         return np.maximum(covered(self.sides[0], half_width, self.sides[1]), covered(self.ends[0], half_width, self.ends[1]))
 
 
-def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Grain:
-    """Return grain along u: a flat-sawn board, whose rings close in arches, with knots that the rings flow round."""
+def grain(rng: np.random.Generator, shape: Shape, staves: int, rings: tuple[int, int], knots: int) -> Grain:
+    """Return grain along u of so many boards side by side, with knots that the rings flow round.
+
+    Boards are flat-sawn: rings, ``rings`` (least, most) in a board's half width, close in arches over a board's own middle line.
+    """
     u, v = coordinates(shape)
-    center = float(rng.uniform(0.35, 0.65))
-    off = np.abs(((v - center + 0.5) % 1.0) - 0.5)
-    flow = noise(rng, shape, 0.5, 5.0, 1.6, (3.0, 1.0))
-    dip = 0.16 + 0.09 * el.cos(2.0 * math.pi * (u + float(rng.random()))) + 0.02 * flow
-    phase = rings * np.sqrt(off * off + dip * dip) * 1.7
+    board = np.floor(v * staves).astype(np.int32)
+    off = np.abs(v * staves - board - rng.uniform(0.3, 0.7, staves).astype(np.float32)[board])
+    off = np.minimum(off, 1.0 - off) if staves == 1 else off
+    turn = (u + rng.random((2, staves), np.float32)[:, board[:, 0], None]) * (2.0 * math.pi)
+    flow = noise(rng, shape, 0.5 * staves, 5.0 * staves, 1.6, (3.0, 1.0))
+    dip = 0.19 + 0.10 * el.cos(turn[0]) + 0.04 * el.cos(2.0 * turn[1]) + 0.014 * flow
+    phase = 2.0 * rng.integers(*rings, staves).astype(np.float32)[board] * np.sqrt(off * off + dip * dip)
     dark = np.zeros(shape, np.float32)
     for _ in range(knots):
         du = ((u - float(rng.random()) + 0.5) % 1.0 - 0.5) * 3.0
@@ -59,21 +68,22 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
         phase = phase + 2.4 * el.exp(-distance / (2.2 * size)) * (1.0 + 0.15 * flow)
         dark = np.maximum(dark, smooth_step(1.25 * size, 0.7 * size, distance))
     wander = noise(rng, shape, 2.0, 40.0, 1.0, (14.0, 1.0))
-    phase = phase + 0.10 * wander
+    phase = phase + 0.16 * wander
     ring = np.floor(phase).astype(np.int32)
-    part = phase - np.floor(phase)
-    strength = per_cell(rng, ring % 256, 256)
-    late = (el.power(part, 2.2)) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
-    fibre = noise(rng, shape, 20.0, 160.0, 0.2, (16.0, 1.0))
+    part = phase - ring
+    strength = per_cell(rng, (ring + 37 * board) % 256, 256)
+    late = (el.power(part, 1.8)) * smooth_step(1.0, 0.80, part) * 1.25 * (0.25 + 0.75 * strength)
+    fibre = noise(rng, shape, 30.0, 220.0, 0.1, (20.0, 1.0))
     pores = smooth_step(1.35, 2.3, fibre) * (0.35 + 0.5 * late)
     broad = noise(rng, shape, 0.5, 3.0, 1.0, (2.0, 1.0))
-    shade = 1.0 + 0.035 * fibre + 0.045 * broad + 0.02 * wander
-    return Grain(np.clip(late, 0.0, 1.0), np.maximum(dark, pores), shade)
+    tone = rng.uniform(-1.0, 1.0, staves).astype(np.float32)[board] if staves > 1 else np.float32(0.0)
+    shade = 1.0 + 0.04 * fibre + 0.045 * broad + 0.02 * wander + 0.03 * tone
+    return Grain(np.clip(late, 0.0, 1.0), np.maximum(dark, pores), shade.astype(np.float32))
 
 
 def wood(rng: np.random.Generator, request: Request) -> Pattern:
-    """Draw the grain of solid or veneered furniture."""
-    found = grain(rng, request.shape, int(rng.integers(16, 34)), int(rng.integers(0, 3)))
+    """Draw the grain of solid or veneered furniture: leaves one unit wide, set side by side."""
+    found = grain(rng, request.shape, _LEAVES, (14, 30), int(rng.integers(0, 3)))
     late = 0.62 * found.late * (1.0 - found.dark)
     height = -0.25 * found.late - 0.75 * found.dark
     return Pattern((late, 0.8 * found.dark), found.shade, 0.05 * found.late + 0.12 * found.dark, height)
@@ -86,7 +96,7 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
 
     ``along_texels`` is how many texels of grain a board width spans along the board, ``gap`` the half width of a joint in board widths.
     """
-    found = grain(rng, GRAIN_SHAPE, int(rng.integers(18, 34)), int(rng.integers(1, 4)))
+    found = grain(rng, GRAIN_SHAPE, 1, (24, 44), int(rng.integers(1, 4)))
     height, width = GRAIN_SHAPE
     count = int(boards.number.max()) + 1
     starts = np.stack([rng.integers(0, width, count), rng.integers(0, height, count)], axis=1).astype(np.int32)
@@ -95,7 +105,7 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
     tones[:, 0] = 1.0 + spread * np.where(odd, 2.0, 1.0) * (tones[:, 0] - np.float32(0.5))
     shape = boards.number.shape
     fields = np.empty((6, *shape), np.float32)
-    numbers = np.array([along_texels, 0.16 * height], np.float32)
+    numbers = np.array([along_texels, _BOARD_OF_LOG * height], np.float32)
     places = np.stack([boards.along, boards.across, boards.joint(gap), boards.joint(_EASED * gap)]).astype(np.float32)
     _lay_boards(boards.number.astype(np.int32), places, starts, tones, np.stack(found).astype(np.float32), numbers, fields)
     return Pattern((fields[0], fields[1], fields[2]), fields[3], fields[4], fields[5])
@@ -194,8 +204,8 @@ def basket(rng: np.random.Generator, request: Request) -> Pattern:
 
 
 GENERATORS = {
-    "wood": Generator(wood, (6.0, 2.0), GRAIN_SHAPE, WOOD_TINTS),
-    "planks": Generator(planks, (24.0, 8.0), (512, 512), WOOD_TINTS, shift=0.382),
+    "wood": Generator(wood, (12.0, float(_LEAVES)), (512, 1024), WOOD_TINTS),
+    "planks": Generator(planks, (24.0, 8.0), (1024, 512), WOOD_TINTS, shift=0.382),
     "herringbone": Generator(herringbone, (10.0, 10.0), (512, 512), WOOD_TINTS),
     "basket": Generator(basket, (16.0, 16.0), (512, 512), WOOD_TINTS),
 }

@@ -118,6 +118,14 @@ def test_rooms_are_compensated_by_a_draw_of_their_own() -> None:
     assert exposed(plain, one) == exposed(plain, other)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_as_much_of_the_black_is_taken_away_as_is_asked_for(share: float) -> None:
+    """Of a metered black of 0.004, with an exposure two stops longer 0.016, the most there is."""
+    metered = LightReading(6.0, D65_XY, black=0.004)
+    shown = exposed(RenderConfig(auto_exposure=True, exposure_compensation_ev=2.0, black_share=share), metered)
+    assert shown.ev100 == 4.0 and shown.black == pytest.approx(0.016 * share)
+
+
 def test_no_photographer_bleaches_a_window_or_the_middle_of_a_room() -> None:
     """A wall 1,000 times as bright as the rest: 97 % stay within 3 stops of white, unless what is configured shows them brighter."""
     shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))

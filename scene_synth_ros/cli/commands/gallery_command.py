@@ -67,7 +67,7 @@ def _models(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> It
 
 
 def _materials(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Iterator[Tile]:
-    palette = Palette(main_deg=BALL_HUES_DEG[0], second_deg=BALL_HUES_DEG[1])
+    palette = Palette(main_deg=BALL_HUES_DEG[0], second_deg=BALL_HUES_DEG[1], accent_deg=BALL_HUES_DEG[1])
     for name, kind in sorted(synthesizer.appearance.materials.items(), key=lambda entry: (entry[1].family, entry[0])):
         if only not in name:
             continue

@@ -147,6 +147,17 @@ def test_walls_and_ceilings_are_light(appearance: Appearance) -> None:
         assert 0.35 < albedo["wall"] < 0.87 and 0.75 < albedo["ceiling"] < 0.9 and albedo["floor"] < 0.55
 
 
+def test_accents_lie_apart_from_the_main_hue(appearance: Appearance) -> None:
+    """Of a material of the accent's hue, whatever the room's main hue; garments follow neither."""
+    least = appearance.palette.accent_apart_deg - 2.0 * appearance.palette.jitter_deg - 8.0
+    for seed in range(40):
+        palette = MaterialPool(np.random.default_rng(seed), appearance)._palette
+        apart = abs((palette.accent_deg - palette.main_deg + 180.0) % 360.0 - 180.0)
+        assert apart >= least, seed
+    assert appearance.materials["accent_cloth"].hue == "accent"
+    assert all(appearance.materials[name].hue == "own" for name in (*appearance.families["coat"], *appearance.families["laundry"]))
+
+
 def test_surfaces_depend_on_the_room_type(appearance: Appearance) -> None:
     usual = set(appearance.surfaces["floor"].families)
     for room_type, families in (("bathroom", {"floor_tile"}), ("garage", {"floor_concrete"}), ("", usual)):
@@ -230,11 +241,11 @@ def test_lamps_emit_from_their_shade(appearance: Appearance) -> None:
 
 def test_materials_library(appearance: Appearance) -> None:
     assert len(appearance.materials) >= 60
-    clear = {"window_glass", "clear_glass", "shower_glass"}
+    clear = {"window_glass", "clear_glass", "shower_glass", "car_glass"}
     assert all(appearance.materials[name].transmission[0] >= 0.8 for name in clear)
     sheets = {name for name, kind in appearance.materials.items() if kind.diffuse_transmission[1] > 0.0}  # of which nets have holes
     others = appearance.materials.keys() - clear - sheets
-    assert all(appearance.materials[name].transmission == (0.0, 0.0) for name in others) and len(sheets) < 20 < len(others)
+    assert all(appearance.materials[name].transmission == (0.0, 0.0) for name in others) and len(sheets) < 30 < len(others)
 
 
 def test_unknown_category_is_named(appearance: Appearance) -> None:

@@ -14,6 +14,9 @@ from shapely.geometry import Point, Polygon
 
 from grammar.camera.camera_path import CameraSpace, CameraTimes, sample_camera_path
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
+from grammar.camera.sights import Sights
+from grammar.camera.view_ring import Views
+from grammar.geometry.boxes import NO_BOXES
 from grammar.spec.rules import GrammarError
 from scene_description import CameraPose
 from scene_description.poses import rotation_from_quaternion
@@ -46,6 +49,10 @@ def sphere_gap_m(boxes: NDArray[np.float64], p: Sequence[float]) -> float:
         forward, left = (p[0] - x) * c + (p[1] - y) * s, (p[1] - y) * c - (p[0] - x) * s
         gaps.append(math.hypot(max(abs(forward) - u, 0.0), max(abs(left) - v, 0.0), max(low - p[2], p[2] - high, 0.0)))
     return min(gaps)
+
+
+def best_value(views: Views, station_m: NDArray[np.float64]) -> float:
+    return float(views.values(views.ring(station_m)).max())
 
 
 def sample(
@@ -143,6 +150,33 @@ def test_a_lone_frame_looks_at_the_best_there_is() -> None:
             assert (cosine > math.cos(0.5 * CONFIG.field_of_view_rad + 0.05)).sum() >= 3, (seed, frames)
 
 
+def test_a_lone_frame_stands_back_and_looks_along_the_longest_line_of_a_narrow_room() -> None:
+    """In a corridor of 6 m by 1.2 m it stands before an end, nearer to the wall than walks come, and looks along."""
+    corridor = ((0.0, 0.0), (6.0, 0.0), (6.0, 1.2), (0.0, 1.2))
+    doors = np.array([solid(x, y, 0.8, 0.02, 2.0) for x in (1.5, 3.0, 4.5) for y in (0.0, 1.2)])
+    nearest = []
+    for seed in range(6):
+        space = CameraSpace(corridor, HEIGHT_M, NO_BOXES, sights=Sights(doors=doors))
+        (pose,) = sample_camera_path(np.random.default_rng(seed), CONFIG, space, CameraTimes(frames=1, start_ns=0, rate_hz=10.0))
+        x, ahead = pose.position_m[0], rotation_from_quaternion(pose.orientation)[0, 2]
+        nearest.append(min(x, 6.0 - x))
+        assert nearest[-1] < 1.5 and ahead * (3.0 - x) > 0.0 and abs(ahead) > 0.8, (x, ahead)
+    assert CONFIG.still.clearance_m <= min(nearest) < CONFIG.clearance_m
+
+
+def test_doors_stand_for_things_that_are_missing_where_they_are_asked_for() -> None:
+    space = CameraSpace(RECTANGLE, HEIGHT_M, NO_BOXES, sights=Sights(doors=np.array([solid(4.2, 1.8, 0.02, 0.9, 2.0)])))
+    without, counted = space.views(CONFIG, 1.4), space.views(CONFIG, 1.4, of_doors=True)
+    assert (without.things, counted.things, len(counted.bright)) == (0, 1, 0)
+    station = np.array([1.0, 1.8])
+    more = counted.values(counted.ring(station))[0] - without.values(without.ring(station))[0]
+    assert more >= 0.95 * CONFIG.missing_weight
+    furnished = CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM, sights=space.sights)
+    all_there = [furnished.views(CONFIG, 1.4, of_doors=asked) for asked in (False, True)]
+    plain, asked = (float(views.values(views.ring(np.array([2.9, 1.7])))[36]) for views in all_there)
+    assert asked == plain, "towards the bed: none is missing, and no door in view"
+
+
 def test_many_frames_walk_on_at_walking_speed() -> None:
     path = sample(3, frames=900, rate_hz=30.0)
     check_motion(path, CONFIG, max(CONFIG.speed_m_s / 30.0, CONFIG.path_length_m / 899))
@@ -179,9 +213,10 @@ def test_one_frame_is_enough() -> None:
 def test_a_single_view_is_about_the_best_that_the_room_has() -> None:
     places = [(x, y) for x in np.arange(0.5, 4.0, 0.25) for y in np.arange(0.5, 3.4, 0.25)]
     free = [place for place in places if min(sphere_gap_m(BEDROOM, (*place, h)) for h in (0.3, 0.7, 1.4)) > CONFIG.body_radius_m]
-    best = max(CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM).views(CONFIG, 1.4).best(np.array(place)) for place in free)
+    still, space = CONFIG.for_still, CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM)
+    best = max(best_value(space.views(still, 1.4), np.array(place)) for place in free)
     poses = [sample(seed, frames=1)[0].position_m for seed in range(12)]
-    worth = [CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM).views(CONFIG, z).best(np.array([x, y])) for x, y, z in poses]
+    worth = [best_value(space.views(still, z), np.array([x, y])) for x, y, z in poses]
     assert np.mean(worth) > 0.99 * best
 
 

@@ -128,6 +128,8 @@ def test_where_it_is_narrow_the_longest_free_line_counts() -> None:
     ring = ring_of(distance, np.full((RING_COLUMNS, 1), -1))
     more = view_values(ring, DARK, LEVEL, 3, PLAIN._replace(line=0.8)) - view_values(ring, DARK, LEVEL, 3, PLAIN)
     assert more[[0, 5]] == pytest.approx([0.8, 0.4]), "1.8 m wide"
+    elsewhere = view_values(ring, DARK, LEVEL, 3, PLAIN._replace(line=0.8), 8.0) - view_values(ring, DARK, LEVEL, 3, PLAIN, 8.0)
+    assert elsewhere[[0, 5]] == pytest.approx([0.6, 0.3]), "8 m from another place"
     distance[QUARTER] = 2.5
     assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(line=0.8)) == view_values(ring, DARK, LEVEL, 3, PLAIN)).all()
 

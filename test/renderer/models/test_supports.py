@@ -18,7 +18,7 @@ FOOT_M = 0.06
 """Half the width of a thing that is put on a top: somewhere below it must be something to stand on."""
 OUT_M = 0.002
 """How far a mesh may stick out of the solids of its category."""
-SOFT = {("bed", "duvet"), ("bed", "sheet"), ("bed", "throw"), ("sofa", "seat")}
+SOFT = {("bed", "duvet"), ("bed", "sheet"), ("bed", "throw"), ("sofa", "seat"), ("sofa", "throw"), ("armchair", "throw")}
 SINK_M = 0.05
 """What lies on these parts sinks into them so far."""
 

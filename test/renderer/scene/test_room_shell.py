@@ -106,7 +106,7 @@ def test_nets_and_blinds_hang_in_the_reveal_at_many_states(style: str) -> None:
         assert points[:, 0].min() >= 4.0 and points[:, 0].max() < parts["pane"].vertices[:, 0].min(), "the inner face is x = 4"
         assert 0.7 <= points[:, 1].min() and points[:, 1].max() <= 2.1 and 0.9 <= points[:, 2].min() and points[:, 2].max() <= 2.1
         heights.append(float(np.ptp(parts["dressing"].vertices[:, 2])))
-    assert max(heights) > 0.85 and np.std(heights) > 0.05
+    assert max(heights) > 0.6 and np.std(heights) > 0.05
 
 
 @pytest.mark.parametrize(("name", "swing"), [(name, swing) for name in OUTLINES for swing in ("in", "out")])

@@ -102,6 +102,19 @@ def test_boards_have_joints_of_a_millimetre_or_so() -> None:
     assert 0.001 <= width_m <= 0.0015
 
 
+def test_rings_of_wood_are_some_millimetres_apart() -> None:
+    """Across leaves 0.12 m wide: the middle distance of rises of late wood is that of rings, over the width of a leaf more than three."""
+    gaps = []
+    for seed in range(6):
+        made = drawn("wood", seed)
+        assert isinstance(made, Pattern)
+        tall = GENERATORS["wood"].units[1] * 0.12 / GENERATORS["wood"].shape[0]
+        for column in range(0, made.weights[0].shape[1], 128):
+            (rises,) = np.nonzero(np.diff((made.weights[0][:, column] > 0.12).astype(int)) == 1)
+            gaps += (tall * np.diff(rises)).tolist()
+    assert 0.002 < np.median(gaps) < 0.006 and np.quantile(gaps, 0.9) < 0.02
+
+
 @pytest.mark.parametrize(("name", "metres"), [("plaster", 0.5), ("concrete", 1.2), ("formed_concrete", PANEL_M)])
 def test_what_is_cast_or_rolled_has_no_clouds(name: str, metres: float) -> None:
     made = drawn(name, 2)

@@ -86,7 +86,7 @@ def test_takes_a_grammar_file_of_ones_own(tmp_path: Path) -> None:
         "objects: {shelf: {category: bookshelf, sizes: [{mean_m: [0.3, 0.8, 1.8], sd_m: [0.01, 0.01, 0.01]}],"
         " low_m: [0.2, 0.7, 1.7], high_m: [0.4, 0.9, 1.9], wall: [{distance_m: 0.01}]}}\n"
     )
-    assert sample("--grammar", own, "--write", "json", "--frames", 1, "--out", tmp_path / "rooms") == 0
+    assert sample("--grammar", own, "--write", "json", "--frames", 1, "-p", "clutter:=0.0", "--out", tmp_path / "rooms") == 0
     scene = scene_from_json((tmp_path / "rooms/room_0000.json").read_text())
     assert scene.category == "den" and [thing.category for thing in scene.objects] == ["bookshelf"]
 
