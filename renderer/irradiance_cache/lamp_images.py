@@ -184,7 +184,8 @@ def _solid_angle(
     if nx * nx + ny * ny + nz * nz == _ZERO or before == _ZERO:
         return _TWO * _PI * spread / np.float32(LANES)
     far = before / along
-    return _FOUR * abs(along) / (far * far * np.float32(LANES))
+    angle: np.float32 = _FOUR * abs(along) / (far * far * np.float32(LANES))
+    return angle
 
 
 @inlined
@@ -240,7 +241,8 @@ def _shown(surfaces: Surfaces, part: int, row: NDArray[np.float32], x: np.float3
         nx, ny, nz = row[MIRROR_NORMAL], row[MIRROR_NORMAL + 1], row[MIRROR_NORMAL + 2]
         back = _TWO * (x * nx + y * ny + z * nz)
         r, g, b = sky_le(surfaces.sky, x - back * nx, y - back * ny, z - back * nz)
-    return r + g + b
+    shown: np.float32 = r + g + b
+    return shown
 
 
 @inlined
