@@ -90,7 +90,7 @@ setup(
             "scipy-stubs",
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
-        "bench-physics": ["mujoco>=3.3,<4"],
+        "bench-physics": ["mujoco>=3.17,<5"],
         "bench-lidar": ["kiss-icp>=1.3", "rko_lio>=0.4", "small_gicp>=1.0", "rosbags>=0.10", "evo>=1.30"],
         "bench-visual": ["pyorbslam3>=0.1.1", "opencv-python-headless>=4.10", "evo>=1.30"],
         "bench-inertial": ["gtsam>=4.2", "allantools>=2024.6"],
