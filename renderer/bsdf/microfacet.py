@@ -66,6 +66,14 @@ def ggx_g1_root(cosine: np.float32, alpha: np.float32) -> np.float32:
 
 
 @inlined
+def visible_share(wo_z: np.float32, wi_z: np.float32, alpha: np.float32) -> np.float32:
+    """Return what of GGX's microfacets that one side sees the other does, too: G2 / G1, for cosines > 0 with the normal."""
+    root = ggx_g1_root(wo_z, alpha)
+    share: np.float32 = wi_z * (wo_z + root) / (wi_z * root + wo_z * ggx_g1_root(wi_z, alpha))
+    return share
+
+
+@inlined
 def sample_ggx_wm(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32, u: np.float32, v: np.float32) -> Vector:
     """Return a microfacet normal wm that is visible from wo = (x, y, z), z > 0: density G1 D max(0, wo . wm) / z.
 

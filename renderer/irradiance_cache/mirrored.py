@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.layers import COAT_F0
-from renderer.bsdf.microfacet import ggx_g1_root, sample_ggx_wm, schlick_weight
+from renderer.bsdf.microfacet import sample_ggx_wm, schlick_weight, visible_share
 from renderer.bsdf.reflectance import rough_shares
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
@@ -13,11 +13,10 @@ from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
-from renderer.core.sampling import coordinate_system
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
-from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror
+from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, mirror_by_facet
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance
 from renderer.path.light_nodes import find_nodes
@@ -28,7 +27,7 @@ from renderer.path.surfaces import evaluate_surfaces
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _INFINITE = np.float32(np.inf)
 _DEEPEST, _MOST_BRUSHED = 8, 3
-_TINY, _LEAST_SHARE, _MOST_GAIN, _LOBES = np.float32(1e-20), np.float32(1e-6), np.float32(4.0), np.uint32(23)
+_LEAST_SHARE, _MOST_GAIN, _LOBES = np.float32(1e-6), np.float32(4.0), np.uint32(23)
 _MOST_TIMES = np.float32(8.0)
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
@@ -73,14 +72,6 @@ def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArr
     primary[rec.AHEAD, k] = a * lanes[ln.TANGENT_X + k] + b * lanes[ln.BITANGENT_X + k] + c * lanes[ln.NS_X + k]
     primary[rec.AHEAD + 1, k] = a * lanes[ln.TANGENT_Y + k] + b * lanes[ln.BITANGENT_Y + k] + c * lanes[ln.NS_Y + k]
     primary[rec.AHEAD + 2, k] = a * lanes[ln.TANGENT_Z + k] + b * lanes[ln.BITANGENT_Z + k] + c * lanes[ln.NS_Z + k]
-
-
-@inlined
-def visible_share(wo_z: np.float32, wi_z: np.float32, alpha: np.float32) -> np.float32:
-    """Return what of GGX's microfacets that one side sees the other does, too: G2 / G1, for cosines > 0 with the normal."""
-    root = ggx_g1_root(wo_z, alpha)
-    share: np.float32 = wi_z * (wo_z + root) / (wi_z * root + wo_z * ggx_g1_root(wi_z, alpha))
-    return share
 
 
 @inlined
@@ -223,56 +214,17 @@ def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
                 go_on(rays, k, mirror)
                 waiting += 1
             elif not through and depth < _MOST_BRUSHED and is_brushed(table, at):
-                waiting += _mirror_on(surfaces, at, depth, k, memory)
+                # Numbers that have nothing to do with those of the pixel's own lobe.
+                seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
+                went = mirror_by_facet(surfaces, at, seed, k, scratch)
+                primary[rec.BRUSHED, k] = _ONE if went else primary[rec.BRUSHED, k]
+                waiting += went
     # All rays that were sent are to be shaded where they ended.
     for k in range(LANES):
         alive[k] = -1 if primary[rec.KIND, k] > (_BOTH_WAYS if through else _ZERO) else 0
         integer[ray.MASK + k] = MEET_ALL
         if alive[k] == 0:
             integer[ray.GEOM_ID + k] = INVALID_ID
-
-
-@inlined
-def _mirror_on(surfaces: Surfaces, row: int, depth: int, k: int, memory: ShadeScratch) -> int:
-    """Send ray k on from rough metal whose material begins at ``row``, by one of the microfacets that it sees, and return 1.
-
-    BETA takes its colour, after Schlick, and what other microfacets do not hide; return 0 where the metal is seen from behind, or the ray
-    would go into it.
-    """
-    rays, lanes, primary, table = memory.trace.rays, memory.trace.lanes, memory.primary, surfaces.materials
-    real = rays.real
-    at = 9 * np.int64(rays.integer[ray.PRIM_ID + k])
-    v, w = real[ray.BARY_U + k], real[ray.BARY_V + k]
-    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-    u, normals = _ONE - v - w, surfaces.normals
-    nx = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
-    ny = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
-    nz = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
-    scale = _ONE / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
-    nx, ny, nz = scale * nx, scale * ny, scale * nz
-    wo_z = -(dx * nx + dy * ny + dz * nz)
-    if wo_z <= _LEAST_SHARE:
-        return 0
-    ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
-    wo_x, wo_y = -(dx * ux + dy * uy + dz * uz), -(dx * vx + dy * vy + dz * vz)
-    alpha = table[row + st.ROUGHNESS] * table[row + st.ROUGHNESS]
-    # Numbers that have nothing to do with those of the pixel's own lobe.
-    bits = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
-    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, unit_of(bits), unit_of(mix_bits(np.uint32(bits + _LOBES))))
-    half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
-    a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
-    if c <= _ZERO:
-        return 0
-    seen, schlick = visible_share(wo_z, c, alpha), schlick_weight(half)
-    for channel in range(3):
-        base = table[row + st.BASE + channel]
-        lanes[ln.BETA_R + LANES * channel + k] *= seen * (base + (_ONE - base) * schlick)
-    go_on(rays, k, True)
-    real[ray.DIR_X + k] = a * ux + b * vx + c * nx
-    real[ray.DIR_Y + k] = a * uy + b * vy + c * ny
-    real[ray.DIR_Z + k] = a * uz + b * vz + c * nz
-    primary[rec.BRUSHED, k] = _ONE
-    return 1
 
 
 @inlined

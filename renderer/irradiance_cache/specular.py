@@ -1,20 +1,25 @@
-"""Surfaces that rays of the cache go on from as if they were smooth: clear glass, straight through it and tinted, and mirrors."""
+"""Surfaces that rays of the cache go on from: clear glass, straight through it and tinted, mirrors, and rough metal by its microfacets."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.microfacet import sample_ggx_wm, schlick_weight, visible_share
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.embree import intersect16, occluded16
 from renderer.core.kernel import inlined
+from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
+from renderer.core.sampling import coordinate_system
 from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
+from renderer.path.surface_tables import Surfaces
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 SMOOTH = np.float32(0.15)
 """Roughness below which metal is a mirror."""
 _CLEAR_M = np.float32(1e-4)
+_SECOND, _LEAST_COSINE = np.uint32(23), np.float32(1e-6)
 _DEEPEST = 8
 """Most faces of glass that a shadow ray passes."""
 
@@ -79,6 +84,46 @@ def go_on(packet: Packet, k: int, mirror: bool) -> None:
     real[ray.TFAR + k] = np.inf
     packet.integer[ray.GEOM_ID + k] = INVALID_ID
     packet.alive[k] = -1
+
+
+@inlined
+def mirror_by_facet(surfaces: Surfaces, row: int, seed: np.uint32, k: int, scratch: Scratch) -> bool:
+    """Send ray k on from rough metal whose material begins at ``row``, by one of the microfacets that it sees; return whether it goes.
+
+    BETA takes its colour, after Schlick, and what other microfacets do not hide.  A ray that sees the metal from behind, or would go into
+    it, ends.  ``seed``: chooses the microfacet.
+    """
+    rays, lanes, table = scratch.rays, scratch.lanes, surfaces.materials
+    real = rays.real
+    at = 9 * np.int64(rays.integer[ray.PRIM_ID + k])
+    v, w = real[ray.BARY_U + k], real[ray.BARY_V + k]
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    u, normals = _ONE - v - w, surfaces.normals
+    nx = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
+    ny = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
+    nz = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
+    scale = _ONE / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
+    nx, ny, nz = scale * nx, scale * ny, scale * nz
+    wo_z = -(dx * nx + dy * ny + dz * nz)
+    if wo_z <= _LEAST_COSINE:
+        return False
+    ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
+    wo_x, wo_y = -(dx * ux + dy * uy + dz * uz), -(dx * vx + dy * vy + dz * vz)
+    alpha = table[row + st.ROUGHNESS] * table[row + st.ROUGHNESS]
+    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, unit_of(seed), unit_of(mix_bits(np.uint32(seed + _SECOND))))
+    half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
+    a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
+    if c <= _ZERO:
+        return False
+    seen, schlick = visible_share(wo_z, c, alpha), schlick_weight(half)
+    for channel in range(3):
+        base = table[row + st.BASE + channel]
+        lanes[ln.BETA_R + LANES * channel + k] *= seen * (base + (_ONE - base) * schlick)
+    go_on(rays, k, True)
+    real[ray.DIR_X + k] = a * ux + b * vx + c * nx
+    real[ray.DIR_Y + k] = a * uy + b * vy + c * ny
+    real[ray.DIR_Z + k] = a * uz + b * vz + c * nz
+    return True
 
 
 @inlined
