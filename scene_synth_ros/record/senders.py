@@ -4,14 +4,13 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from enum import Enum
 
-from scene_synth_ros.suite.connections import Endpoint
+from scene_synth_ros.suite.connections import NAME_NOT_YET_KNOWN, Endpoint
 from scene_synth_ros.suite.status import NodeStatus
 
 PATIENCE = 10
 """So many looks may a new publisher in the suite's namespace remain unknown before it counts as another's."""
 SPEAKERS_PATIENCE = 6 * PATIENCE
 """So many may one that publishes ``status``, too, whose own has not been heard: what it says there may be none."""
-_NAME_NOT_YET_KNOWN = "_NODE_NAME_UNKNOWN_"
 
 
 class Origin(Enum):
@@ -81,6 +80,6 @@ class Senders:
         self._looks[topic] += 1
         speaking = {endpoint.node for endpoint in self._publishers_of(f"{self._namespace}status")}
         speaking -= set(self._known_strangers)
-        named = {node for node in strangers if not node.endswith(_NAME_NOT_YET_KNOWN)}
+        named = {node for node in strangers if not node.endswith(NAME_NOT_YET_KNOWN)}
         waited = PATIENCE if named - speaking else SPEAKERS_PATIENCE
         return Origin.OTHERS if named and self._looks[topic] > waited else Origin.UNKNOWN

@@ -37,6 +37,9 @@ from scene_synth_ros.suite.connections import Endpoint, identity_of, publishers_
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_to_json
 
+UNNAMED = "a node whose name is not known yet"
+"""What stands for a node of whose publisher DDS has told, but ROS not yet its name."""
+
 
 class StreamPublishers:
     """What a renderer publishes in one life: the frames of one camera, each with one stamp, and the status that says how far it is.
@@ -165,7 +168,7 @@ class StreamPublishers:
                     self._clock_count = self.counts.pop(publisher.topic_name)
                     self._node.destroy_publisher(publisher)
             self.tell()
-        return sorted({endpoint.node for endpoint in others})
+        return sorted({endpoint.node if endpoint.is_named else UNNAMED for endpoint in others})
 
     def _outranks(self, others: Collection[Endpoint]) -> bool:
         """Return whether all others that publish ``/clock`` will leave it to this camera."""

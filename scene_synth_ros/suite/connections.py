@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 from scene_synth_ros.suite.status import NodeStatus
 
+NAME_NOT_YET_KNOWN = "_NODE_NAME_UNKNOWN_"
+"""What rclpy calls the node of a publisher while only the publisher has been heard of."""
 PARTICIPANT_DIGITS = 24
 """Hexadecimal digits of a GID that name its process: the GUID prefix of DDS, 12 bytes."""
 
@@ -15,6 +17,11 @@ class Endpoint(NamedTuple):
 
     node: str
     gid: str
+
+    @property
+    def is_named(self) -> bool:
+        """Whether the name of its node is known by now."""
+        return not self.node.endswith(NAME_NOT_YET_KNOWN)
 
 
 def publishers_of(node: Any, topic: str) -> list[Endpoint]:

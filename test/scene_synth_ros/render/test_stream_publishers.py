@@ -10,8 +10,9 @@ from scene_synth_ros_suite import claim_domain, dds_context
 
 from renderer import CameraConfig
 from scene_synth_ros.messages.frame_messages import StreamConfig
-from scene_synth_ros.render.streams import StreamPublishers
-from scene_synth_ros.suite.connections import publishers_of
+from scene_synth_ros.render import streams
+from scene_synth_ros.render.streams import UNNAMED, StreamPublishers
+from scene_synth_ros.suite.connections import NAME_NOT_YET_KNOWN, Endpoint, publishers_of
 
 COLOR, DEPTH, CLOCK = "/synth/camera/color/image_raw", "/synth/camera/depth/image_raw", "/clock"
 
@@ -82,3 +83,12 @@ def test_the_clock_of_a_stranger_is_left_alone_by_all() -> None:
         assert "/clock" not in output.counts, "no recorder waits for it"
         simulator.destroy_publisher(foreign)
         assert output.settle_clock() == [] and output.counts["/clock"] == 0
+
+
+def test_a_clock_whose_node_has_no_name_yet_is_left_alone_in_plain_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    with dds_context(claim_domain()) as context:
+        output = suite(context, "/robot1")
+        with monkeypatch.context() as early:
+            early.setattr(streams, "publishers_of", lambda *_: [Endpoint(f"_NODE_NAMESPACE_UNKNOWN_/{NAME_NOT_YET_KNOWN}", "ff")])
+            assert output.settle_clock() == [UNNAMED] and not output.has_clock
+        assert output.settle_clock() == [] and output.has_clock
