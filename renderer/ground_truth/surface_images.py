@@ -77,7 +77,7 @@ def evaluate_hits(
             for k in range(LANES):
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
                 lanes[ln.OUTSIDE + k], lanes[ln.RAY_PDF + k] = _ZERO, _INFINITE
-            evaluate_surfaces(scene, True, _INFINITE, scratch)
+            evaluate_surfaces(scene, True, True, _INFINITE, scratch)
             _store(light_id, view, column, row, scratch, images)
 
 

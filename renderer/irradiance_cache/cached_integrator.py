@@ -42,7 +42,8 @@ class CachedIntegrator:
         known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
         parts, ior = scene.flat.parts, scene.flat.materials.ior
         pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
-        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE, pane_ior)
+        lamps = build_lamps(scene.flat, scene.lit.surfaces.sky)
+        self._tables = Tables(*known, lamps, _LEAST_SHARE, WIDE, pane_ior, store.geometry.narrow)
 
     @property
     def size_bytes(self) -> int:

@@ -27,7 +27,7 @@ from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.surface_tables import Surfaces
 
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 _AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
 _HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
 _NEAR = np.float32(0.03)
@@ -78,22 +78,30 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 
 
 @inlined
-def _points_beside(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> int:
+def _points_beside(
+    surfaces: Surfaces, narrow: NDArray[np.uint8], view: TracedView, image: NDArray[np.float32], x: int, y: int
+) -> int:
     """Return how many more points a pixel is to see.
 
+    It is some where something narrow begins within it, such as a groove, which may lie between the middles of pixels.
     It is some if one beside, above or below sees another part, or the same bent or farther away, in other light.  A gap in something is no
     farther away than its depth: there it is so that much less light comes from one of them.
     """
+    hits, distance = view.hits, view.distance
     height, width = distance.shape
     here, points = hits.face[y, x], 0
-    if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
+    if here >= 0 and ((_shows_other(surfaces, here) and _is_step(hits, image, x, y)) or _is_by_narrow(narrow, hits, x, y, _HALF)):
         points = FEW
     for side in range(4):
         u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
         if u < 0 or v < 0 or u >= width or v >= height:
             continue
         there = hits.face[v, u]
-        if here == there or not _differ(image, x, y, u, v):
+        if here == there:
+            continue
+        if there >= 0 and _is_by_narrow(narrow, hits, u, v, _HALF + _ONE):
+            points = max(points, FEW)
+        if not _differ(image, x, y, u, v):
             continue
         least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
         apart = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]
@@ -102,6 +110,39 @@ def _points_beside(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32]
         if apart or least < _LONE * most:
             points = MANY if least < _STEP * most else max(points, FEW)
     return points
+
+
+@inlined
+def _is_by_narrow(narrow: NDArray[np.uint8], hits: Hits, x: int, y: int, away: np.float32) -> bool:
+    """Return whether an edge behind which something narrow begins is at most so far from the middle of a pixel, in pixels.
+
+    The barycentric weight of the corner opposite falls to 0 there, evenly, by as much for each pixel as between this and those beside it.
+    """
+    edges = narrow[hits.face[y, x]]
+    for corner in range(3):
+        if edges >> corner & 1:
+            across, down = _weight_step(hits, corner, x, y, 1, 0), _weight_step(hits, corner, x, y, 0, 1)
+            if _weight(hits, corner, x, y) < away * np.sqrt(across * across + down * down):
+                return True
+    return False
+
+
+@inlined
+def _weight(hits: Hits, corner: int, x: int, y: int) -> np.float32:
+    u, v = hits.u[y, x], hits.v[y, x]
+    weight: np.float32 = u if corner == 1 else v if corner == 2 else _ONE - u - v
+    return weight
+
+
+@inlined
+def _weight_step(hits: Hits, corner: int, x: int, y: int, dx: int, dy: int) -> np.float32:
+    """Return how much the barycentric weight of a corner differs between a pixel and one beside it; 0 if neither side sees its triangle."""
+    height, width = hits.face.shape
+    for way in range(-1, 2, 2):
+        u, v = x + way * dx, y + way * dy
+        if 0 <= u < width and 0 <= v < height and hits.face[v, u] == hits.face[y, x]:
+            return _weight(hits, corner, u, v) - _weight(hits, corner, x, y)
+    return _ZERO
 
 
 @inlined
@@ -190,7 +231,7 @@ def smooth_edges(
     for row in range(first * TILE, height, step * TILE):
         samples.counts[row // TILE] = 0
         for column in range(0, width, TILE):
-            edges, steps = _copy_tile(scene.surfaces, view, column, row, image, smooth)
+            edges, steps = _copy_tile(scene.surfaces, shown.tables.narrow, view, column, row, image, smooth)
             if edges == 0:
                 continue
             queued = _aim_edges(view.camera, column, row, edges, steps, packet, queue)
@@ -219,14 +260,20 @@ def _shows_other(surfaces: Surfaces, face: int) -> bool:
 
 @inlined
 def _copy_tile(
-    surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]
+    surfaces: Surfaces,
+    narrow: NDArray[np.uint8],
+    view: TracedView,
+    column: int,
+    row: int,
+    image: NDArray[np.float32],
+    smooth: NDArray[np.float32],
 ) -> tuple[int, int]:
     """Copy a tile's pixels, their share of those that are to see more points; return which are, and which many, a bit each."""
     height, width, _ = image.shape
     edges = steps = 0
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
-            points = MANY if _is_lone(image, x, y) else _points_beside(surfaces, view.hits, view.distance, image, x, y)
+            points = MANY if _is_lone(image, x, y) else _points_beside(surfaces, narrow, view, image, x, y)
             if points > 0:
                 edges |= 1 << ((y - row) * TILE + x - column)
             if points == MANY:

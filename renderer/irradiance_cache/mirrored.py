@@ -286,7 +286,8 @@ def _look_up(
 ) -> tuple[np.float32, np.float32, np.float32, bool]:
     """Return what a table of the coarse nodes, (n, 3), says where ray k ends, and whether any of these nodes knows.
 
-    It is their mean by weight and worth, or by weight alone where all have others that stand in for them.
+    It is their mean by weight and worth, or by weight alone where all have others that stand in for them.  Nodes that are black may lie in
+    gaps that the ray ends outside of: they know nothing.
     """
     nodes, weights, rays, source = memory.trace.nodes, memory.trace.weights, memory.trace.rays, tables.source
     face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
@@ -302,7 +303,7 @@ def _look_up(
     for i in range(count):
         weight = weights[i] / total * (source.worth[nodes[i]] if worth > _ZERO else _ONE if source.known[nodes[i]] else _ZERO)
         r, g, b = r + weight * values[nodes[i], 0], g + weight * values[nodes[i], 1], b + weight * values[nodes[i], 2]
-    return r, g, b, True
+    return r, g, b, r + g + b > _ZERO
 
 
 @inlined
@@ -316,7 +317,7 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
         lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
         lanes[ln.OUTSIDE + k] = max(primary[rec.PANE, k], primary[rec.LEFT, k]) if through else primary[rec.LEFT, k]
         lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
-    evaluate_surfaces(scene, True, _INFINITE, scratch)
+    evaluate_surfaces(scene, True, True, _INFINITE, scratch)
     for k in range(LANES):
         # What leaves by a pane shows the sky, unless rough gloss knows that; other rays that leave show nothing.
         if scratch.rays.alive[k] == 0 or (lanes[ln.HIT + k] == _ZERO and lanes[ln.OUTSIDE + k] == _ZERO):

@@ -162,7 +162,7 @@ def reflect_nodes(
                 rays.alive[k] = -1
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k], lanes[ln.OUTSIDE + k] = width_m, _ZERO, _ZERO
                 lanes[ln.RAY_PDF + k] = np.inf
-            evaluate_surfaces(scene, True, _ZERO, scratch)
+            evaluate_surfaces(scene, True, False, _ZERO, scratch)
             kinds = build_bsdfs(surfaces, True, scratch)
             for k in range(min(LANES, end - begin)):
                 node, part = begin + k, scratch.parts[k]

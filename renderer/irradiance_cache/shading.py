@@ -181,7 +181,7 @@ def _build_surfaces(scene: LitScene, spread: np.float32, scratch: Scratch) -> in
     for k in range(LANES):
         lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
         lanes[ln.RAY_PDF + k], lanes[ln.OUTSIDE + k] = _INFINITE, _ZERO
-    evaluate_surfaces(scene, True, _INFINITE, scratch)
+    evaluate_surfaces(scene, True, True, _INFINITE, scratch)
     return build_bsdfs(scene.surfaces, True, scratch)
 
 

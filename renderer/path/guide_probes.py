@@ -116,7 +116,7 @@ def probe_cells(
             queued = 0
             for begin in range(0, count, LANES):
                 intersect_closest(scene.tree, here, begin, count, False, scratch)
-                evaluate_surfaces(scene, False, _INFINITE, scratch)
+                evaluate_surfaces(scene, False, False, _INFINITE, scratch)
                 add_emission(_INFINITE, False, scratch)
                 weigh_lights(lights, scratch)
                 kinds = build_bsdfs(surfaces, True, scratch)

@@ -89,7 +89,7 @@ def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work
                 queued = 0
                 for first in range(0, count, LANES):
                     intersect_closest(scene.tree, here, first, count, depth == 0, scratch)
-                    evaluate_surfaces(scene, depth == 0, transport.widest, scratch)
+                    evaluate_surfaces(scene, depth == 0, False, transport.widest, scratch)
                     update_aovs(film, column, row, depth, scratch)
                     if depth > 0:
                         regularize(transport.caustic_blur, scratch)

@@ -34,12 +34,12 @@ def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
 
 
 @inlined
-def evaluate_surfaces(scene: LitScene, primary: bool, widest: np.float32, scratch: Scratch) -> None:
+def evaluate_surfaces(scene: LitScene, primary: bool, trilinear: bool, widest: np.float32, scratch: Scratch) -> None:
     """Fill the hits, their materials and emission for 16 traced rays, and make the rays' directions unit.
 
     Camera rays (``primary``) that leave the scene see the sky, and rays that come from outside; others are dark, as light from outside
     enters by portals only.
-    ``widest``: most that ray cones grow per metre.
+    ``trilinear``: textures are filtered for rays that are their pixel's only ones; ``widest``: most that ray cones grow per metre.
     """
     packet, lanes, parts = scratch.rays, scratch.lanes, scratch.parts
     surfaces, lights = scene.surfaces, scene.lights
@@ -56,7 +56,7 @@ def evaluate_surfaces(scene: LitScene, primary: bool, widest: np.float32, scratc
             continue
         texture = surfaces.textures.part[part]
         if texture >= 0:
-            apply_texture(surfaces.textures, texture, packet, k, lanes)
+            apply_texture(surfaces.textures, texture, trilinear, packet, k, lanes)
         worn = surfaces.materials[part * st.ROW_SIZE + st.WEAR]
         if worn > _ZERO:
             apply_wear(surfaces.wear, worn, k, lanes)
@@ -204,7 +204,7 @@ _EXPONENT, _MANTISSA = np.float32(127.0), np.float32(1.0 / 8388608.0)
 
 
 @inlined
-def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
+def apply_texture(textures: Textures, row: int, trilinear: bool, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
     """Change the base colour, roughnesses, metalness and shading normal of lane k as texture ``row`` says.
 
     NS is the interpolated normal of the mesh on the triangle's front; WIDTH is that of the ray cone, in metres.
@@ -230,6 +230,7 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
         (lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]),
         lanes[ln.ROUGHNESS + k],
         lanes[ln.METALLIC + k],
+        trilinear,
     )
     # Slopes too fine to be seen make the surface rougher.
     lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k] = texture.red, texture.green, texture.blue

@@ -205,7 +205,7 @@ def _find_material(surfaces: Surfaces, part: int, at: np.int64, k: int, rays: Pa
     lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k]
     texture = surfaces.textures.part[part]
     if texture >= 0:
-        apply_texture(surfaces.textures, texture, rays, k, lanes)
+        apply_texture(surfaces.textures, texture, False, rays, k, lanes)
 
 
 @inlined

@@ -1,7 +1,7 @@
 """The look-up of a texture at a hit: filtered by the width of the ray cone, colours mixed, the shading normal tilted.
 
-Four texels, weighted, of one level of the tile; between two levels each sample takes one, in proportion and evenly spread over the surface,
-so that the mean is the trilinear one at half the cost.  Slopes that a smaller level averages away come back as roughness, so that
+Four texels, weighted, of one level of the tile.  Between two levels a pixel's only sample mixes both (trilinear filtering); of many samples
+each takes one, in proportion and evenly spread over the surface, so that their mean is the same at half the cost.  Slopes that a smaller level averages away come back as roughness, so that
 a surface does not turn glossy with distance (after M. Olano and D. Baker, "LEAN mapping", 2010).
 """
 
@@ -46,6 +46,7 @@ _BYTE, _SLOPE_BYTE = np.float32(1.0 / 255.0), np.float32(1.0 / 127.0)
 _LEVEL, _TWO = np.float32(128.0), np.float32(2.0)
 _STEEPEST = np.float32(1.2)
 _DITHER_U, _DITHER_V = np.float32(0.7548777), np.float32(0.5698403)  # of an even sequence in two dimensions
+_LEAST_MIXED = np.float32(0.02)
 _EVEN_BYTES, _BYTE_BITS, _BITS = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF), np.uint64(8)
 _FULL, _PER_FULL = np.float32(256.0), np.float32(1.0 / 256.0)
 
@@ -138,20 +139,44 @@ def _sum_of(words: np.uint64, place: int) -> np.float32:
 
 @inlined
 def _read_texels(
-    textures: Textures, row: int, u: np.float32, v: np.float32, detail: np.float32
+    textures: Textures, row: int, u: np.float32, v: np.float32, detail: np.float32, trilinear: bool
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return the eight channels of a tile at (u, v), means of four texels of one level; the first three of a picture are linear."""
-    layout, rows, texels, linear = textures.layout, textures.rows, textures.texels, textures.linear
-    picture = layout[row, PICTURE] != 0
+    """Return the eight channels of a tile at (u, v), means of four texels of one level or two; the first three of a picture are linear."""
+    layout, rows = textures.layout, textures.rows
     last = layout[row, LEVELS] - 1
     # Shift every other row of tiles and wrap into the first one
     u += rows[row, SHIFT] * np.floor(v)
     u -= np.floor(u)
     v -= np.floor(v)
-    # Choose the level in proportion to the fraction of ``detail``
+    detail = max(detail, _ZERO)
+    level = min(int(detail), last)
+    coarser = detail - np.float32(level)
+    if trilinear and level < last and coarser > _LEAST_MIXED:
+        fine, coarse = _read_level(textures, row, u, v, level), _read_level(textures, row, u, v, level + 1)
+        return (
+            fine[0] + coarser * (coarse[0] - fine[0]),
+            fine[1] + coarser * (coarse[1] - fine[1]),
+            fine[2] + coarser * (coarse[2] - fine[2]),
+            fine[3] + coarser * (coarse[3] - fine[3]),
+            fine[4] + coarser * (coarse[4] - fine[4]),
+            fine[5] + coarser * (coarse[5] - fine[5]),
+            fine[6] + coarser * (coarse[6] - fine[6]),
+            fine[7] + coarser * (coarse[7] - fine[7]),
+        )
+    if not trilinear and coarser > _ZERO:
+        dither = u * np.float32(1 << layout[row, WIDTH_LOG]) * _DITHER_U + v * np.float32(1 << layout[row, HEIGHT_LOG]) * _DITHER_V
+        level = min(int(detail + dither - np.floor(dither)), last)
+    return _read_level(textures, row, u, v, level)
+
+
+@inlined
+def _read_level(
+    textures: Textures, row: int, u: np.float32, v: np.float32, level: int
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return the eight channels of a level of a tile at (u, v), each in [0, 1), means of four texels."""
+    layout, texels, linear = textures.layout, textures.texels, textures.linear
+    picture = layout[row, PICTURE] != 0
     log_w, log_h = layout[row, WIDTH_LOG], layout[row, HEIGHT_LOG]
-    dither = u * np.float32(1 << log_w) * _DITHER_U + v * np.float32(1 << log_h) * _DITHER_V
-    level = min(int(max(detail, _ZERO) + dither - np.floor(dither)), last) if detail > _ZERO else 0
     offset = layout[row, FIRST]
     for step in range(level):
         offset += 1 << (max(log_w - step, 0) + max(log_h - step, 0))
@@ -194,11 +219,15 @@ def evaluate_texture(
     color: tuple[np.float32, np.float32, np.float32],
     roughness: np.float32,
     metallic: np.float32,
+    trilinear: bool,
 ) -> TextureSample:
-    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this colour and roughness."""
+    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this colour and roughness.
+
+    ``trilinear``: two levels are mixed, else it takes one by chance.
+    """
     rows, (red, green, blue) = textures.rows, color
     contrast, slope = rows[row, CONTRAST], rows[row, SLOPE]
-    a0, a1, a2, a3, a4, a5, a6, a7 = _read_texels(textures, row, u, v, detail)
+    a0, a1, a2, a3, a4, a5, a6, a7 = _read_texels(textures, row, u, v, detail, trilinear)
     if textures.layout[row, PICTURE] != 0:
         red, green, blue = a0, a1, a2
         roughness, metallic = roughness * a4 * _BYTE, metallic * a3 * _BYTE

@@ -24,7 +24,7 @@ def tables(*textures: AppliedTexture) -> Textures:
 
 def looked(textures: Textures, u: float, v: float, detail: float = 0.0, row: int = 0, roughness: float = 0.5) -> TextureSample:
     color = tuple(np.float32(x) for x in BASE)
-    return evaluate_texture(textures, row, *(np.float32(x) for x in (u, v, detail)), color, np.float32(roughness), np.float32(1.0))
+    return evaluate_texture(textures, row, *(np.float32(x) for x in (u, v, detail)), color, np.float32(roughness), np.float32(1.0), False)
 
 
 def checks(count: int = 8) -> np.ndarray:
