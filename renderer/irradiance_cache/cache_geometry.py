@@ -64,7 +64,6 @@ class CacheGeometry:
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
         beside_coarse, beside_fine: which of these lie beside each other.
-        narrow: (m,) uint8, edges of triangles behind which a narrow one begins, as of :class:`renderer.irradiance_cache.charts.Charts`.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
         images: lamps as flat mirrors and panes show them; sightings: rays that see other lights by mirrors.
         sky_share: (n,) float32, of coarse nodes that are seen outside by panes the share of their surroundings that is sky, 0 of others.
@@ -89,7 +88,6 @@ class CacheGeometry:
         self._flat, self._shines = flat, scene.lights.face_group >= 0
         self._key, self._config = key, config
         charts = find_charts(flat.mesh, flat.face_part)
-        self.narrow = charts.narrow
         charts.face_chart[_find_outer(scene, charts)] = DEGENERATE
         hidden = charts.closed & ~seen_from_behind(flat.mesh, charts, _doubtful(scene, charts))
         sheets = flat.materials.diffuse_transmission[flat.parts.material] > 0.0
@@ -176,7 +174,7 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.beside_coarse[2:], *self.beside_fine[2:], self.links, *self.sightings)
-        known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, self.sky_share, self.narrow)
+        known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, self.sky_share)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
 
 

@@ -10,6 +10,7 @@ from renderer.bsdf.reflectance import WIDE
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.corners import look_between
 from renderer.irradiance_cache.edges import EdgeSamples, lift_lone, make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
@@ -42,8 +43,7 @@ class CachedIntegrator:
         known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
         parts, ior = scene.flat.parts, scene.flat.materials.ior
         pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
-        lamps = build_lamps(scene.flat, scene.lit.surfaces.sky)
-        self._tables = Tables(*known, lamps, _LEAST_SHARE, WIDE, pane_ior, store.geometry.narrow)
+        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE, pane_ior)
 
     @property
     def size_bytes(self) -> int:
@@ -74,10 +74,13 @@ class CachedIntegrator:
         """Return a picture with more points in some of its pixels."""
         step, smooth = self._scene.workers.count, np.empty_like(picture.light)
 
+        missed = np.empty(smooth.shape[:2], np.bool_)
+
         def smooth_rows(worker: int, first: int) -> None:
-            smooth_edges(shown, self._memory[worker], picture, smooth, samples, first, step)
+            smooth_edges(shown, self._memory[worker], picture, smooth, missed, samples, first, step)
 
         samples.is_read[:] = False
+        self._scene.workers.run(lambda worker, first: look_between(shown, self._memory[worker], missed, first, step), range(step))
         self._scene.workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
         smoothed = picture._replace(light=smooth)

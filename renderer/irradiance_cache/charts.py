@@ -12,8 +12,6 @@ from scene_description.products import dot
 _WELD_M = 1e-4
 _FLAT, _COPLANAR = 0.9995, 0.99999
 _LEAST_AREA_M2 = 1e-10
-_NARROW_M, _BEND = 0.012, 0.95
-"""A triangle that is narrower than this, across an edge with a bend of more than about 18 degrees, may lie between the middles of pixels."""
 _BEHIND_M = 1e-4
 _LEAN = (0.0131, 0.0079)
 """By how much rays lean away from the normal, so that they meet no edges of the same shape opposite."""
@@ -28,7 +26,6 @@ class Charts(NamedTuple):
     frame (along, across, normal) of each chart; at: (m, 3, 2) float64, metres along and across of the corners of triangles on charts.
     area: (m,) float64, m2.  closed: (m,) bool, triangles of bodies that nobody sees from behind: every edge of theirs belongs to two
     triangles, and their faces look outward.  body: (m,) int64, the least triangle of those that hang together by edges.
-    narrow: (m,) uint8, bit i where a narrow triangle (a bevel, or the wall of a groove) begins behind a bend at the edge opposite corner i.
     """
 
     face_chart: NDArray[np.int32]
@@ -39,7 +36,6 @@ class Charts(NamedTuple):
     area: NDArray[np.float64]
     closed: NDArray[np.bool_]
     body: NDArray[np.int64]
-    narrow: NDArray[np.uint8]
 
 
 def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
@@ -65,12 +61,10 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     face_chart = np.where(sound, CURVED, DEGENERATE).astype(np.int32)
     roots, face_chart[flat] = np.unique(root[flat], return_inverse=True)
     count = len(roots)
+    # Each chart looks along the longest edge of its outline: a grid that lies along a diagonal fits no rectangle.
     edges = corners[:, (1, 2, 0)] - corners
     length = np.linalg.norm(edges, axis=2)
-    rows = by_edge[:-1][same], by_edge[1:][same]
-    narrow = _find_narrow(rows, 2.0 * area[:, None] / np.maximum(length, 1e-12), sound, unit)
-    # Each chart looks along the longest edge of its outline: a grid that lies along a diagonal fits no rectangle.
-    length.reshape(-1)[np.concatenate([rows[0][joined], rows[1][joined]])] = 0.0
+    length.reshape(-1)[np.concatenate([by_edge[:-1][same][joined], by_edge[1:][same][joined]])] = 0.0
     longest = np.take_along_axis(edges, length.argmax(axis=1)[:, None, None].repeat(3, 2), axis=1)[:, 0]
     members = np.flatnonzero(flat)
     order = members[np.lexsort((members, -length[members].max(axis=1), face_chart[members]))]
@@ -83,24 +77,7 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32]) -> Charts:
     chart = face_chart[members]
     at[members, :, 0] = dot(corners[members], along[chart][:, None])
     at[members, :, 1] = dot(corners[members], across[chart][:, None])
-    return Charts(face_chart, normal, along, across, at, area, closed, body, narrow)
-
-
-def _find_narrow(
-    rows: tuple[NDArray[np.int64], NDArray[np.int64]], height: NDArray[np.float64], sound: NDArray[np.bool_], unit: NDArray[np.float64]
-) -> NDArray[np.uint8]:
-    """Return ``narrow`` of ``Charts``.
-
-    ``rows``: (e,) each, two rows of triangles' edges, 3 each, that are the same edge; height: (m, 3), metres from each edge to the corner
-    opposite; unit: (m, 3), normals.
-    """
-    narrow = np.zeros(height.shape, np.uint8)
-    for here, there in (rows, rows[::-1]):
-        bends = sound[here // 3] & sound[there // 3] & (dot(unit[here // 3], unit[there // 3]) < _BEND)
-        edge = here[bends & (height.reshape(-1)[there] < _NARROW_M)]
-        # The first edge is the one opposite the last corner.
-        narrow[edge // 3, (edge + 2) % 3] = 1
-    return narrow[:, 0] | narrow[:, 1] << 1 | narrow[:, 2] << 2
+    return Charts(face_chart, normal, along, across, at, area, closed, body)
 
 
 def _find_closed(corners: NDArray[np.float64], body: NDArray[np.int64], lonely: NDArray[np.int64]) -> NDArray[np.bool_]:

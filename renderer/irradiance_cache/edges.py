@@ -1,4 +1,4 @@
-"""Edges: pixels there see three more points, six where light and dark meet.
+"""Edges: pixels there see three more points, six where light and dark meet or something lies between pixels.
 
 Neighbours that see the same surface light these, else they are shaded themselves, as all are of pixels that are much darker than all around
 them.  Pixels that are so still are lifted then.
@@ -19,6 +19,7 @@ from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
+from renderer.irradiance_cache.corners import BEND, NEAR
 from renderer.irradiance_cache.reconstruction import Picture, aligned
 from renderer.irradiance_cache.records import CachedView, ShadeScratch
 from renderer.irradiance_cache.specular import is_mirror
@@ -27,11 +28,9 @@ from renderer.path.ground_truth import Hits, TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.surface_tables import Surfaces
 
-_ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
 _HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
-_NEAR = np.float32(0.03)
-_BEND = np.float32(0.95)
 _CONTRAST = np.float32(0.03)
 _LONE = np.float32(0.6)
 """Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
@@ -78,71 +77,37 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 
 
 @inlined
-def _points_beside(
-    surfaces: Surfaces, narrow: NDArray[np.uint8], view: TracedView, image: NDArray[np.float32], x: int, y: int
-) -> int:
+def _points_beside(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> int:
     """Return how many more points a pixel is to see.
 
-    It is some where something narrow begins within it, such as a groove, which may lie between the middles of pixels.
     It is some if one beside, above or below sees another part, or the same bent or farther away, in other light.  A gap in something is no
     farther away than its depth: there it is so that much less light comes from one of them.
     """
-    hits, distance = view.hits, view.distance
     height, width = distance.shape
     here, points = hits.face[y, x], 0
-    if here >= 0 and ((_shows_other(surfaces, here) and _is_step(hits, image, x, y)) or _is_by_narrow(narrow, hits, x, y, _HALF)):
+    if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
         points = FEW
     for side in range(4):
         u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
         if u < 0 or v < 0 or u >= width or v >= height:
             continue
         there = hits.face[v, u]
-        if here == there:
-            continue
-        if there >= 0 and _is_by_narrow(narrow, hits, u, v, _HALF + _ONE):
-            points = max(points, FEW)
-        if not _differ(image, x, y, u, v):
+        if here == there or not _differ(image, x, y, u, v):
             continue
         least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
         apart = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]
         if not apart:
-            apart = aligned(surfaces, here, there) < _BEND or abs(distance[v, u] - distance[y, x]) > _NEAR * distance[y, x]
+            apart = aligned(surfaces, here, there) < BEND or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
         if apart or least < _LONE * most:
             points = MANY if least < _STEP * most else max(points, FEW)
     return points
 
 
 @inlined
-def _is_by_narrow(narrow: NDArray[np.uint8], hits: Hits, x: int, y: int, away: np.float32) -> bool:
-    """Return whether an edge behind which something narrow begins is at most so far from the middle of a pixel, in pixels.
-
-    The barycentric weight of the corner opposite falls to 0 there, evenly, by as much for each pixel as between this and those beside it.
-    """
-    edges = narrow[hits.face[y, x]]
-    for corner in range(3):
-        if edges >> corner & 1:
-            across, down = _weight_step(hits, corner, x, y, 1, 0), _weight_step(hits, corner, x, y, 0, 1)
-            if _weight(hits, corner, x, y) < away * np.sqrt(across * across + down * down):
-                return True
-    return False
-
-
-@inlined
-def _weight(hits: Hits, corner: int, x: int, y: int) -> np.float32:
-    u, v = hits.u[y, x], hits.v[y, x]
-    weight: np.float32 = u if corner == 1 else v if corner == 2 else _ONE - u - v
-    return weight
-
-
-@inlined
-def _weight_step(hits: Hits, corner: int, x: int, y: int, dx: int, dy: int) -> np.float32:
-    """Return how much the barycentric weight of a corner differs between a pixel and one beside it; 0 if neither side sees its triangle."""
-    height, width = hits.face.shape
-    for way in range(-1, 2, 2):
-        u, v = x + way * dx, y + way * dy
-        if 0 <= u < width and 0 <= v < height and hits.face[v, u] == hits.face[y, x]:
-            return _weight(hits, corner, u, v) - _weight(hits, corner, x, y)
-    return _ZERO
+def _has_missed(missed: NDArray[np.bool_], x: int, y: int) -> bool:
+    """Return whether something lies at one of the corners of a pixel that none of the pixels there sees."""
+    left, above = max(x - 1, 0), max(y - 1, 0)
+    return bool(missed[y, x] | missed[y, left] | missed[above, x] | missed[above, left])
 
 
 @inlined
@@ -216,6 +181,7 @@ def smooth_edges(
     memory: ShadeScratch,
     picture: Picture,
     smooth: NDArray[np.float32],
+    missed: NDArray[np.bool_],
     samples: EdgeSamples,
     first: int,
     step: int,
@@ -223,7 +189,8 @@ def smooth_edges(
     """Fill rows of tiles ``first``, ``first + step``, ... of ``smooth``: a picture's light, its share at edges, and some more rays.
 
     Each of these takes its share of the light of the pixel nearby that sees the same surface; where none does, on mirrors and glass, and in
-    pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.
+    pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.  ``missed``:
+    what lies between pixels, as of :func:`renderer.irradiance_cache.corners.look_between`.
     """
     scene, view, image = shown.scene, shown.traced, picture.light
     height, width, _ = image.shape
@@ -231,7 +198,7 @@ def smooth_edges(
     for row in range(first * TILE, height, step * TILE):
         samples.counts[row // TILE] = 0
         for column in range(0, width, TILE):
-            edges, steps = _copy_tile(scene.surfaces, shown.tables.narrow, view, column, row, image, smooth)
+            edges, steps = _copy_tile(scene.surfaces, missed, view, column, row, image, smooth)
             if edges == 0:
                 continue
             queued = _aim_edges(view.camera, column, row, edges, steps, packet, queue)
@@ -261,7 +228,7 @@ def _shows_other(surfaces: Surfaces, face: int) -> bool:
 @inlined
 def _copy_tile(
     surfaces: Surfaces,
-    narrow: NDArray[np.uint8],
+    missed: NDArray[np.bool_],
     view: TracedView,
     column: int,
     row: int,
@@ -273,7 +240,8 @@ def _copy_tile(
     edges = steps = 0
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
-            points = MANY if _is_lone(image, x, y) else _points_beside(surfaces, narrow, view, image, x, y)
+            many = _is_lone(image, x, y) or _has_missed(missed, x, y)
+            points = MANY if many else _points_beside(surfaces, view.hits, view.distance, image, x, y)
             if points > 0:
                 edges |= 1 << ((y - row) * TILE + x - column)
             if points == MANY:
@@ -335,7 +303,7 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
                 if face < 0 or there < 0 or surfaces.face_part[there] != surfaces.face_part[face]:
                     continue
                 value += np.float32(4.0)
-                if aligned(surfaces, there, face) < _BEND or abs(distance[v, u] - far) > _NEAR * far:
+                if aligned(surfaces, there, face) < BEND or abs(distance[v, u] - far) > NEAR * far:
                     continue
             if value < best:
                 best, column, row = value, u, v

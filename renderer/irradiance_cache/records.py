@@ -73,8 +73,7 @@ class Tables(NamedTuple):
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
     spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
-    reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.  narrow: (m,), edges of triangles behind which a
-    narrow one begins, as of :class:`renderer.irradiance_cache.charts.Charts`.
+    reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.
     """
 
     fine: Atlas
@@ -88,7 +87,6 @@ class Tables(NamedTuple):
     least_share: np.float32
     roughest: np.float32
     pane_ior: np.float32
-    narrow: NDArray[np.uint8]
 
 
 class CachedView(NamedTuple):

@@ -1,8 +1,9 @@
 """The look-up of a texture at a hit: filtered by the width of the ray cone, colours mixed, the shading normal tilted.
 
 Four texels, weighted, of one level of the tile.  Between two levels a pixel's only sample mixes both (trilinear filtering); of many samples
-each takes one, in proportion and evenly spread over the surface, so that their mean is the same at half the cost.  Slopes that a smaller level averages away come back as roughness, so that
-a surface does not turn glossy with distance (after M. Olano and D. Baker, "LEAN mapping", 2010).
+each takes one, in proportion and evenly spread over the surface, so that their mean is the same at half the cost.  Slopes that a smaller
+level averages away come back as roughness, so that a surface does not turn glossy with distance (after M. Olano and D. Baker,
+"LEAN mapping", 2010).
 """
 
 import math

@@ -27,6 +27,13 @@ def test_a_bar_that_no_middle_of_a_pixel_sees_shines_by_a_seventh():
     np.testing.assert_allclose(row[30:35], [20, 20, (3 * 20 + 3 * 10 + 1000) / 7, 10, 10], rtol=0.01)
 
 
+def test_a_wire_between_the_middles_of_pixels_shines_by_what_it_covers():
+    """It is half a pixel wide and stands before two of seven points of the pixels on both sides; only their corners tell of it."""
+    wire = wall(-0.25, 0.25, 1000, 1.99)
+    row = look_up(scene(wall(-60, 60, 10), wire), AHEAD, camera=CAMERA).radiance[10, :, 1]
+    np.testing.assert_allclose(row[30:34], [10, (5 * 10 + 2 * 1000) / 7, (5 * 10 + 2 * 1000) / 7, 10], rtol=0.01)
+
+
 @pytest.mark.parametrize("shown_by", ["mirror", "glass"])
 def test_an_edge_in_a_mirror_or_behind_glass_is_as_smooth_as_others(shown_by):
     """It lies where two of the four points of a pixel see its one side, and two the other."""

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from box_room import DARK, box, hollow_sphere, pose, quad, scene
-from cached_rooms import look_up
+from cached_rooms import CACHED, look_up
 
-from renderer import CameraConfig
+from renderer import CameraConfig, Renderer
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.mirrored import limit_seen, pixel_noise
@@ -48,6 +48,19 @@ def test_a_mirror_shows_a_wall_as_bright_as_it_is():
     mirror = quad((-3, 2, -3), (6, 0, 0), (0, 0, 6), color=(1, 1, 1), metallic=1.0, roughness=0.0)
     room = box((-4, -4, -4), (4, 4, 4), inside=True, glow_cd_m2=10.0, color=(1, 1, 1), object_id=0)
     np.testing.assert_allclose(seen(mirror, room), 10 / 0.97, rtol=0.03)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.1, 0.3])
+def test_metal_shows_the_light_on_itself_where_all_that_it_mirrors_lies_beside_black_nodes(roughness):
+    """Nodes within gaps are black, and the rays that end between them and the gap's end tell nothing."""
+    metal = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.8, 0.8, 0.8), metallic=1.0, roughness=roughness)
+    room = box((-4, -4, -4), (4, 4, 4), inside=True, color=(0.5, 0.5, 0.5), object_id=0)
+    lamp = quad((-2, -1, 1.5), (0, 4, 0), (4, 0, 0), emission=(100, 100, 100), color=(0, 0, 0))
+    with Renderer(scene(metal, room, lamp, sky=DARK), NARROW, CACHED, 5) as renderer:
+        lit = renderer.render(AHEAD, 0, ("radiance",)).radiance[..., 1].mean()
+        for table in renderer.cached()._tables[3:6]:
+            table[:] = 0.0
+        assert 0.3 * lit < renderer.render(AHEAD, 0, ("radiance",)).radiance[..., 1].mean() < 3.0 * lit
 
 
 def test_a_pane_shows_the_sky_through_it_and_the_lamp_in_it_as_the_path_tracer_does():

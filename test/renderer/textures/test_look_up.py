@@ -22,9 +22,11 @@ def tables(*textures: AppliedTexture) -> Textures:
     return build_textures(np.arange(len(textures), dtype=np.int32), textures, mesh.vertices, mesh.uvs, mesh.faces)
 
 
-def looked(textures: Textures, u: float, v: float, detail: float = 0.0, row: int = 0, roughness: float = 0.5) -> TextureSample:
-    color = tuple(np.float32(x) for x in BASE)
-    return evaluate_texture(textures, row, *(np.float32(x) for x in (u, v, detail)), color, np.float32(roughness), np.float32(1.0), False)
+def looked(
+    textures: Textures, u: float, v: float, detail: float = 0.0, row: int = 0, roughness: float = 0.5, trilinear: bool = False
+) -> TextureSample:
+    color, (x, y, level) = tuple(np.float32(c) for c in BASE), (np.float32(value) for value in (u, v, detail))
+    return evaluate_texture(textures, row, x, y, level, color, np.float32(roughness), np.float32(1.0), trilinear)
 
 
 def checks(count: int = 8) -> np.ndarray:
@@ -69,6 +71,15 @@ def test_between_two_levels_the_mean_is_the_trilinear_one() -> None:
     got = np.mean([looked(textures, u, 0.49 + 0.001 * v, 4.5).red for u, v in places])
     ends = [np.mean([looked(textures, u, 0.49 + 0.001 * v, d).red for u, v in places[:400]]) for d in (4.0, 5.0)]
     assert got == pytest.approx(0.5 * (ends[0] + ends[1]), abs=0.005)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.25, 0.9])
+def test_one_sample_of_a_pixel_mixes_both_levels(share: float) -> None:
+    textures = tables(AppliedTexture(tile_key("weave", 3, 1.0, (BASE,)), (0.1, 0.2), shift=0.4))
+    for u, v in np.random.default_rng(4).random((20, 2)):
+        fine, coarse = (np.array(looked(textures, u, v, level)) for level in (2.0, 3.0))
+        got = looked(textures, u, v, 2.0 + share, trilinear=True)
+        np.testing.assert_allclose(got[5:7], (fine + share * (coarse - fine))[5:7], atol=0.02 * np.ptp([fine[5:7], coarse[5:7]]) + 1e-6)
 
 
 def test_heights_become_slopes_and_slopes_that_average_out_become_roughness() -> None:
