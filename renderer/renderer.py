@@ -289,12 +289,23 @@ class Renderer:
             images["color_noisy"] = to_display(noisy, exposure, curve, local_stops)
         sensed = "color_sensed" in asked
         if "color" in asked or (sensed and self._sensor == IDEAL):
-            shown = to_display(radiance, exposure, curve, local_stops)
-            images["color"] = add_grain(shown, self._config.grain, request.key) if self._config.grain else shown
+            images["color"] = self._develop(request, radiance)
         if sensed and self._sensor == IDEAL:
             images["color_sensed"] = images["color"]
         elif sensed:
             images["color_sensed"] = read_color(radiance, request.view, self._sensor, exposure, curve, request.key, local_stops)
+
+    def _develop(self, request: _Request, radiance: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Return what the camera shows of radiance; bands of rows by themselves, unless their tones depend on each other."""
+        config, height, codes = self._config, len(radiance), np.empty(radiance.shape, np.uint8)
+        band = height if config.local_tone_stops else -(-height // self._workers.count)
+
+        def develop(_: int, first: int) -> None:
+            shown = to_display(radiance[first : first + band], request.exposure, config.tone_curve, config.local_tone_stops)
+            codes[first : first + band] = add_grain(shown, config.grain, request.key, first) if config.grain else shown
+
+        self._workers.run(develop, range(0, height, band))
+        return codes
 
     def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
         """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.

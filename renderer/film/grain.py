@@ -18,16 +18,18 @@ _STREAM, _SECOND = np.uint32(0x2C1B3C6D), np.uint32(0x297A2D39)
 _TABLE_BITS = 10
 
 
-def add_grain(codes: NDArray[np.uint8], deviation: float, frame_key: np.uint32) -> NDArray[np.uint8]:
+def add_grain(codes: NDArray[np.uint8], deviation: float, frame_key: np.uint32, first_row: int = 0) -> NDArray[np.uint8]:
     """Return codes (height, width, 3) with grain.
 
     Args:
         codes: sRGB.
         deviation: of luma at middle codes, in codes.
         frame_key: of the frame's random numbers.
+        first_row: of the frame that the first of ``codes`` is.
     """
     grained = np.empty(codes.shape, np.uint8)
-    _add_grain(codes.reshape(-1, 3), _deviates(), np.float32(deviation), np.uint32(frame_key), grained.reshape(-1, 3))
+    first = np.uint32(first_row * codes.shape[1])
+    _add_grain(codes.reshape(-1, 3), _deviates(), np.float32(deviation), np.uint32(frame_key), first, grained.reshape(-1, 3))
     return grained
 
 
@@ -48,12 +50,17 @@ def _fill_normal(deviates: NDArray[np.float32]) -> None:
 
 @entry
 def _add_grain(
-    codes: NDArray[np.uint8], deviates: NDArray[np.float32], deviation: np.float32, frame_key: np.uint32, grained: NDArray[np.uint8]
+    codes: NDArray[np.uint8],
+    deviates: NDArray[np.float32],
+    deviation: np.float32,
+    frame_key: np.uint32,
+    first: np.uint32,
+    grained: NDArray[np.uint8],
 ) -> None:
     """Write each code plus a deviate that the pixel's channels share and one of its own, rounded; weight 1 - (2 c - 1)^4 of c in [0, 1]."""
     last = np.uint32(len(deviates) - 1)
     for i in range(len(codes)):
-        hashed = mix_bits(np.uint32(mix_bits(np.uint32(np.uint32(i) + _STREAM)) ^ frame_key))
+        hashed = mix_bits(np.uint32(mix_bits(np.uint32(np.uint32(i) + first + _STREAM)) ^ frame_key))
         shared = deviates[hashed & last]
         own = mix_bits(np.uint32(hashed + _SECOND))
         for c in range(3):

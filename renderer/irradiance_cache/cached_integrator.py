@@ -74,7 +74,7 @@ class CachedIntegrator:
         """Return a picture with more points in some of its pixels."""
         step, smooth = self._scene.workers.count, np.empty_like(picture.light)
 
-        missed = np.empty(smooth.shape[:2], np.bool_)
+        missed = np.zeros(smooth.shape[:2], np.bool_)
 
         def smooth_rows(worker: int, first: int) -> None:
             smooth_edges(shown, self._memory[worker], picture, smooth, missed, samples, first, step)

@@ -1,4 +1,7 @@
-"""What lies between the middles of pixels: rays through the corners that four of them share find what all four miss, such as wires."""
+"""What lies between the middles of pixels: rays through corners that four of them share find what all four miss, such as wires.
+
+Every second corner, as on a chessboard, is enough: each row and column of pixels has some on both sides.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,28 +19,31 @@ from renderer.path.surface_tables import Surfaces
 
 BEND, NEAR = np.float32(0.95), np.float32(0.03)
 """Cosine between normals from which on two triangles are one surface, if their distances differ by no more than this share."""
-_LOWER_RIGHT = np.full(2 * LANES, 0.5, np.float32)
+_COLUMNS, _ROWS = np.arange(LANES) % TILE, np.arange(LANES) // TILE
+_CORNER_X = 2 * _COLUMNS + _ROWS % 2
+_CORNERS = np.concatenate([_CORNER_X - _COLUMNS, np.zeros(LANES)]).astype(np.float32) + np.float32(0.5)
+"""Offsets of a tile's rays, in pixels, to every second lower right corner of the pixels of two tiles."""
 
 
 @entry
 def look_between(shown: CachedView, memory: ShadeScratch, missed: NDArray[np.bool_], first: int, step: int) -> None:
     """Fill rows of tiles ``first``, ``first + step``, ... of ``missed`` (height, width).
 
-    It tells at which pixels' lower right corners a ray meets a surface that none of the four pixels around sees.
+    It tells at which pixels' lower right corners a ray meets a surface that none of the four pixels around sees; it is False at first.
     """
     view, packet = shown.traced, memory.trace.rays
     height, width = missed.shape
     for row in range(first * TILE, height, step * TILE):
-        for column in range(0, width, TILE):
-            aim_exposed_tile(view.camera, column, row, _LOWER_RIGHT, packet)
+        for column in range(0, width, 2 * TILE):
+            aim_exposed_tile(view.camera, column, row, _CORNERS, packet)
             for k in range(LANES):
                 packet.real[ray.TNEAR + k], packet.real[ray.TFAR + k] = np.float32(0.0), np.inf
                 packet.integer[ray.GEOM_ID + k] = INVALID_ID
             intersect16(packet.alive.ctypes.data, shown.scene.tree.address, packet.real.ctypes.data, shown.scene.tree.coherent)
             for k in range(LANES):
-                x, y = column + k % TILE, row + k // TILE
-                if x < width and y < height:
-                    missed[y, x] = x + 1 < width and y + 1 < height and not _is_seen(shown.scene.surfaces, view, x, y, k, packet)
+                x, y = column + _CORNER_X[k], row + _ROWS[k]
+                if x + 1 < width and y + 1 < height:
+                    missed[y, x] = not _is_seen(shown.scene.surfaces, view, x, y, k, packet)
 
 
 @inlined

@@ -1,7 +1,7 @@
 """Strays: hits about which no node knows anything, as all around lie within objects.
 
 The packets that have some wait; light is computed for all strays of a view as for nodes, and as far apart, then the packets are shaded.
-Strays of a packet that lie closer together on one part have their light in common.
+Strays of a row that come soon after each other and lie closer together on one part have their light in common.
 """
 
 from typing import NamedTuple
@@ -20,6 +20,8 @@ from renderer.path.records import Scratch
 _ZERO = np.float32(0.0)
 _SAME_WAY = np.float32(0.9)
 """Least cosine between the normals of strays that have their light in common."""
+_REMEMBERED = 32
+"""Among how many of a row's last strays a new one looks for one that is near."""
 _NONE = -1
 _AXES = (ln.P_X, ln.P_Y, ln.P_Z, ln.NG_X, ln.NG_Y, ln.NG_Z)
 
@@ -78,12 +80,9 @@ def expect_none(strays: Strays, row: int, begin: int) -> None:
 
 @inlined
 def add_stray(trace: Scratch, k: int, row: int, begin: int, apart_m: np.float32, strays: Strays) -> None:
-    """Let lane k of the packet that begins at a place of a row be a stray, with another's light if one is within ``apart_m``."""
+    """Let lane k of a packet, which begins at a place of a row, be a stray, with the light of one of the row's last within ``apart_m``."""
     lanes, places, count = trace.lanes, strays.places, strays.counts[row]
-    for other in range(k):
-        i = strays.server[row, begin + other]
-        if i == _NONE:
-            continue
+    for i in range(count - 1, max(count - _REMEMBERED, 0) - 1, -1):
         squared = cosine = _ZERO
         for axis in range(3):
             between = places[row, i, axis] - lanes[_AXES[axis] + k]

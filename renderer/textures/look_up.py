@@ -47,7 +47,8 @@ _BYTE, _SLOPE_BYTE = np.float32(1.0 / 255.0), np.float32(1.0 / 127.0)
 _LEVEL, _TWO = np.float32(128.0), np.float32(2.0)
 _STEEPEST = np.float32(1.2)
 _DITHER_U, _DITHER_V = np.float32(0.7548777), np.float32(0.5698403)  # of an even sequence in two dimensions
-_LEAST_MIXED = np.float32(0.02)
+_MIXED = np.float32(0.5)
+"""Share of the way between two levels over which they are mixed; nearer to one, that serves alone (known as brilinear filtering)."""
 _EVEN_BYTES, _BYTE_BITS, _BITS = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF), np.uint64(8)
 _FULL, _PER_FULL = np.float32(256.0), np.float32(1.0 / 256.0)
 
@@ -152,7 +153,10 @@ def _read_texels(
     detail = max(detail, _ZERO)
     level = min(int(detail), last)
     coarser = detail - np.float32(level)
-    if trilinear and level < last and coarser > _LEAST_MIXED:
+    if trilinear:
+        coarser = (coarser - _HALF) / _MIXED + _HALF
+        level += coarser >= _ONE and level < last
+    if trilinear and level < last and _ZERO < coarser < _ONE:
         fine, coarse = _read_level(textures, row, u, v, level), _read_level(textures, row, u, v, level + 1)
         return (
             fine[0] + coarser * (coarse[0] - fine[0]),
