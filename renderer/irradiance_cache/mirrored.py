@@ -99,17 +99,23 @@ def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: Shade
     """Trace the rays that are sent, on by mirrors and through glass, and add what they see by light of the coarse nodes."""
     scratch, primary = memory.trace, memory.primary
     _aim_mirrored(scratch, primary)
-    _trace_on(scene, False, memory)
+    _trace_on(scene, tables, False, memory)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
         _see_surfaces(scene, tables, spread, False, memory)
     limit_seen(primary)
     for k in range(LANES):
         if primary[rec.KIND, k] > _ZERO:
             for channel in range(3):
+                primary[rec.SEEN + channel, k] += primary[rec.GLASS + channel, k]
                 primary[rec.SEEN + channel, k] *= primary[rec.GAIN + channel, k]
     if _aim_through(scratch, primary) > 0:
-        _trace_on(scene, True, memory)
+        _trace_on(scene, tables, True, memory)
         _see_surfaces(scene, tables, spread, True, memory)
+        for k in range(LANES):
+            if primary[rec.KIND, k] > _BOTH_WAYS:
+                for channel in range(3):
+                    share = (_ONE - primary[rec.SHARE + channel, k]) * primary[rec.BASE + channel, k]
+                    primary[rec.LIGHT + channel, k] += share * primary[rec.GLASS + channel, k]
 
 
 @inlined
@@ -168,10 +174,10 @@ def _aim(primary: NDArray[np.float32], point: int, way: int, goes: bool, k: int,
 
 
 @inlined
-def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
+def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScratch) -> None:
     """Trace the rays that are aimed to what is no mirror and no clear glass, and fill BETA with what those leave of its light.
 
-    Rough metal mirrors them on, too, by a microfacet, up to _MOST_BRUSHED times.  ``through``: rays through glass begin at the camera, and
+    GLASS becomes what the fronts of glass scatter and mirror towards them, by the light of the coarse nodes there.  Rough metal mirrors them on, too, by a microfacet, up to _MOST_BRUSHED times.  ``through``: rays through glass begin at the camera, and
     what the face that it sees lets through is in BASE already.
     """
     scratch, primary, surfaces = memory.trace, memory.primary, scene.surfaces
@@ -180,6 +186,7 @@ def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
     waiting = 0
     for k in range(LANES):
         primary[rec.BRUSHED, k] = primary[rec.LEFT, k] = _ZERO
+        primary[rec.GLASS, k] = primary[rec.GLASS + 1, k] = primary[rec.GLASS + 2, k] = _ZERO
         lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
         waiting += alive[k] != 0
     for depth in range(_DEEPEST):
@@ -207,6 +214,8 @@ def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
             clear, mirror = is_clear(table, at), is_mirror(table, at)
             if (clear or mirror) and depth + 1 < _DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
+                    if clear:
+                        _add_from_glass(table, at, tables, k, memory)
                     for channel in range(3):
                         lanes[ln.BETA_R + LANES * channel + k] *= (
                             clear_share(table, at, channel) if clear else table[at + st.BASE + channel]
@@ -225,6 +234,20 @@ def _trace_on(scene: LitScene, through: bool, memory: ShadeScratch) -> None:
         integer[ray.MASK + k] = MEET_ALL
         if alive[k] == 0:
             integer[ray.GEOM_ID + k] = INVALID_ID
+
+
+@inlined
+def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, k: int, memory: ShadeScratch) -> None:
+    """Add to GLASS what clear glass sends towards ray k, which has met it, beside what comes through it, if the ray sees its front."""
+    rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
+    real = rays.real
+    along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
+    if along >= _ZERO:
+        return
+    r, g, b, _ = _look_up(tables, tables.leaving, True, k, memory)
+    primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * (_ONE - clear_share(table, at, 0)) * r
+    primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * (_ONE - clear_share(table, at, 1)) * g
+    primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * (_ONE - clear_share(table, at, 2)) * b
 
 
 @inlined

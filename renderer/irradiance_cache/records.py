@@ -45,6 +45,7 @@ RAY_ALPHA = _PRIMARY.field()  # width of the lobe by which the gloss ray is aime
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
+GLASS = _PRIMARY.field(3)  # what clear glass on its way scatters and mirrors towards it
 BRUSHED = _PRIMARY.field()  # 1 where rough metal has sent it on
 LEFT = _PRIMARY.field()  # 1 where it has left by a window pane
 
