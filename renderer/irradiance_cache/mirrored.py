@@ -177,8 +177,9 @@ def _aim(primary: NDArray[np.float32], point: int, way: int, goes: bool, k: int,
 def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScratch) -> None:
     """Trace the rays that are aimed to what is no mirror and no clear glass, and fill BETA with what those leave of its light.
 
-    GLASS becomes what the fronts of glass scatter and mirror towards them, by the light of the coarse nodes there.  Rough metal mirrors them on, too, by a microfacet, up to _MOST_BRUSHED times.  ``through``: rays through glass begin at the camera, and
-    what the face that it sees lets through is in BASE already.
+    Rough metal mirrors them on, too, by a microfacet, up to _MOST_BRUSHED times.  GLASS becomes what the fronts of glass send towards them
+    beside, by the light of the coarse nodes there.  ``through``: rays through glass begin at the camera, and what the face that it sees
+    lets through is in BASE already.
     """
     scratch, primary, surfaces = memory.trace, memory.primary, scene.surfaces
     rays, lanes = scratch.rays, scratch.lanes
