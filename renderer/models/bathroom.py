@@ -296,15 +296,20 @@ def build_washbasin(rng: np.random.Generator, size_m: Size, style: str) -> Piece
 
 def _inset_basin(half_d: float, half_w: float, low: float, rim: float) -> tuple[Mesh, float]:
     """A ceramic slab over the whole vanity with a hollow in it; and where its tap stands."""
+    wide = min(0.82 * half_w, 0.34)
+    under = [
+        oval(0.32 * half_d, 0.57 * wide, rim - 0.098, 0.08 * half_d, 2.4),
+        oval(0.53 * half_d, 0.88 * wide, rim - 0.075, 0.12 * half_d, 3.0),
+        oval(0.69 * half_d, 1.02 * wide, low, 0.14 * half_d, 3.4),
+    ]
     lip = [oval(half_d, half_w, z, power=26.0) for z in (low, rim - 0.006)]
     lip.append(oval(half_d - 0.005, half_w - 0.005, rim, power=26.0))
-    wide = min(0.82 * half_w, 0.34)
     bowl = [oval(0.66 * half_d, wide, rim, 0.14 * half_d, 3.4), oval(0.62 * half_d, 0.96 * wide, rim - 0.02, 0.14 * half_d, 3.4)]
     bowl += [
         oval(0.5 * half_d, 0.85 * wide, rim - 0.07, 0.12 * half_d, 3.0),
         oval(0.3 * half_d, 0.55 * wide, rim - 0.09, 0.08 * half_d, 2.4),
     ]
-    return loft([*lip, *bowl]), -0.72 * half_d
+    return loft([*under, *lip, *bowl]), -0.72 * half_d
 
 
 def _vessel(half_d: float, half_w: float, low: float, rim: float) -> tuple[Mesh, float]:
