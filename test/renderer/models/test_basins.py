@@ -13,7 +13,7 @@ def test_from_above_one_sees_the_bottom_of_the_bowl(style: str) -> None:
     basin = build_washbasin(np.random.default_rng(3), (0.5, 0.9, 1.0), style)["basin"]
     assert not isinstance(basin, list)
     solid = trimesh.Trimesh(basin.vertices, basin.faces, process=False)
-    middle = solid.bounds[:, :2].mean(axis=0) + (0.01, 0.02)
+    middle = solid.bounds[:, :2].mean(axis=0) + np.array([0.01, 0.02])
     places = solid.ray.intersects_location([[*middle, 2.0]], [[0.0, 0.0, -1.0]])[0]
     heights = np.sort(places[:, 2])[::-1]
     assert heights[0] == pytest.approx(0.86 - 0.09, abs=0.004) and len(heights) == 2 and solid.volume > 0.0
