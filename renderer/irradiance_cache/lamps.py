@@ -16,8 +16,10 @@ from renderer.irradiance_cache.lobe_shares import (
     cosines_along,
     ggx_reflected,
     in_frame,
+    mirrored_reach,
     mirrored_share,
     mirroring_span,
+    place_in_span,
     row_length,
     slopes_in_disc,
     to_local,
@@ -33,7 +35,7 @@ from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import Sky
 
-_ZERO, _QUARTER, _HALF, _ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
+_ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
 _LEAST, _LEFT_OUT, _FAINT = np.float32(0.002), np.float32(0.01), np.float32(0.3)
@@ -128,8 +130,10 @@ def _mirror_rectangle(balls: NDArray[np.float32], i: int, coated: bool, lanes: N
         middle, wo = to_local(offset, k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
         squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2]
         width_m = _SPAN * _lobe_width(k, gloss) * np.sqrt(squared)
-        near_s, low_s, high_s = mirroring_span(middle, wo, to_local(first, k, lanes), width_m)
-        near_t, low_t, high_t = mirroring_span(middle, wo, to_local(second, k, lanes), width_m)
+        along, aside = to_local(first, k, lanes), to_local(second, k, lanes)
+        reach = mirrored_reach(middle, wo, along, aside)
+        near_s, low_s, high_s = mirroring_span(middle, wo, reach, along, width_m)
+        near_t, low_t, high_t = mirroring_span(middle, wo, reach, aside, width_m)
         s, t = _NEAR * near_s + _ASIDE * (low_s + high_s), _NEAR * near_t + _ASIDE * (low_t + high_t)
         x, y, z = (
             offset[0] + s * first[0] + t * second[0],
@@ -369,10 +373,10 @@ def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, mem
         first = _across((lanes[ln.TANGENT_X + k], lanes[ln.TANGENT_Y + k], lanes[ln.TANGENT_Z + k]), toward, side)
         second = _across((lanes[ln.BITANGENT_X + k], lanes[ln.BITANGENT_Y + k], lanes[ln.BITANGENT_Z + k]), toward, side)
     middle, wo = to_local((cx, cy, cz), k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
-    width_m = _SPAN * distance * _lobe_width(k, gloss)
-    _, low_s, high_s = mirroring_span(middle, wo, to_local(first, k, lanes), width_m)
-    _, low_t, high_t = mirroring_span(middle, wo, to_local(second, k, lanes), width_m)
-    s, t = low_s + u * (high_s - low_s), low_t + v * (high_t - low_t)
+    along, aside, width_m = to_local(first, k, lanes), to_local(second, k, lanes), distance * _lobe_width(k, gloss)
+    way = mirrored_reach(middle, wo, along, aside)
+    s = place_in_span(mirroring_span(middle, wo, way, along, _SPAN * width_m), along, width_m, u)
+    t = place_in_span(mirroring_span(middle, wo, way, aside, _SPAN * width_m), aside, width_m, v)
     lanes[ln.TO_LIGHT_X + k] = reach * (cx + s * first[0] + t * second[0])
     lanes[ln.TO_LIGHT_Y + k] = reach * (cy + s * first[1] + t * second[1])
     lanes[ln.TO_LIGHT_Z + k] = reach * (cz + s * first[2] + t * second[2])

@@ -15,6 +15,8 @@ from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.records import SHARP
 
+_TURN = np.float32(1.2)
+"""By how much a slope turns what is mirrored, over its angle: twice in the plane of incidence, 2 cos theta across; in the mean of both."""
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.4), np.float32(0.38), np.float32(1.33), np.float32(1e-3)
 _TAN_EIGHTH, _PER_TURN = np.float32(np.sqrt(2.0) - 1.0), np.float32(0.5 / np.pi)
@@ -130,27 +132,59 @@ def to_local(v: Vector, k: int, lanes: NDArray[np.float32]) -> Vector:
 
 
 @inlined
-def _nearest_place(middle: Vector, wo: Vector, axis: Vector) -> np.float32:
-    """Return which place along half a side, at a middle, is nearest to the mirrored ray, in half sides; all in the frame of the hit."""
-    # The mirrored direction is (-x, -y, z).
-    along = middle[2] * wo[2] - middle[0] * wo[0] - middle[1] * wo[1]
-    aside = -along * wo[0] - middle[0], -along * wo[1] - middle[1], along * wo[2] - middle[2]
+def mirrored_reach(middle: Vector, wo: Vector, first: Vector, second: Vector) -> np.float32:
+    """Return how far along the mirrored ray a rectangle is: where the ray meets it, else where it is nearest to the ``middle``.
+
+    ``first``, ``second``: half its sides; all in the frame of the hit, where the mirrored direction is (-x, -y, z) of ``wo``.
+    """
+    nx, ny, nz = (
+        first[1] * second[2] - first[2] * second[1],
+        first[2] * second[0] - first[0] * second[2],
+        first[0] * second[1] - first[1] * second[0],
+    )
+    away, rate = middle[0] * nx + middle[1] * ny + middle[2] * nz, wo[2] * nz - wo[0] * nx - wo[1] * ny
+    reach = away / (rate if abs(rate) > _TINY else _TINY)
+    meets = (reach > _ZERO) & (abs(_place_at(middle, wo, reach, first)) < _ONE) & (abs(_place_at(middle, wo, reach, second)) < _ONE)
+    nearest: np.float32 = middle[2] * wo[2] - middle[0] * wo[0] - middle[1] * wo[1]
+    return reach if meets else nearest
+
+
+@inlined
+def _place_at(middle: Vector, wo: Vector, reach: np.float32, axis: Vector) -> np.float32:
+    """Return where the mirrored ray is at ``reach``, along half a side from the middle, in half sides."""
+    aside = -reach * wo[0] - middle[0], -reach * wo[1] - middle[1], reach * wo[2] - middle[2]
     squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
     place: np.float32 = (aside[0] * axis[0] + aside[1] * axis[1] + aside[2] * axis[2]) / (squared if squared > _TINY else _TINY)
     return place
 
 
 @inlined
-def mirroring_span(middle: Vector, wo: Vector, axis: Vector, width_m: np.float32) -> tuple[np.float32, np.float32, np.float32]:
+def mirroring_span(
+    middle: Vector, wo: Vector, reach: np.float32, axis: Vector, width_m: np.float32
+) -> tuple[np.float32, np.float32, np.float32]:
     """Return which place in [-1, 1] along half a side is nearest to the mirrored ray, and from where to where it is within a width of that.
 
-    Far from the ray a lobe changes slowly: half the way to it counts as width.  All in the frame of the hit.
+    ``reach``: of :func:`mirrored_reach`.  Far from the ray a lobe changes slowly: half the way to it counts as width.
     """
-    place = _nearest_place(middle, wo, axis)
+    place = _place_at(middle, wo, reach, axis)
     nearest = min(max(place, -_ONE), _ONE)
     squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
     width = width_m / np.sqrt(max(squared, _TINY)) + _HALF * abs(place - nearest)
     return nearest, max(nearest - width, -_ONE), min(nearest + width, _ONE)
+
+
+@inlined
+def place_in_span(span: tuple[np.float32, np.float32, np.float32], axis: Vector, width_m: np.float32, u: np.float32) -> np.float32:
+    """Return a place of a span (nearest, least, greatest) of half a side, chosen by u as GGX's slopes are distributed along one axis.
+
+    ``width_m``: the width of GGX at the distance of the place.
+    """
+    nearest, low, high = span
+    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
+    low, high, deviation = low - nearest, high - nearest, _TURN * width_m / np.sqrt(squared if squared > _TINY else _TINY)
+    a, b = low / np.sqrt(deviation * deviation + low * low), high / np.sqrt(deviation * deviation + high * high)
+    g = a + u * (b - a)
+    return nearest + min(max(deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), low), high)
 
 
 @inlined

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from renderer.core.kernel import from_python
-from renderer.irradiance_cache.lobe_shares import cosines_along, lobe_frame, slopes_in_disc
+from renderer.irradiance_cache.lobe_shares import cosines_along, lobe_frame, mirrored_reach, place_in_span, slopes_in_disc
 
 
 def slopes_of_ggx(alpha, count=1_000_000):
@@ -60,3 +60,25 @@ def test_a_square_before_all_that_a_lobe_sees_has_all_of_it():
     corners = [tuple(np.float32([x, y, 1e-3])) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     whole = sum(from_python(cosines_along)(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
     assert whole == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_mirrored_ray_meets_a_rectangle_or_passes_it():
+    wo = np.array([0.6, 0.0, 0.8], np.float32)
+    first, second = (np.array(side, np.float32) for side in ((0, 1, 0), (0, 0, 1)))
+    reach = from_python(mirrored_reach)
+    assert reach(tuple(np.float32([-0.3, 0.2, 1])), tuple(wo), tuple(first), tuple(second)) == pytest.approx(0.3 / 0.6)
+    for aside in ([0.3, 0.2, 1], [-0.3, 0.2, 3], [-0.3, 1.5, 1]):
+        found = reach(tuple(np.float32(aside)), tuple(wo), tuple(first), tuple(second))
+        assert found == pytest.approx(np.array(aside) @ [-0.6, 0, 0.8]), "it is behind, or the ray passes it"
+
+
+@pytest.mark.parametrize("span", [(0.0, -1.0, 1.0), (1.0, -0.4, 1.0), (-0.3, -1.0, 0.2)])
+def test_places_are_distributed_as_slopes_of_ggx_are_along_one_axis(span):
+    nearest, low, high = span
+    width_m, u = 0.2, np.linspace(0, 1, 2001, dtype=np.float32)
+    axis = tuple(np.float32([0, 2, 0]))
+    places = np.array([from_python(place_in_span)(tuple(np.float32(span)), axis, np.float32(width_m), x) for x in u])
+    assert places[0] == pytest.approx(low, abs=1e-3) and places[-1] == pytest.approx(high, abs=1e-3)
+    x, _ = slopes_of_ggx(1.2 * width_m / 2, 400_000)
+    within = np.sort(x[(x > low - nearest) & (x < high - nearest)] + nearest)
+    np.testing.assert_allclose(places[200:-200], within[(u[200:-200] * (len(within) - 1)).astype(int)], atol=0.01)

@@ -234,6 +234,20 @@ def test_a_polished_floor_seen_aslant_mirrors_as_much_as_the_path_tracer_says(ro
     assert traced > 1.0 and seen(floor, wall, view=view).mean() == pytest.approx(traced, rel=0.08)
 
 
+def test_slats_right_before_a_window_mirror_its_sky_as_the_path_tracer_says():
+    """The mirrored ray meets the pane a hand's breadth behind the slat, far from where the pane's middle is nearest to it."""
+    sky = Sky(*(np.full(3, 1000, np.float32) for _ in range(3)))
+    pane = quad((-0.7, 2, -0.5), (1.4, 0, 0), (0, 0, 1.0), portal=True, transmission=0.9)
+    slat = quad((-0.5, 1.86, 0), (1.0, 0, 0), (0, 0.03, 0.012), color=(0, 0, 0), roughness=0.42, ior=1.5)
+    view = pose((0, 1.2, 0.3), (0, 1.875, 0.006))
+    camera = CameraConfig(width=32, height=24, horizontal_fov_rad=0.04)
+    cached, traced = (
+        look_up(scene(slat, pane, sky=sky), view, camera=camera, **settings).radiance.mean()
+        for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
+    )
+    assert traced > 10.0 and cached == pytest.approx(traced, rel=0.15)
+
+
 @pytest.mark.parametrize("roughness", [0.2, 0.42])
 def test_a_window_behind_a_blind_shows_in_a_polished_table_without_dots_grids_or_blocks(roughness):
     """Slats hide two thirds of the window; the table's colour is smooth from pixel to pixel, and that of the path tracer over blocks."""
