@@ -45,11 +45,22 @@ class Mount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Still:
-    """What a path of one frame has of its own: the distances that its photographer keeps, what is near, how many places are tried."""
+    """What a path of one frame has of its own.
 
+    mount: who carries the camera; reach_m: how far from where a body stands the lens may be; elevations_rad: of the rays of a view, above
+    its pitch, which is one of ``pitches_rad``; distances to keep, what is near, at most and as a share of the
+    edge of a square room as large, a weight, and how many places are tried.
+    """
+
+    mount: str
+    reach_m: Metres
+    elevations_rad: Annotated[tuple[Pitch, ...], Limits(min_length=1, max_length=32)]
+    pitches_rad: Annotated[tuple[Pitch, ...], Limits(min_length=1, max_length=16)]
     body_radius_m: Annotated[float, Limits(ge=0.05, le=2.0, unit="m")]
     clearance_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
     near_m: Metres
+    near_of_room: Annotated[float, Limits(ge=0.0, le=10.0)]
+    shown_weight: Weight
     viewpoint_trials: Trials
 
 
@@ -90,15 +101,17 @@ class CameraPathConfig:
     path_trials: Trials
     still: Still
 
-    @property
-    def for_still(self) -> "CameraPathConfig":
-        """These settings with those of a single frame in place."""
+    def for_still(self, floor_m2: float) -> "CameraPathConfig":
+        """Return these settings with those of a single frame, in a room of a floor area, in place."""
         still = self.still
         return replace(
             self,
+            mounts={still.mount: replace(self.mounts[still.mount], probability=1.0)},
             body_radius_m=still.body_radius_m,
             clearance_m=still.clearance_m,
-            near_m=still.near_m,
+            near_m=min(still.near_m, still.near_of_room * math.sqrt(floor_m2)),
+            shown_weight=still.shown_weight,
+            elevations_rad=still.elevations_rad,
             viewpoint_trials=still.viewpoint_trials,
         )
 
@@ -132,6 +145,8 @@ def read_camera_path_config(path: Path) -> CameraPathConfig:
         total = math.fsum(mount.probability for mount in config.mounts.values())
         if abs(total - 1.0) > 1e-6:
             raise FieldError("mounts", "probabilities that sum to 1", f"{total:.6g}")
+        if config.still.mount not in config.mounts:
+            raise FieldError("still.mount", f"one of {', '.join(config.mounts)}", config.still.mount)
         for name, mount in config.mounts.items():
             for field in ("height_m", "pitch_rad"):
                 low, high = getattr(mount, field)

@@ -90,7 +90,13 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
 
 
 def view_values(
-    ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights, longest_m: float = 0.0
+    ring: Ring,
+    bright: NDArray[np.bool_],
+    elevations_rad: Floats,
+    columns_wide: int,
+    weights: ViewWeights,
+    longest_m: float = 0.0,
+    pitch_rad: float = 0.0,
 ) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
@@ -109,13 +115,14 @@ def view_values(
         columns_wide: columns that a view spans.
         weights: of the terms.
         longest_m: of the free lines of other places, the longest; that of the ring itself counts, too.
+        pitch_rad: of the optical axis, up is positive.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
     level = _level_m(ring, elevations_rad)
     longest_m = max(longest_m, float(level.max()))
     weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * longest_m))
-    cosines = _axis_cosines(columns_wide, elevations_rad)
+    cosines = _axis_cosines(columns_wide, elevations_rad, pitch_rad)
     _value_views(*ring, bright, cosines, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
@@ -127,10 +134,11 @@ def _level_m(ring: Ring, elevations_rad: Floats) -> Floats:
     return np.asarray(ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))])
 
 
-def _axis_cosines(columns_wide: int, elevations_rad: Floats) -> Floats:
-    """Return (columns_wide, e) cosines between the rays of a view and its level axis."""
+def _axis_cosines(columns_wide: int, elevations_rad: Floats, pitch_rad: float) -> Floats:
+    """Return (columns_wide, e) cosines between the rays of a view and its axis."""
     azimuths = (np.arange(columns_wide) - columns_wide // 2) * (2.0 * math.pi / RING_COLUMNS)
-    return np.asarray(el.cos(azimuths)[:, None] * el.cos(elevations_rad)[None, :])
+    level, upright = el.cos(elevations_rad) * math.cos(pitch_rad), el.sin(elevations_rad) * math.sin(pitch_rad)
+    return np.asarray(el.cos(azimuths)[:, None] * level[None, :] + upright[None, :])
 
 
 @entry
@@ -254,7 +262,7 @@ class Views(NamedTuple):
 
     The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: which of them
     are windows or lamps, but for doors, which come last.  ``longest_m``: the longest free line of all places, where these are compared;
-    else 0.
+    else 0.  ``pitch_rad``: of the axis of views, which the settings' elevations are above.
     """
 
     config: CameraPathConfig
@@ -265,6 +273,7 @@ class Views(NamedTuple):
     things: int
     bright: NDArray[np.bool_]
     longest_m: float = 0.0
+    pitch_rad: float = 0.0
 
     @property
     def columns_wide(self) -> int:
@@ -274,14 +283,18 @@ class Views(NamedTuple):
     def ring(self, station_m: Floats) -> Ring:
         """Cast a ring of rays from a point (2,) of the floor."""
         position = np.array([station_m[0], station_m[1], self.lens_m])
-        ring = cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad))
+        ring = cast_ring(self.polygon, self.height_m, self.boxes, position, self._elevations_rad)
         return ring._replace(hit=np.where(ring.hit < self.things, ring.hit, -1))
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
         config = self.config
-        return view_values(ring, self.bright, np.array(config.elevations_rad), self.columns_wide, config.view_weights, self.longest_m)
+        return view_values(ring, self.bright, self._elevations_rad, self.columns_wide, config.view_weights, self.longest_m, self.pitch_rad)
 
     def line_m(self, ring: Ring) -> float:
         """Return the longest free line of a ring, metres."""
-        return float(_level_m(ring, np.array(self.config.elevations_rad)).max())
+        return float(_level_m(ring, self._elevations_rad).max())
+
+    @property
+    def _elevations_rad(self) -> Floats:
+        return self.pitch_rad + np.array(self.config.elevations_rad)
