@@ -32,6 +32,7 @@ class ViewWeights(NamedTuple):
     missing: float
     light: float
     line: float
+    bare: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +50,7 @@ class Still:
 
     mount: who carries the camera; reach_m: how far from where a body stands the lens may be; elevations_rad: of the rays of a view, above
     its pitch, which is one of ``pitches_rad``; distances to keep, what is near, at most and as a share of the
-    edge of a square room as large, a weight, and how many places are tried.
+    edge of a square room as large, weights, and how many places are tried.
     """
 
     mount: str
@@ -61,6 +62,7 @@ class Still:
     near_m: Metres
     near_of_room: Annotated[float, Limits(ge=0.0, le=10.0)]
     shown_weight: Weight
+    bare_weight: Weight
     viewpoint_trials: Trials
 
 
@@ -92,6 +94,7 @@ class CameraPathConfig:
     missing_weight: Weight
     light_weight: Weight
     line_weight: Weight
+    bare_weight: Weight
     travel_weight: Weight
     sweep_weight: Weight
     first_weight: Annotated[float, Limits(ge=1.0, le=100.0)]
@@ -111,6 +114,7 @@ class CameraPathConfig:
             clearance_m=still.clearance_m,
             near_m=min(still.near_m, still.near_of_room * math.sqrt(floor_m2)),
             shown_weight=still.shown_weight,
+            bare_weight=still.bare_weight,
             elevations_rad=still.elevations_rad,
             viewpoint_trials=still.viewpoint_trials,
         )
@@ -131,6 +135,7 @@ class CameraPathConfig:
             missing=self.missing_weight,
             light=self.light_weight,
             line=self.line_weight,
+            bare=self.bare_weight,
         )
 
 

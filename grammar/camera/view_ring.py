@@ -24,6 +24,8 @@ _NARROW_M, _WIDE_M = 2.0, 3.0
 """Free widths at which a room counts as narrow, and as not narrow at all."""
 _REFUSED = 5.0
 """What a view loses whose median depth is too small."""
+_MOST_BARE = 0.3
+"""Share of a view that bare walls and the ceiling may fill."""
 _LEAST_OF_LINE = 0.4
 """Of the longest free line from a point, the median depth that is enough there: tiny rooms have no deeper views."""
 
@@ -97,12 +99,14 @@ def view_values(
     weights: ViewWeights,
     longest_m: float = 0.0,
     pitch_rad: float = 0.0,
+    floor_plane: int = -1,
 ) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
             - near * (share of rays whose depth along the optical axis is less than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
+            - bare * (share of rays that meet bare walls or the ceiling, beyond 0.3)
             + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
     with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
     below least_depth, and below 0.4 times the longest free line.  Boxes beyond those of ``bright`` are doors: they count among the k of
@@ -116,6 +120,7 @@ def view_values(
         weights: of the terms.
         longest_m: of the free lines of other places, the longest; that of the ring itself counts, too.
         pitch_rad: of the optical axis, up is positive.
+        floor_plane: which plane is the floor, which does not count as bare.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
@@ -123,7 +128,7 @@ def view_values(
     longest_m = max(longest_m, float(level.max()))
     weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * longest_m))
     cosines = _axis_cosines(columns_wide, elevations_rad, pitch_rad)
-    _value_views(*ring, bright, cosines, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
+    _value_views(*ring, bright, cosines, weights, floor_plane, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
     return np.asarray(values + weights.line * narrow * level / longest_m)
@@ -142,7 +147,7 @@ def _axis_cosines(columns_wide: int, elevations_rad: Floats, pitch_rad: float) -
 
 
 @entry
-def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
+def _value_views(distance_m, hit, plane, bright, cosines, weights, floor_plane, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
     """Write the value of each view but for its free line.
 
     ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
@@ -150,7 +155,7 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
     columns, things = len(distance_m), len(bright)
     columns_wide, rows = cosines.shape
     for centre in range(columns):
-        depth, near, close, shown = 0.0, 0, 0, 0
+        depth, near, close, shown, bare = 0.0, 0, 0, 0, 0
         box_rays[:] = 0
         plane_rays[:] = 0
         for offset in range(columns_wide):
@@ -165,6 +170,8 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
                     shown += hit[column, row] < things
                     box_rays[0, hit[column, row]] += 1
                     box_rays[1, hit[column, row]] += row == 0 or offset == 0 or offset == columns_wide - 1
+                else:
+                    bare += plane[column, row] != floor_plane
         rays = columns_wide * rows
         objects, cut, doors, largest, light = 0, 0, 0, 0, 0.0
         for b in range(box_rays.shape[1]):
@@ -181,9 +188,8 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
             widest = max(widest, plane_rays[p])
         filled = max(widest / rays - weights.most_share, 0.0) + max(largest / rays - weights.most_share, 0.0)
         value = weights.depth * depth / rays + weights.objects * (1.0 - 0.8 ** (objects - 0.5 * cut)) - weights.near * near / rays
-        value += (
-            light + weights.shown * shown / rays - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects - doors, 0)
-        )
+        value += light + weights.shown * shown / rays - weights.filled * filled - weights.bare * max(bare / rays - _MOST_BARE, 0.0)
+        value -= weights.missing * max(_ENOUGH_OBJECTS - objects - doors, 0)
         values[centre] = value - (_REFUSED if 2 * close > rays else 0.0)
 
 
@@ -289,7 +295,8 @@ class Views(NamedTuple):
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
         config = self.config
-        return view_values(ring, self.bright, self._elevations_rad, self.columns_wide, config.view_weights, self.longest_m, self.pitch_rad)
+        angles = (self._elevations_rad, self.columns_wide)
+        return view_values(ring, self.bright, *angles, config.view_weights, self.longest_m, self.pitch_rad, len(self.polygon))
 
     def line_m(self, ring: Ring) -> float:
         """Return the longest free line of a ring, metres."""

@@ -266,7 +266,7 @@ def test_a_low_ceiling_keeps_the_camera_below_it() -> None:
         ("probability: 0.65", "probability: 0.7", "mounts: expected probabilities that sum to 1, got 1.05"),
         ("[1.35, 1.65]", "[1.65, 1.35]", "mounts.person.height_m: expected low <= high, got [1.65, 1.35]"),
         ("mount: person", "mount: bird", "still.mount: expected one of person, robot, got bird"),
-        ("speed_m_s: 0.5", "speed: 0.5", "speed: expected one of body_radius_m"),
+        ("speed_m_s: 0.5", "speed: 0.5", "speed: expected one of bare_weight, body_radius_m"),
     ],
 )
 def test_refuses_settings_that_do_not_fit(tmp_path: Path, old: str, new: str, message: str) -> None:
