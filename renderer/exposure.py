@@ -55,8 +55,8 @@ class LightReading(NamedTuple):
     """What a meter tells of a room.
 
     ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room, within 2, for its compensation;
-    bleached_ev100: below that exposure value windows or the middle of a view are bleached; held_back_ev: by how many stops bright parts make
-    ``ev100`` darker than the room's log-average would have it.
+    bleached_ev100: below that exposure value windows or the middle of a view are bleached; held_back_ev: by how many stops bright parts
+    make ``ev100`` darker than the room's log-average would have it.
     """
 
     ev100: float
