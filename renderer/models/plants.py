@@ -12,7 +12,6 @@ from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, moved
 from renderer.models.model import Model, Parts, Pieces, Size
 from scene_description.products import matmul
 
-
 _EDGE_WAVE, _EDGE_TURNS = 0.16, 9.0
 """How far a leaf's edges rise and sink in units of half its width, and the radians of their waves along it."""
 
