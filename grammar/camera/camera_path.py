@@ -20,7 +20,7 @@ from grammar.camera.still import best_shot, places_in_reach
 from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import NO_BOXES
+from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW
 from scene_description import CameraPose
 from scene_description.polygons import signed_area_m2
 from scene_description.poses import look_at
@@ -28,6 +28,7 @@ from scene_description.poses import look_at
 _TRIAL_STATIONS = 8
 _REACH_SHARE = 0.5
 """Of the free floor's longer side, how far few frames walk: beyond that they would end before a wall."""
+_ON_FLOOR_M = 0.3
 NO_SIGHTS = Sights()
 
 
@@ -67,7 +68,14 @@ class CameraSpace(NamedTuple):
         things = len(self.boxes) + len(slabs)
         bright = np.zeros(len(self.boxes) + len(sights.windows), np.bool_)
         bright[: len(sights.bright)] = sights.bright
-        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)
+        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright, main=self._main)
+
+    @property
+    def _main(self) -> int:
+        """Which of the solids on the floor is the largest, -1 where there is none."""
+        boxes = self.boxes
+        volume = boxes[:, HALF_DEPTH] * boxes[:, HALF_WIDTH] * (boxes[:, Z_HIGH] - boxes[:, Z_LOW]) * (boxes[:, Z_LOW] < _ON_FLOOR_M)
+        return int(np.argmax(volume)) if volume.any() else -1
 
 
 def sample_camera_path(

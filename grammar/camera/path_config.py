@@ -33,6 +33,7 @@ class ViewWeights(NamedTuple):
     light: float
     line: float
     bare: float
+    main: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +64,7 @@ class Still:
     near_of_room: Annotated[float, Limits(ge=0.0, le=10.0)]
     shown_weight: Weight
     bare_weight: Weight
+    main_weight: Weight
     viewpoint_trials: Trials
 
 
@@ -95,6 +97,7 @@ class CameraPathConfig:
     light_weight: Weight
     line_weight: Weight
     bare_weight: Weight
+    main_weight: Weight
     travel_weight: Weight
     sweep_weight: Weight
     first_weight: Annotated[float, Limits(ge=1.0, le=100.0)]
@@ -115,6 +118,7 @@ class CameraPathConfig:
             near_m=min(still.near_m, still.near_of_room * math.sqrt(floor_m2)),
             shown_weight=still.shown_weight,
             bare_weight=still.bare_weight,
+            main_weight=still.main_weight,
             elevations_rad=still.elevations_rad,
             viewpoint_trials=still.viewpoint_trials,
         )
@@ -136,6 +140,7 @@ class CameraPathConfig:
             light=self.light_weight,
             line=self.line_weight,
             bare=self.bare_weight,
+            main=self.main_weight,
         )
 
 
