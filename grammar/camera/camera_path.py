@@ -28,7 +28,8 @@ from scene_description.poses import look_at
 _TRIAL_STATIONS = 8
 _REACH_SHARE = 0.5
 """Of the free floor's longer side, how far few frames walk: beyond that they would end before a wall."""
-_ON_FLOOR_M = 0.3
+_ON_FLOOR_M, _LOW_M = 0.3, 1.6
+"""Heights below which things begin that stand on the floor, and end that one looks down on: beds, sofas, tables, cars, but no cupboards."""
 NO_SIGHTS = Sights()
 
 
@@ -72,9 +73,10 @@ class CameraSpace(NamedTuple):
 
     @property
     def _main(self) -> int:
-        """Which of the solids on the floor is the largest, -1 where there is none."""
+        """Which of the solids on the floor is the largest of those that one looks down on, -1 where there is none."""
         boxes = self.boxes
-        volume = boxes[:, HALF_DEPTH] * boxes[:, HALF_WIDTH] * (boxes[:, Z_HIGH] - boxes[:, Z_LOW]) * (boxes[:, Z_LOW] < _ON_FLOOR_M)
+        volume = boxes[:, HALF_DEPTH] * boxes[:, HALF_WIDTH] * (boxes[:, Z_HIGH] - boxes[:, Z_LOW])
+        volume = volume * ((boxes[:, Z_LOW] < _ON_FLOOR_M) & (boxes[:, Z_HIGH] < _LOW_M))
         return int(np.argmax(volume)) if volume.any() else -1
 
 
