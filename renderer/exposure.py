@@ -42,7 +42,7 @@ _MIDDLE_STOPS = -3.15
 _WINDOW_SHARE, _WINDOW_STOPS, _BLEACHED_STOPS, _DIMMED_STOPS = 0.97, 3.0, -0.3, -2.9
 """What no photographer's hand exceeds: stops above white that this share of what is seen keeps, that a view's median has at most, and at
 least that of the brightest view."""
-_MERGED_SHARE = 0.45
+_MERGED_SHARE = 0.35
 """Of local tone mapping's stops, how many bright parts need not hold a room back, as shorter exposures show them."""
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
