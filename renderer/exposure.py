@@ -39,8 +39,11 @@ _DARKEST = 1e-3
 _BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 0.7
 _MIDDLE_STOPS = -3.15
 """Most of the median luminance of any view, in stops above white: no view of a room is bleached because others are dark."""
-_WINDOW_SHARE, _WINDOW_STOPS, _BLEACHED_STOPS = 0.97, 3.0, -0.3
-"""What no photographer's hand exceeds: stops above white that this share of what is seen keeps, and the median of any view."""
+_WINDOW_SHARE, _WINDOW_STOPS, _BLEACHED_STOPS, _DIMMED_STOPS = 0.97, 3.0, -0.3, -2.9
+"""What no photographer's hand exceeds: stops above white that this share of what is seen keeps, that a view's median has at most, and at
+least that of the brightest view."""
+_MERGED_SHARE = 0.35
+"""Of local tone mapping's stops, how many bright parts need not hold a room back, as shorter exposures show them."""
 _DARK_SHARE, _BLACK_OF_DARK = 0.005, 0.8
 """What of all that is seen is darkest, and the black of the camera's curve over the most luminance of that."""
 _KEY_CD_M2 = 10.0
@@ -53,7 +56,8 @@ class LightReading(NamedTuple):
     """What a meter tells of a room.
 
     ev100, white_xy, black: as of ``Exposure``; deviate: a standard normal number of the room, within 2, for its compensation;
-    bleached_ev100: below that exposure value windows or the middle of a view are bleached.
+    bleached_ev100: below that exposure value windows or the middle of a view are bleached; dimmed_ev100: above that one the middle of all
+    views is dim; held_back_ev: by how many stops bright parts make ``ev100`` darker than the room's log-average would have it.
     """
 
     ev100: float
@@ -61,6 +65,8 @@ class LightReading(NamedTuple):
     black: float = 0.0
     deviate: float = 0.0
     bleached_ev100: float = -math.inf
+    dimmed_ev100: float = math.inf
+    held_back_ev: float = 0.0
 
 
 def fixed_white(config: RenderConfig) -> Chromaticity | None:
@@ -95,8 +101,10 @@ def exposed(config: RenderConfig, metered: LightReading | None, fixed_ev100: flo
         config = replace(config, exposure_ev100=fixed_ev100, auto_exposure=False)
     if metered is None:
         return Exposure(config.exposure_ev100, white or D65_XY)
-    plain_ev100 = metered.ev100 - config.exposure_compensation_ev
-    by_hand_ev100 = max(plain_ev100 - _by_room_ev(config, metered), min(plain_ev100, metered.bleached_ev100))
+    merged_ev = min(metered.held_back_ev, _MERGED_SHARE * config.local_tone_stops)
+    plain_ev100 = metered.ev100 - merged_ev - config.exposure_compensation_ev
+    least, most = min(plain_ev100, metered.bleached_ev100), max(plain_ev100, metered.dimmed_ev100)
+    by_hand_ev100 = min(max(plain_ev100 - _by_room_ev(config, metered), least), most)
     ev100 = by_hand_ev100 if config.auto_exposure else config.exposure_ev100
     black = config.black_share * min(metered.black * 2.0 ** (metered.ev100 - ev100), MOST_BLACK)
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE), black)
@@ -172,14 +180,17 @@ class LightMeter:
             max(math.log2(high / white_luminance(stops)), math.log2(middle / white_luminance(middle_stops)))
             for high, stops, middle_stops in ((bright, _BRIGHT_STOPS, _MIDDLE_STOPS), (window, _WINDOW_STOPS, _BLEACHED_STOPS))
         )
-        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), limit)
+        even = float(logs) + math.log2(100.0 / METER_CONSTANT)
+        ev100 = max(even, limit)
         dark = max(_BLACK_OF_DARK * float(np.quantile(luminance, _DARK_SHARE)), _DARKEST)
-        ev100, bleached, dark_ev = (
-            round(stops * _STEPS_PER_EV) / _STEPS_PER_EV for stops in (ev100, bleached, math.log2(dark / white_luminance(0.0)))
+        dimmed = math.log2(middle / white_luminance(_DIMMED_STOPS))
+        ev100, bleached, dimmed, held_back, dark_ev = (
+            round(stops * _STEPS_PER_EV) / _STEPS_PER_EV
+            for stops in (ev100, bleached, dimmed, ev100 - even, math.log2(dark / white_luminance(0.0)))
         )
         light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
         deviate = float(np.clip(np.random.default_rng((self._scene_key, _HAND)).standard_normal(), -_MOST_DEVIATION, _MOST_DEVIATION))
-        return LightReading(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100), deviate, bleached)
+        return LightReading(ev100, metered_white(light, base), 2.0 ** (dark_ev - ev100), deviate, bleached, dimmed, held_back)
 
 
 def _zone_luminance(light: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDArray[np.float64]:

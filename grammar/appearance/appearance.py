@@ -37,7 +37,9 @@ class MaterialPool:
         main = draw_index_by_odds(rng, [hue.odds for hue in palette.hues_deg])
         apart = draw_index_by_odds(rng, [distance.odds for distance in palette.apart_deg])
         hue = palette.hues_deg[main].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
-        second = hue + palette.apart_deg[apart].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
+        second = _kept_off(
+            hue + palette.apart_deg[apart].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg)), *palette.avoided_deg
+        )
         self._palette = Palette(main_deg=hue, second_deg=second, accent_deg=_accent(rng, palette, hue))
         self._kept: dict[str, tuple[str, ...]] = {}
         self._count: dict[str, int] = {}
@@ -81,6 +83,14 @@ class MaterialPool:
         material = draw_material(self._rng, kind, f"{name}_{self._count[name]}", self._palette, shown)
         self.materials.append(material)
         return material.id
+
+
+def _kept_off(hue_deg: float, low_deg: float, high_deg: float) -> float:
+    """Return a hue in degrees, moved to the nearer end of a range if it lies in it."""
+    turn = hue_deg % 360.0
+    if not low_deg < turn < high_deg:
+        return hue_deg
+    return low_deg if turn - low_deg < high_deg - turn else high_deg
 
 
 def _accent(rng: np.random.Generator, palette: PaletteRule, main_deg: float) -> float:

@@ -31,6 +31,7 @@ class PaletteRule:
     hues_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
     jitter_deg: Hue
     apart_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
+    avoided_deg: tuple[Hue, Hue]
     accents_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
     accent_apart_deg: Annotated[float, Limits(ge=0.0, le=180.0, unit="deg")]
     first_odds: Share

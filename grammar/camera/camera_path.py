@@ -16,16 +16,20 @@ import kernel_cache.elementary as el
 from grammar.camera.directions import Gaze, choose_gaze, sample_directions
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.sights import Sights
+from grammar.camera.still import best_shot, places_in_reach
 from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
-from grammar.geometry.arrays import Boxes
-from grammar.geometry.boxes import NO_BOXES
+from grammar.geometry.arrays import Boxes, Floats
+from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, NO_BOXES, Z_HIGH, Z_LOW
 from scene_description import CameraPose
+from scene_description.polygons import signed_area_m2
 from scene_description.poses import look_at
 
 _TRIAL_STATIONS = 8
 _REACH_SHARE = 0.5
 """Of the free floor's longer side, how far few frames walk: beyond that they would end before a wall."""
+_ON_FLOOR_M, _LOW_M = 0.3, 1.6
+"""Heights below which things begin that stand on the floor, and end that one looks down on: beds, sofas, tables, cars, but no cupboards."""
 NO_SIGHTS = Sights()
 
 
@@ -65,7 +69,15 @@ class CameraSpace(NamedTuple):
         things = len(self.boxes) + len(slabs)
         bright = np.zeros(len(self.boxes) + len(sights.windows), np.bool_)
         bright[: len(sights.bright)] = sights.bright
-        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright)
+        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright, main=self._main)
+
+    @property
+    def _main(self) -> int:
+        """Which of the solids on the floor is the largest of those that one looks down on, -1 where there is none."""
+        boxes = self.boxes
+        volume = boxes[:, HALF_DEPTH] * boxes[:, HALF_WIDTH] * (boxes[:, Z_HIGH] - boxes[:, Z_LOW])
+        volume = volume * ((boxes[:, Z_LOW] < _ON_FLOOR_M) & (boxes[:, Z_HIGH] < _LOW_M))
+        return int(np.argmax(volume)) if volume.any() else -1
 
 
 def sample_camera_path(
@@ -75,13 +87,13 @@ def sample_camera_path(
 
     Where the room is too crowded for the distances of ``config`` they are lowered step by step; in the worst case the camera turns on the
     spot that has most room.  Neighbouring poses differ by at most the larger of ``max_step_m`` along the floor and by ``max_turn_rad`` of
-    rotation.  A single frame has settings of its own (``still``).
+    rotation.  A single frame is a photograph, with settings of its own (``still``).
     """
-    still = times.frames == 1
-    config = config.for_still if still else config
+    if times.frames == 1:
+        return (_photograph(rng, config, space, times),)
     # draw who carries the camera, and walk
     mount, lens_m = sample_mount(rng, config, space.height_m)
-    views = space.views(config, lens_m, of_doors=still)
+    views = space.views(config, lens_m)
     frames = times.frames
     keep_m = (config.body_radius_m, config.clearance_m)
     ground = choose_ground(views.polygon, space.solids, lens_m, config.sway_m, *keep_m, config.resolution_m)
@@ -95,12 +107,23 @@ def sample_camera_path(
     xy = position_at(walk, along_m)
     z = lens_m + config.sway_m * el.sin(rng.uniform(0.0, 2.0 * math.pi) + 2.0 * math.pi * along_m / rng.uniform(1.0, 2.0))
     yaw, pitch = sample_directions(rng, views, mount, gaze, along_m)
-    poses = []
-    for k in range(frames):
-        position = (float(xy[k, 0]), float(xy[k, 1]), float(z[k]))
-        stamp_ns = times.start_ns + round((times.first_index + k) * 1_000_000_000 / times.rate_hz)
-        poses.append(CameraPose(stamp_ns=stamp_ns, position_m=position, orientation=_orientation(float(yaw[k]), float(pitch[k]))))
-    return tuple(poses)
+    return tuple(_pose(times, k, xy[k], float(z[k]), float(yaw[k]), float(pitch[k])) for k in range(frames))
+
+
+def _photograph(rng: np.random.Generator, config: CameraPathConfig, space: CameraSpace, times: CameraTimes) -> CameraPose:
+    """Return the pose of the best view of all within reach of a photographer; doors stand for things that are missing."""
+    config = config.for_still(signed_area_m2(np.asarray(space.polygon_m, np.float64).tolist()))
+    _, lens_m = sample_mount(rng, config, space.height_m)
+    views = space.views(config, lens_m, of_doors=True)
+    shot = best_shot(rng, views, places_in_reach(views.polygon, space.solids, lens_m, config))
+    return _pose(times, 0, shot.place_m, lens_m, shot.yaw_rad, shot.pitch_rad)
+
+
+def _pose(times: CameraTimes, index: int, place_m: Floats, lens_m: float, yaw_rad: float, pitch_rad: float) -> CameraPose:
+    """Return the pose of a frame of the room from its place (2,), height and direction of view."""
+    stamp_ns = times.start_ns + round((times.first_index + index) * 1_000_000_000 / times.rate_hz)
+    position = (float(place_m[0]), float(place_m[1]), lens_m)
+    return CameraPose(stamp_ns=stamp_ns, position_m=position, orientation=_orientation(yaw_rad, pitch_rad))
 
 
 def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: float) -> tuple[Mount, float]:
@@ -113,20 +136,12 @@ def sample_mount(rng: np.random.Generator, config: CameraPathConfig, height_m: f
 
 
 def best_walk(rng: np.random.Generator, views: Views, ground: Ground, length_m: float) -> tuple[Walk, Gaze]:
-    """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried.
-
-    A single view is the best of all places that are tried, and its free line is measured by the longest from any of them.
-    """
-    config, still = views.config, length_m <= 0.0
+    """Return the walk with the best views out of a few, and where to look along it; the longer the walk, the fewer are tried."""
+    config = views.config
     cells = rng.permutation(len(ground.cells_m))[: config.viewpoint_trials]
     rings = [views.ring(ground.cells_m[cell]) for cell in cells]
-    if still:
-        views = views._replace(longest_m=max(views.line_m(ring) for ring in rings))
     quality = [float(views.values(ring).max()) for ring in rings]
     best_cells = cells[np.argsort(np.negative(quality), kind="stable")]
-    if still:
-        walk = Walk(np.zeros(1), ground.cells_m[best_cells[:1]])
-        return walk, choose_gaze(views, walk, length_m)
     routes = find_routes(ground, best_cells[: config.viewpoints])
     trials = max(int(config.path_trials * min(1.0, 2.0 * config.path_length_m / max(length_m, 1e-9))), 1)
     walks = [sample_walk(rng, ground, routes, length_m, config.smoothing_m) for _ in range(trials)]

@@ -32,6 +32,8 @@ class ViewWeights(NamedTuple):
     missing: float
     light: float
     line: float
+    bare: float
+    main: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,11 +47,24 @@ class Mount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Still:
-    """What a path of one frame has of its own: the distances that its photographer keeps, what is near, how many places are tried."""
+    """What a path of one frame has of its own.
 
+    mount: who carries the camera; reach_m: how far from where a body stands the lens may be; elevations_rad: of the rays of a view, above
+    its pitch, which is one of ``pitches_rad``; distances to keep, what is near, at most and as a share of the
+    edge of a square room as large, weights, and how many places are tried.
+    """
+
+    mount: str
+    reach_m: Metres
+    elevations_rad: Annotated[tuple[Pitch, ...], Limits(min_length=1, max_length=32)]
+    pitches_rad: Annotated[tuple[Pitch, ...], Limits(min_length=1, max_length=16)]
     body_radius_m: Annotated[float, Limits(ge=0.05, le=2.0, unit="m")]
     clearance_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
     near_m: Metres
+    near_of_room: Annotated[float, Limits(ge=0.0, le=10.0)]
+    shown_weight: Weight
+    bare_weight: Weight
+    main_weight: Weight
     viewpoint_trials: Trials
 
 
@@ -81,6 +96,8 @@ class CameraPathConfig:
     missing_weight: Weight
     light_weight: Weight
     line_weight: Weight
+    bare_weight: Weight
+    main_weight: Weight
     travel_weight: Weight
     sweep_weight: Weight
     first_weight: Annotated[float, Limits(ge=1.0, le=100.0)]
@@ -90,15 +107,19 @@ class CameraPathConfig:
     path_trials: Trials
     still: Still
 
-    @property
-    def for_still(self) -> "CameraPathConfig":
-        """These settings with those of a single frame in place."""
+    def for_still(self, floor_m2: float) -> "CameraPathConfig":
+        """Return these settings with those of a single frame, in a room of a floor area, in place."""
         still = self.still
         return replace(
             self,
+            mounts={still.mount: replace(self.mounts[still.mount], probability=1.0)},
             body_radius_m=still.body_radius_m,
             clearance_m=still.clearance_m,
-            near_m=still.near_m,
+            near_m=min(still.near_m, still.near_of_room * math.sqrt(floor_m2)),
+            shown_weight=still.shown_weight,
+            bare_weight=still.bare_weight,
+            main_weight=still.main_weight,
+            elevations_rad=still.elevations_rad,
             viewpoint_trials=still.viewpoint_trials,
         )
 
@@ -118,6 +139,8 @@ class CameraPathConfig:
             missing=self.missing_weight,
             light=self.light_weight,
             line=self.line_weight,
+            bare=self.bare_weight,
+            main=self.main_weight,
         )
 
 
@@ -132,6 +155,8 @@ def read_camera_path_config(path: Path) -> CameraPathConfig:
         total = math.fsum(mount.probability for mount in config.mounts.values())
         if abs(total - 1.0) > 1e-6:
             raise FieldError("mounts", "probabilities that sum to 1", f"{total:.6g}")
+        if config.still.mount not in config.mounts:
+            raise FieldError("still.mount", f"one of {', '.join(config.mounts)}", config.still.mount)
         for name, mount in config.mounts.items():
             for field in ("height_m", "pitch_rad"):
                 low, high = getattr(mount, field)

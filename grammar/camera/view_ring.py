@@ -24,6 +24,10 @@ _NARROW_M, _WIDE_M = 2.0, 3.0
 """Free widths at which a room counts as narrow, and as not narrow at all."""
 _REFUSED = 5.0
 """What a view loses whose median depth is too small."""
+_MOST_BARE = 0.3
+"""Share of a view that bare walls and the ceiling may fill."""
+_MAIN_SHARE = 0.04
+"""Share of a view from which the main thing counts as shown."""
 _LEAST_OF_LINE = 0.4
 """Of the longest free line from a point, the median depth that is enough there: tiny rooms have no deeper views."""
 
@@ -90,14 +94,24 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
 
 
 def view_values(
-    ring: Ring, bright: NDArray[np.bool_], elevations_rad: Floats, columns_wide: int, weights: ViewWeights, longest_m: float = 0.0
+    ring: Ring,
+    bright: NDArray[np.bool_],
+    elevations_rad: Floats,
+    columns_wide: int,
+    weights: ViewWeights,
+    longest_m: float = 0.0,
+    pitch_rad: float = 0.0,
+    floor_plane: int = -1,
+    main: int = -1,
 ) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
             - near * (share of rays whose depth along the optical axis is less than near + of those that meet boxes)
             - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
-            + light, where a window or a lamp is in view + line * narrowness * (free line ahead / longest free line)
+            - bare * (share of rays that meet bare walls or the ceiling, beyond 0.3)
+            + light, where a window or a lamp is in view + main, where the main thing fills 0.04 and more of it
+            + line * narrowness * (free line ahead / longest free line)
     with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
     below least_depth, and below 0.4 times the longest free line.  Boxes beyond those of ``bright`` are doors: they count among the k of
     which no more than 3 can be missing, and else as walls.
@@ -109,14 +123,17 @@ def view_values(
         columns_wide: columns that a view spans.
         weights: of the terms.
         longest_m: of the free lines of other places, the longest; that of the ring itself counts, too.
+        pitch_rad: of the optical axis, up is positive.
+        floor_plane: which plane is the floor, which does not count as bare.
+        main: which box is the main thing, -1: none.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
     level = _level_m(ring, elevations_rad)
     longest_m = max(longest_m, float(level.max()))
     weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * longest_m))
-    cosines = _axis_cosines(columns_wide, elevations_rad)
-    _value_views(*ring, bright, cosines, weights, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
+    cosines = _axis_cosines(columns_wide, elevations_rad, pitch_rad)
+    _value_views(*ring, bright, cosines, weights, floor_plane, main, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
     return np.asarray(values + weights.line * narrow * level / longest_m)
@@ -127,14 +144,15 @@ def _level_m(ring: Ring, elevations_rad: Floats) -> Floats:
     return np.asarray(ring.distance_m[:, int(np.argmin(np.abs(elevations_rad)))])
 
 
-def _axis_cosines(columns_wide: int, elevations_rad: Floats) -> Floats:
-    """Return (columns_wide, e) cosines between the rays of a view and its level axis."""
+def _axis_cosines(columns_wide: int, elevations_rad: Floats, pitch_rad: float) -> Floats:
+    """Return (columns_wide, e) cosines between the rays of a view and its axis."""
     azimuths = (np.arange(columns_wide) - columns_wide // 2) * (2.0 * math.pi / RING_COLUMNS)
-    return np.asarray(el.cos(azimuths)[:, None] * el.cos(elevations_rad)[None, :])
+    level, upright = el.cos(elevations_rad) * math.cos(pitch_rad), el.sin(elevations_rad) * math.sin(pitch_rad)
+    return np.asarray(el.cos(azimuths)[:, None] * level[None, :] + upright[None, :])
 
 
 @entry
-def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
+def _value_views(distance_m, hit, plane, bright, cosines, weights, floor_plane, main, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
     """Write the value of each view but for its free line.
 
     ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
@@ -142,7 +160,7 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
     columns, things = len(distance_m), len(bright)
     columns_wide, rows = cosines.shape
     for centre in range(columns):
-        depth, near, close, shown = 0.0, 0, 0, 0
+        depth, near, close, shown, bare = 0.0, 0, 0, 0, 0
         box_rays[:] = 0
         plane_rays[:] = 0
         for offset in range(columns_wide):
@@ -157,8 +175,10 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
                     shown += hit[column, row] < things
                     box_rays[0, hit[column, row]] += 1
                     box_rays[1, hit[column, row]] += row == 0 or offset == 0 or offset == columns_wide - 1
+                else:
+                    bare += plane[column, row] != floor_plane
         rays = columns_wide * rows
-        objects, cut, doors, largest, light = 0, 0, 0, 0, 0.0
+        objects, cut, doors, largest, light, value = 0, 0, 0, 0, 0.0, 0.0
         for b in range(box_rays.shape[1]):
             largest = max(largest, box_rays[0, b])
             if b >= things:
@@ -168,14 +188,15 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, box_rays, pla
             cut += box_rays[1, b] > 0
             if box_rays[0, b] > 0 and bright[b]:
                 light = weights.light
+            if b == main and box_rays[0, b] >= _MAIN_SHARE * columns_wide * rows:
+                value += weights.main
         widest = 0
         for p in range(len(plane_rays)):
             widest = max(widest, plane_rays[p])
         filled = max(widest / rays - weights.most_share, 0.0) + max(largest / rays - weights.most_share, 0.0)
-        value = weights.depth * depth / rays + weights.objects * (1.0 - 0.8 ** (objects - 0.5 * cut)) - weights.near * near / rays
-        value += (
-            light + weights.shown * shown / rays - weights.filled * filled - weights.missing * max(_ENOUGH_OBJECTS - objects - doors, 0)
-        )
+        value += weights.depth * depth / rays + weights.objects * (1.0 - 0.8 ** (objects - 0.5 * cut)) - weights.near * near / rays
+        value += light + weights.shown * shown / rays - weights.filled * filled - weights.bare * max(bare / rays - _MOST_BARE, 0.0)
+        value -= weights.missing * max(_ENOUGH_OBJECTS - objects - doors, 0)
         values[centre] = value - (_REFUSED if 2 * close > rays else 0.0)
 
 
@@ -254,7 +275,8 @@ class Views(NamedTuple):
 
     The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: which of them
     are windows or lamps, but for doors, which come last.  ``longest_m``: the longest free line of all places, where these are compared;
-    else 0.
+    else 0.  ``pitch_rad``: of the axis of views, which the settings' elevations are above.  ``main``: which
+    solid is the main thing, -1: none.
     """
 
     config: CameraPathConfig
@@ -265,6 +287,8 @@ class Views(NamedTuple):
     things: int
     bright: NDArray[np.bool_]
     longest_m: float = 0.0
+    pitch_rad: float = 0.0
+    main: int = -1
 
     @property
     def columns_wide(self) -> int:
@@ -274,14 +298,19 @@ class Views(NamedTuple):
     def ring(self, station_m: Floats) -> Ring:
         """Cast a ring of rays from a point (2,) of the floor."""
         position = np.array([station_m[0], station_m[1], self.lens_m])
-        ring = cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad))
+        ring = cast_ring(self.polygon, self.height_m, self.boxes, position, self._elevations_rad)
         return ring._replace(hit=np.where(ring.hit < self.things, ring.hit, -1))
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
         config = self.config
-        return view_values(ring, self.bright, np.array(config.elevations_rad), self.columns_wide, config.view_weights, self.longest_m)
+        angles = (self._elevations_rad, self.columns_wide)
+        return view_values(ring, self.bright, *angles, config.view_weights, self.longest_m, self.pitch_rad, len(self.polygon), self.main)
 
     def line_m(self, ring: Ring) -> float:
         """Return the longest free line of a ring, metres."""
-        return float(_level_m(ring, np.array(self.config.elevations_rad)).max())
+        return float(_level_m(ring, self._elevations_rad).max())
+
+    @property
+    def _elevations_rad(self) -> Floats:
+        return self.pitch_rad + np.array(self.config.elevations_rad)

@@ -21,8 +21,8 @@ from grammar.geometry.kernels import entry
 
 RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
 """Shares of body radius and lens clearance that are tried in turn; without a body the lens may hover over furniture."""
-_LEAST_AREA_M2 = 0.2
-_RESERVE_CELLS = 0.75
+LEAST_AREA_M2 = 0.2
+RESERVE_CELLS = 0.75
 _PASSAGE_M = 0.15
 
 
@@ -80,8 +80,8 @@ def choose_ground(
     the greatest clearance.
     """
     feet = boxes[boxes[:, Z_LOW] < lens_m + spath_m]
-    band = _around_lens(boxes, lens_m, spath_m + clearance_m)
-    reserve_m = _RESERVE_CELLS * resolution_m
+    band = around_lens(boxes, lens_m, spath_m + clearance_m)
+    reserve_m = RESERVE_CELLS * resolution_m
     lens_raster = rasterize(polygon, band, resolution_m, math.inf)
     feet_raster = rasterize(polygon, feet, resolution_m, math.inf)
     for body_share, lens_share in relaxation:
@@ -91,8 +91,8 @@ def choose_ground(
         if body_share > 0.0:
             allowed &= standable(feet_raster, body_keep + reserve_m)
             solids, keep = np.concatenate([band, feet]), np.concatenate([keep, np.full(len(feet), body_keep)])
-        cells = _largest_component(allowed)
-        if np.count_nonzero(cells) * resolution_m**2 >= _LEAST_AREA_M2:
+        cells = largest_component(allowed)
+        if np.count_nonzero(cells) * resolution_m**2 >= LEAST_AREA_M2:
             return _ground(lens_raster, cells, polygon, solids, keep, max(lens_keep, body_keep), reserve_m)
     roomiest = np.zeros_like(lens_raster.inside)
     roomiest.flat[np.argmax(lens_raster.clearance_m)] = True
@@ -134,11 +134,13 @@ def position_at(walk: Walk, along_m: Floats) -> Floats:
     return np.column_stack([np.interp(along_m, walk.at_m, walk.points_m[:, axis]) for axis in (0, 1)])
 
 
-def _around_lens(boxes: Boxes, lens_m: float, half_height_m: float) -> Boxes:
+def around_lens(boxes: Boxes, lens_m: float, half_height_m: float) -> Boxes:
+    """Return the solids that reach into a band of heights around the lens."""
     return boxes[(boxes[:, Z_LOW] < lens_m + half_height_m) & (boxes[:, Z_HIGH] > lens_m - half_height_m)]
 
 
-def _largest_component(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def largest_component(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the largest connected set of cells (4-neighbourhood)."""
     components, count = ndimage.label(allowed)
     if count == 0:
         return allowed

@@ -22,7 +22,7 @@ _STEP_STOPS, _LONGER_SHARE = 2.0, 0.25
 """Most stops between one exposure and the next, and of all of them the share by which the longest is longer than the picture's own."""
 _HALF_LIGHT = 0.6
 """Light, in multiples of white, that an exposure shows at half of the most that it can; tones are the root of that share."""
-_BEST_TONE, _TONE_SPREAD, _CLARITY = 0.7, 0.15, 0.05
+_BEST_TONE, _TONE_SPREAD, _CLARITY = 0.7, 0.15, 0.03
 """The tone that counts most, how fast others count less, and by how much stronger details are shown for each stop that is merged."""
 _COARSEST = 20
 """Pixels of the shorter side below which a pyramid ends."""

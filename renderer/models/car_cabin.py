@@ -64,7 +64,12 @@ def dashboard(tub: Tub, behind: float, ahead: float) -> Mesh:
     """
     top, x, y = tub.edge + 0.035, tub.ends[1], 0.52 * tub.half
     board = block((x - 0.22, -0.98 * tub.half, tub.floor + 0.25), (ahead, 0.98 * tub.half, top), 0.05)
-    shelf = block((behind, -0.98 * tub.half, tub.edge - 0.05), (tub.ends[0] + 0.02, 0.98 * tub.half, tub.edge + 0.02), 0.012)
+    shelf = merged(  # narrower where the panes round the corners
+        *(
+            block((start, -wide * tub.half, tub.edge - 0.05), (tub.ends[0] + 0.02, wide * tub.half, tub.edge + 0.02), 0.012)
+            for start, wide in ((behind + 0.06, 0.74), (behind + 0.22, 0.94))
+        )
+    )
     hub = (x - 0.36, y, top - 0.06)
     spokes = [_spoke(hub, turn) for turn in (0.0, math.pi, -0.5 * math.pi)]
     wheel = rotated(merged(ring("x", hub, _WHEEL_M, 0.015, 16, 5), *spokes), "y", -_WHEEL_TILT_RAD, hub)

@@ -12,11 +12,15 @@ from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, moved
 from renderer.models.model import Model, Parts, Pieces, Size
 from scene_description.products import matmul
 
+_EDGE_WAVE, _EDGE_TURNS = 0.16, 9.0
+"""How far a leaf's edges rise and sink in units of half its width, and the radians of their waves along it."""
+
 
 def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop: Array, fold: float = 0.25, steps: int = 6) -> Mesh:
     """Return leaves without thickness that start at ``roots`` (n, 3) along ``directions`` (n, 3) and bend down under their weight.
 
-    ``droop`` (n,) is how far the tip sinks in units of the length; ``fold`` raises the edges above the midrib.
+    ``droop`` (n,) is how far the tip sinks in units of the length; ``fold`` raises the edges above the midrib, and they lie in waves, each
+    leaf's and each edge's of its own.
     """
     count = len(roots)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -27,6 +31,7 @@ def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop
     t = np.linspace(0.0, 1.0, steps)
     outline = el.sin(math.pi * el.power(np.clip(t, 0.04, 0.985), 0.75))
     across = np.array([-1.0, 0.0, 1.0])
+    waves = _EDGE_WAVE * el.sin(_EDGE_TURNS * t[None, :, None] + 2.4 * np.arange(count)[:, None, None] + 1.7 * across)
     middle = roots[:, None] + unit[:, None] * (lengths[:, None] * t)[..., None]
     middle[..., 2] -= droop[:, None] * lengths[:, None] * t**2
     spread = 0.5 * widths[:, None] * outline
@@ -34,7 +39,7 @@ def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop
     grid = (
         middle[:, :, None]
         + side[:, None, None] * (spread[..., None] * across)[..., None]
-        + up[:, None, None] * (fold * spread[..., None] * np.abs(across))[..., None]
+        + up[:, None, None] * (spread[..., None] * np.abs(across) * (fold + waves))[..., None]
     )
     points = grid.reshape(-1, 3)
     faces = (grid_faces(steps, 3)[None] + (3 * steps * np.arange(count))[:, None, None]).reshape(-1, 3)
@@ -129,10 +134,10 @@ def _palm(rng: np.random.Generator, spread: float, pot_radius: float, low: float
 def _stalks(rng: np.random.Generator, spread: float, pot_radius: float, low: float, height: float) -> Parts:
     """Return stalks that rise from the middle of the pot and bend outward, each with one large hanging leaf."""
     stems, roots, directions, lengths = [], [], [], []
-    count = 17
+    count = 25
     for k in range(count):
         angle, share = 2.39996 * k + rng.uniform(-0.25, 0.25), (k + 0.5) / count
-        length = min(rng.uniform(0.66, 0.84) * spread, 0.34 * (height - low))
+        length = min(rng.uniform(0.5, 0.8) * spread, 0.3 * (height - low))
         outward = max(spread * (0.3 + 0.66 * el.power(share, 0.8)) - 0.5 * length, 0.12 * spread)
         top = low + (height - low) * (1.0 - 0.68 * el.power(share, 1.1)) * rng.uniform(0.9, 0.98)
         t = np.linspace(0.0, 1.0, 8)
@@ -144,10 +149,10 @@ def _stalks(rng: np.random.Generator, spread: float, pot_radius: float, low: flo
         directions.append((math.cos(angle), math.sin(angle), rng.uniform(-0.15, 0.35)))
         lengths.append(length)
     long = np.array(lengths)
-    wide = long * rng.uniform(0.62, 0.78, count)
+    wide = long * rng.uniform(0.5, 0.7, count)
     return {
         "stem": merged(*stems),
-        "leaves": leaves(np.array(roots), np.array(directions), long, wide, rng.uniform(0.35, 0.7, count), 0.22, 8),
+        "leaves": leaves(np.array(roots), np.array(directions), long, wide, rng.uniform(0.25, 0.8, count), 0.25, 10),
     }
 
 

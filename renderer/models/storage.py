@@ -1,15 +1,15 @@
 """What is stored: shelves, cardboard boxes, plastic crates, suitcases; and plain boxes for what is of no known kind."""
 
 import itertools
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from renderer.geometry.lofts import bent, disc, loft, oval
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rounded_box, sweep
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.model import Model, Pieces, Size, halved
+from renderer.models.printed import letter, on_side
 
 SHELF_LEVELS = (0.055, 0.29, 0.525, 0.76, 1.0)
 """Heights of the boards of a storage shelf as shares of its own; what stands on them are objects of their own."""
@@ -111,20 +111,13 @@ def _printed(rng: np.random.Generator, x: float, half_w: float, height: float) -
     low, y, strokes = float(rng.uniform(0.2, 0.3)) * height, -0.85 * half_w, []
     for line in range(int(rng.integers(1, 3))):
         z, end = low - 1.5 * size * line, y + size
-        for letter in np.cumsum(rng.choice([0.75, 1.5], int(rng.integers(5, 12)), p=[0.8, 0.2])).tolist():
-            left = y + letter * size
+        for place in np.cumsum(rng.choice([0.75, 1.5], int(rng.integers(5, 12)), p=[0.8, 0.2])).tolist():
+            left = y + place * size
             end = left + 0.55 * size
-            strokes.append((left, z, left + 0.14 * size, z + size))
-            strokes += [(left, z + share * size, end, z + (share + 0.14) * size) for share in (0.0, 0.43, 0.86) if rng.random() < 0.55]
-            strokes += [(end - 0.14 * size, z, end, z + size)] * int(rng.integers(2))
+            strokes += letter(rng, left, z, 0.55 * size, size, 0.14 * size)
     for middle in (end + 1.2 * size, end + 2.3 * size):
         strokes += [(middle + a * size, low + 1.2 * b * size, middle + c * size, low + 1.2 * d * size) for a, b, c, d in _ARROW]
-    a, b, c, d = np.array(strokes).T
-    on = np.full_like(a, x + math.copysign(0.0004, x))
-    turned = math.copysign(1.0, x)
-    corners = np.stack([np.stack([on, turned * y_, z_], axis=-1) for y_, z_ in ((a, b), (c, b), (c, d), (a, d))], axis=1).reshape(-1, 3)
-    faces = (4 * np.arange(len(a))[:, None, None] + np.array([(0, 1, 2), (0, 2, 3)])).reshape(-1, 3)
-    return make_mesh(corners, np.broadcast_to((turned, 0.0, 0.0), corners.shape), faces)
+    return on_side(strokes, x)
 
 
 def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:

@@ -17,6 +17,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.car_cabin import Tub, dashboard, panes, seats
 from renderer.models.model import Model, Parts, Pieces, Size
+from renderer.models.printed import letter, on_side
 
 _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
 
@@ -42,6 +43,8 @@ _LAMP_ACROSS = 0.72
 
 _PLATE_M = (0.52, 0.11)
 """Width and height of a number plate of the European Union."""
+_LETTERS, _LETTER_M, _LETTER_PITCH_M = "abc def", (0.042, 0.072, 0.01), 0.061
+"""Places of a plate's letters and of the gap among them; width, height and strokes of one, and from one to the next."""
 
 
 class _Profile(NamedTuple):
@@ -84,16 +87,17 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     board = dashboard(shell.tub, shell.x(profile.cabin_base[0]) + 0.06, shell.x(profile.cabin_base[1]) - 0.1)
     seams = [*(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_bonnet_seams(shell)]
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
+    front, rear = (0.4985 * length, 0.29 * height), (-0.5 * length, 0.45 * height)
     return {
         "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
         "glass": panes(cabin),
         "seats": seats(shell.tub, height),
-        "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell), board],
+        "trim": [belly, grille, *seams, *_wipers(shell), *_handles(shell), board, *_registration(rng, (front, rear))],
         "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
         "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
         "headlamps": [_lamp(shell, s, (0.99, 0.9), (0.33, 0.41)) for s in (-1.0, 1.0)],
-        "tail_lamps": [_lamp(shell, s, (0.0, 0.07), (0.41, 0.53)) for s in (-1.0, 1.0)],
-        "plates": [_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)],
+        "tail_lamps": [_lamp(shell, s, (0.0, 0.05), (0.43, 0.53)) for s in (-1.0, 1.0)],
+        "plates": [_plate(*front), _plate(*rear)],
     }
 
 
@@ -257,6 +261,19 @@ def _lamp(shell: _Shell, side: float, shares: tuple[float, float], levels: tuple
 def _plate(x: float, z: float) -> Mesh:
     wide, tall = _PLATE_M
     return block((x - 0.012, -0.5 * wide, z - 0.5 * tall), (x + 0.012, 0.5 * wide, z + 0.5 * tall), 0.004)
+
+
+def _registration(rng: np.random.Generator, plates: Sequence[tuple[float, float]]) -> list[Mesh]:
+    """Return the same made-up letters on plates at x and z, on the side that looks away from the car."""
+    wide, tall, thick = _LETTER_M
+    left = -0.5 * ((len(_LETTERS) - 1) * _LETTER_PITCH_M + wide)
+    strokes = [
+        stroke
+        for place, sign in enumerate(_LETTERS)
+        if sign != " "
+        for stroke in letter(rng, left + place * _LETTER_PITCH_M, -0.5 * tall, wide, tall, thick)
+    ]
+    return [moved(on_side(strokes, x + math.copysign(0.012, x)), 0.0, 0.0, z) for x, z in plates]
 
 
 def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:

@@ -178,8 +178,8 @@ def marble(rng: np.random.Generator, request: Request) -> Pattern:
     strength = smooth_step(-1.1, 1.0, noise(rng, shape, 1.0, 5.0, 1.0))
     veins = el.exp(-np.abs(first) * 11.0) * strength + 0.35 * el.exp(-np.abs(first) * 3.0) * strength
     threads = np.zeros_like(first)
-    for level, weight in ((0.0, 0.6), (1.1, 0.45), (-1.0, 0.35)):  # lines of equal height never cross, as cracks that heal side by side
-        threads += weight * el.exp(-np.abs(second - level) * 22.0)
+    for level, weight in ((0.0, 0.34), (1.1, 0.24), (-1.0, 0.18)):  # lines of equal height never cross, as cracks that heal side by side
+        threads += weight * el.exp(-np.abs(second - level) * 15.0)
     threads *= 0.35 + 0.65 * strength
     cloud = 0.32 * smooth_step(-0.5, 2.2, fold)
     vein = np.clip(veins + threads, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Repeating ornament for wallpaper and printed cloth: flowers, damask, leaves, lattices; and the cloth of books."""
+"""Repeating ornament for wallpaper and printed cloth: flowers, damask, leaves, lattices; the cloth of books; packaging."""
 
 import math
 from functools import partial
@@ -209,11 +209,39 @@ def spines(rng: np.random.Generator, request: Request) -> Pattern:
     return Pattern(weights, (1.0 + 0.03 * cloth), (-0.15 * first), (0.2 * cloth))
 
 
+def packaging(rng: np.random.Generator, request: Request) -> Pattern:
+    """Print packaging: a field with a wavy edge, a name in block letters on it, a roundel, lines of small print; one pack a tile."""
+    u, v = (np.broadcast_to(each, request.shape) for each in coordinates(request.shape))
+    texel = 1.0 / min(request.shape)
+    low, high = float(rng.uniform(0.42, 0.55)), float(rng.uniform(0.84, 0.96))
+    wave = float(rng.uniform(0.0, 0.07)) * el.sin(2.0 * math.pi * (u + float(rng.random())))
+    field = smooth_step(low - texel, low + texel, v + wave) * smooth_step(high + texel, high - texel, v)
+    # the name: letters of one height and of several widths, with strokes left out of them
+    letter = float(rng.uniform(0.07, 0.12))
+    middle, tall = 0.5 * (low + high), float(rng.uniform(0.07, 0.12))
+    within = (np.abs(v - middle) < tall) & (np.abs(u - 0.5) < float(rng.uniform(0.26, 0.42)))
+    place = (u / letter) % 1.0
+    bars = np.floor(3.0 * (v - middle) / tall) % 2 == np.floor(u / letter) % 2
+    stroke = (place < 0.72) & ~((np.abs(place - 0.36) < 0.16) & bars)
+    name = (within & stroke).astype(np.float32)
+    # a roundel, and what nobody reads
+    x, y, r = float(rng.uniform(0.25, 0.75)), 0.5 * low + 0.06, float(rng.uniform(0.09, 0.16))
+    away = np.hypot(u - x, v - y)
+    roundel = smooth_step(r + texel, r - texel, away) * (1.0 - smooth_step(0.035, 0.02, np.abs(away - 0.7 * r)))
+    line = np.floor(v / 0.035)
+    ends = 0.55 + 0.35 * el.sin(5.0 * line + float(rng.uniform(0.0, 6.0)))
+    small = (v < 0.17) & ((v / 0.035) % 1.0 < 0.45) & (u > 0.1) & (u < ends) & (el.sin(97.0 * u + 3.0 * line) > -0.5)
+    ink = np.clip(name * field + small * (1.0 - roundel), 0.0, 1.0)
+    weights = (0.9 * ink, field * (1.0 - ink), 0.9 * roundel * (1.0 - ink) * (1.0 - field))
+    return Pattern(tuple(np.asarray(each, np.float32) for each in weights))
+
+
 GENERATORS = {
     "floral": Generator(partial(floral, count=9, leaves=4), (1.0, 1.0), (512, 512), PRINT),
     "small_floral": Generator(partial(floral, count=22, leaves=2), (1.0, 1.0), (512, 512), PRINT),
     "foliage": Generator(foliage, (1.0, 1.0), (256, 256), PRINT),
     "damask": Generator(damask, (1.0, 1.0), (256, 256), ((1.22, 1.22, 1.22),)),
     "lattice": Generator(lattice, (1.0, 1.0), (256, 256), PRINT),
+    "packaging": Generator(packaging, (1.0, 1.0), (128, 128), ((0.12, 0.12, 0.14), (0.5, 0.5, 0.5), (1.5, 1.3, 0.8)), variants=12),
     "spines": Generator(spines, (4.0, 4.0), (256, 512), ((3.2, 2.7, 1.6), (0.3, 0.3, 0.3)), variants=6),
 }

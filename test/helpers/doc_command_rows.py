@@ -453,7 +453,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.color_bench --noise 2 --json before.json": Parsed("takes minutes; its figures: test_color_bench.py"),
     ".venv/bin/python -m benchmarks.color_bench --noise 2 --beside before.json": Parsed("takes minutes; its figures: test_color_bench.py"),
     ".venv/bin/python -m benchmarks.pictures": Parsed("takes minutes; test/benchmarks/test_pictures.py has its measures"),
-    ".venv/bin/python -m benchmarks.pictures --rooms 2 --size 640x480 --overlay phone --write": Parsed(
+    ".venv/bin/python -m benchmarks.pictures --rooms 3 --size 640x480 --overlay phone --write": Parsed(
         "takes minutes; test/benchmarks/test_pictures.py has its measures"
     ),
     ".venv/bin/python -m benchmarks.pictures --rooms 1 --size 1280x720 --overlay phone --page": Parsed(

@@ -126,6 +126,24 @@ def test_as_much_of_the_black_is_taken_away_as_is_asked_for(share: float) -> Non
     assert shown.ev100 == 4.0 and shown.black == pytest.approx(0.016 * share)
 
 
+@pytest.mark.parametrize(("held_back", "lighter"), [(0.0, 0.0), (1.0, 1.0), (3.0, 1.4)])
+def test_windows_hold_a_room_back_less_where_exposures_are_merged(held_back: float, lighter: float) -> None:
+    metered = LightReading(6.0, D65_XY, held_back_ev=held_back)
+    plain, merged = (exposed(RenderConfig(auto_exposure=True, local_tone_stops=stops), metered).ev100 for stops in (0.0, 4.0))
+    assert plain - merged == pytest.approx(lighter)
+
+
+def test_a_bright_wall_holds_a_room_back() -> None:
+    """A wall of 4,096 cd/m2 stays 0.7 stops above white, 1.2 * 2^EV, at EV 11; the log-average, at most half of 12 stops, asks for less."""
+    shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))
+    wall = quad((1.9, -2, 0), (0, 0, 2), (0, 4, 0), color=(0.0, 0.0, 0.0), emission=(4096.0, 4096.0, 4096.0))
+    view = pose((0.0, 0.0, 1.0), (1.0, 1.2, 1.0))
+    bright, even = (meter(scene(*parts), CAMERA, RenderConfig(threads=1), 5, [view]) for parts in ((shell, wall), (shell,)))
+    assert bright.ev100 == pytest.approx(12.0 - math.log2(1.2) - 0.7, abs=1 / 16)
+    assert even.held_back_ev == 0.0 and even.ev100 == 3.0
+    assert 2.0 <= bright.held_back_ev < bright.ev100 - even.ev100
+
+
 def test_no_photographer_bleaches_a_window_or_the_middle_of_a_room() -> None:
     """A wall 1,000 times as bright as the rest: 97 % stay within 3 stops of white, unless what is configured shows them brighter."""
     shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))

@@ -139,12 +139,22 @@ def test_a_room_keeps_few_woods_and_one_metal(appearance: Appearance) -> None:
         assert sum(material.family == "metal" for material in materials) <= 1
 
 
-def test_walls_and_ceilings_are_light(appearance: Appearance) -> None:
-    for seed in range(40):
+def test_ceilings_are_light_and_so_are_most_walls(appearance: Appearance) -> None:
+    walls = []
+    for seed in range(80):
         room, _, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), ())
         color = {material.id: material.base_color for material in materials}
         albedo = {part.name: float(np.dot(color[part.material], (0.2126, 0.7152, 0.0722))) for part in room.surfaces}
-        assert 0.35 < albedo["wall"] < 0.87 and 0.75 < albedo["ceiling"] < 0.9 and albedo["floor"] < 0.55
+        assert 0.1 < albedo["wall"] < 0.87 and 0.75 < albedo["ceiling"] < 0.9 and albedo["floor"] < 0.55
+        walls.append(albedo["wall"])
+    assert np.quantile(walls, 0.2) > 0.35 and np.median(walls) > 0.5
+
+
+def test_a_second_hue_is_kept_off_violets(appearance: Appearance) -> None:
+    low, high = appearance.palette.avoided_deg
+    hues = np.array([MaterialPool(np.random.default_rng(seed), appearance)._palette.second_deg % 360.0 for seed in range(300)])
+    assert not ((hues > low) & (hues < high)).any()
+    assert (hues == low).any() and (hues == high).any()
 
 
 def test_accents_lie_apart_from_the_main_hue(appearance: Appearance) -> None:

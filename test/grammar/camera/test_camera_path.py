@@ -113,7 +113,7 @@ def test_a_mount_sets_height_and_pitch(seed: int) -> None:
 
 def test_both_mounts_come_up_as_often_as_they_should() -> None:
     config = replace(CONFIG, viewpoint_trials=2, path_trials=1)
-    high = [sample(seed, frames=1, config=config)[0].position_m[2] > 1.3 for seed in range(300)]
+    high = [sample(seed, frames=2, config=config)[0].position_m[2] > 1.3 for seed in range(300)]
     assert np.mean(high) == pytest.approx(CONFIG.mounts["person"].probability, abs=4 * math.sqrt(0.25 / 300))
 
 
@@ -213,11 +213,14 @@ def test_one_frame_is_enough() -> None:
 def test_a_single_view_is_about_the_best_that_the_room_has() -> None:
     places = [(x, y) for x in np.arange(0.5, 4.0, 0.25) for y in np.arange(0.5, 3.4, 0.25)]
     free = [place for place in places if min(sphere_gap_m(BEDROOM, (*place, h)) for h in (0.3, 0.7, 1.4)) > CONFIG.body_radius_m]
-    still, space = CONFIG.for_still, CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM)
-    best = max(best_value(space.views(still, 1.4), np.array(place)) for place in free)
+    still, space = CONFIG.for_still(4.2 * 3.6), CameraSpace(RECTANGLE, HEIGHT_M, BEDROOM)
+
+    def worth(place: NDArray[np.float64], lens_m: float) -> float:
+        return max(best_value(space.views(still, lens_m)._replace(pitch_rad=pitch), place) for pitch in still.still.pitches_rad)
+
+    best = max(worth(np.array(place), 1.4) for place in free)
     poses = [sample(seed, frames=1)[0].position_m for seed in range(12)]
-    worth = [best_value(space.views(still, z), np.array([x, y])) for x, y, z in poses]
-    assert np.mean(worth) > 0.99 * best
+    assert np.mean([worth(np.array([x, y]), z) for x, y, z in poses]) > 0.97 * best
 
 
 def test_the_seed_decides() -> None:
@@ -262,7 +265,8 @@ def test_a_low_ceiling_keeps_the_camera_below_it() -> None:
         ("path_length_m: 3.0", "path_length_m: far", "path_length_m: expected a number in [0.0, 100.0] m, got 'far'"),
         ("probability: 0.65", "probability: 0.7", "mounts: expected probabilities that sum to 1, got 1.05"),
         ("[1.35, 1.65]", "[1.65, 1.35]", "mounts.person.height_m: expected low <= high, got [1.65, 1.35]"),
-        ("speed_m_s: 0.5", "speed: 0.5", "speed: expected one of body_radius_m"),
+        ("mount: person", "mount: bird", "still.mount: expected one of person, robot, got bird"),
+        ("speed_m_s: 0.5", "speed: 0.5", "speed: expected one of bare_weight, body_radius_m"),
     ],
 )
 def test_refuses_settings_that_do_not_fit(tmp_path: Path, old: str, new: str, message: str) -> None:

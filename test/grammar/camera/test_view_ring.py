@@ -64,6 +64,8 @@ PLAIN = ViewWeights(
     missing=0.0,
     light=0.0,
     line=0.0,
+    bare=0.0,
+    main=0.0,
 )
 DARK = np.zeros(2, np.bool_)
 LEVEL, THREE = np.zeros(1), np.array([-0.2, 0.0, 0.2])
@@ -87,6 +89,11 @@ def test_value_of_a_view_is_its_formula() -> None:
     assert (view_values(wide, DARK, LEVEL, 3, PLAIN._replace(filled=1.5)) - values)[30] == pytest.approx(-1.5 * 0.65), "a plane"
     assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-0.5, -1.0, -1.5])
     assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(shown=0.6)) - values)[[10, 12, 30]] == pytest.approx([0.6, 0.2, 0.0])
+    main = view_values(ring, DARK, LEVEL, 3, PLAIN._replace(main=0.9), main=1) - values
+    assert main[[10, 12, 30]] == pytest.approx([0.9, 0.0, 0.0]), "the second box"
+    bare = PLAIN._replace(bare=2.0)
+    assert (view_values(ring, DARK, LEVEL, 3, bare) - values)[[10, 12, 30]] == pytest.approx([0.0, -2.0 * (2 / 3 - 0.3), -1.4]), "walls"
+    assert (view_values(wide, DARK, LEVEL, 3, bare, floor_plane=0) == values - (view_values(wide, DARK, LEVEL, 3, PLAIN) - values)).all()
     assert (view_values(ring, np.array([False, True]), LEVEL, 3, PLAIN._replace(light=0.7)) - values)[[10, 12, 30]] == pytest.approx(
         [0.7, 0, 0]
     )

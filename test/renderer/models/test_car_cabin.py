@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shapely.geometry import MultiPoint, Point
 
 from renderer.geometry.mesh import Mesh
 from renderer.models import MODELS, build_model
@@ -41,3 +42,12 @@ def test_seats_and_dashboard_lie_within_body_and_roof(style: str) -> None:
         b - a for a, b in zip(*[iter(crossings(parts["glass"], np.array([0.1, 2.0, 1.2]), np.array([0.0, -1.0, 0.0])))] * 2, strict=True)
     ]
     assert len(thickness) == 2 and np.allclose(thickness, 0.004, atol=0.001), "two panes of 4 mm"
+
+
+@pytest.mark.parametrize("style", MODELS["car"].styles)
+def test_the_shelf_behind_the_seats_ends_within_the_panes(style: str) -> None:
+    parts = build_model("car", style, 1, SIZE_M)
+    glass, trim = (parts[name].vertices.astype(np.float64) for name in ("glass", "trim"))
+    shelf = trim[(trim[:, 2] > 0.5 * SIZE_M[2]) & (trim[:, 0] < -0.1 * SIZE_M[0]) & (np.abs(trim[:, 1]) < 0.36 * SIZE_M[1])]
+    outline = MultiPoint(glass[np.abs(glass[:, 2] - shelf[:, 2].max()) < 0.15 * SIZE_M[2], :2]).convex_hull
+    assert len(shelf) and all(outline.buffer(0.01).contains(Point(place)) for place in shelf[:, :2])

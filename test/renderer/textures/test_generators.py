@@ -144,3 +144,16 @@ def test_formed_concrete_has_joints_and_holes_of_ties_where_panels_have_them() -
     assert np.median(dark[height // 4 - around, :]) < 0.05
     joint_m = (np.median(dark[:, 0]) + np.median(dark[:, -1])) / 0.9 * PANEL_M / width
     assert joint_m == pytest.approx(JOINT_M, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_packaging_has_its_name_on_a_field_and_small_print_below(seed: int) -> None:
+    ink, field, roundel = drawn("packaging", seed).weights
+    height, width = ink.shape
+    rows = np.arange(height) / height
+    assert 0.25 < (field + ink).mean(axis=1)[(rows > 0.6) & (rows < 0.8)].mean() and 0.2 < field.mean() < 0.55
+    name = ink[(rows > 0.63) & (rows < 0.76)]
+    assert name.max() > 0.85 and name[:, : width // 20].max() == 0.0, "in the middle"
+    small = ink[rows < 0.17]
+    assert 0.03 < small.mean() < 0.4 and ink[(rows > 0.2) & (rows < 0.3)].max() == 0.0
+    assert (roundel * field).max() < 0.3 and roundel.max() == pytest.approx(0.9, abs=0.02)
