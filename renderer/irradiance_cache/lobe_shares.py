@@ -184,7 +184,8 @@ def place_in_span(span: tuple[np.float32, np.float32, np.float32], axis: Vector,
     low, high, deviation = low - nearest, high - nearest, _TURN * width_m / np.sqrt(squared if squared > _TINY else _TINY)
     a, b = low / np.sqrt(deviation * deviation + low * low), high / np.sqrt(deviation * deviation + high * high)
     g = a + u * (b - a)
-    return nearest + min(max(deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), low), high)
+    place: np.float32 = nearest + min(max(deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), low), high)
+    return place
 
 
 @inlined

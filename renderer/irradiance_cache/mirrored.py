@@ -327,7 +327,7 @@ def _look_up(
     for i in range(count):
         weight = weights[i] / total * (source.worth[nodes[i]] if worth > _ZERO else _ONE if source.known[nodes[i]] else _ZERO)
         r, g, b = r + weight * values[nodes[i], 0], g + weight * values[nodes[i], 1], b + weight * values[nodes[i], 2]
-    return r, g, b, r + g + b > _ZERO
+    return r, g, b, bool(r + g + b > _ZERO)
 
 
 @inlined
