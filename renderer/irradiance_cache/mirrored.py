@@ -16,7 +16,7 @@ from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Pa
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.hemisphere import outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
-from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, mirror_by_facet
+from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, mirror_by_facet, ray_cosine
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance
 from renderer.path.light_nodes import find_nodes
@@ -205,7 +205,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             table, at = surfaces.materials, part * st.ROW_SIZE
             if table[at + st.PORTAL] > _ZERO and primary[rec.LEFT, k] == _ZERO and depth + 1 < _DEEPEST:
                 # Out of a window.
-                share = pane_transmittance(surfaces, part, _ray_cosine(rays, k))
+                share = pane_transmittance(surfaces, part, ray_cosine(rays, k))
                 for channel in range(0, 3 * LANES, LANES):
                     lanes[ln.BETA_R + channel + k] *= share
                 primary[rec.LEFT, k], integer[ray.MASK + k] = _ONE, PASS_PANES
@@ -249,17 +249,6 @@ def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, k: int,
     primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * (_ONE - clear_share(table, at, 0)) * r
     primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * (_ONE - clear_share(table, at, 1)) * g
     primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * (_ONE - clear_share(table, at, 2)) * b
-
-
-@inlined
-def _ray_cosine(rays: Packet, k: int) -> np.float32:
-    """Return the cosine, from 0 on, between ray k and the normal of what it has hit."""
-    real = rays.real
-    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
-    squared = (dx * dx + dy * dy + dz * dz) * (nx * nx + ny * ny + nz * nz)
-    cosine: np.float32 = abs(dx * nx + dy * ny + dz * nz) / np.sqrt(max(squared, np.float32(1e-20)))
-    return min(cosine, _ONE)
 
 
 @inlined

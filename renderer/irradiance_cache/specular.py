@@ -66,6 +66,17 @@ def is_brushed(materials: NDArray[np.float32], row: int) -> bool:
 
 
 @inlined
+def ray_cosine(rays: Packet, k: int) -> np.float32:
+    """Return the cosine, from 0 on, between ray k and the normal of what it has hit."""
+    real = rays.real
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    squared = (dx * dx + dy * dy + dz * dz) * (nx * nx + ny * ny + nz * nz)
+    cosine: np.float32 = abs(dx * nx + dy * ny + dz * nz) / np.sqrt(max(squared, _TINY))
+    return min(cosine, _ONE)
+
+
+@inlined
 def go_on(packet: Packet, k: int, mirror: bool) -> None:
     """Send ray k on from its hit, mirrored or straight, to be traced again."""
     real = packet.real
