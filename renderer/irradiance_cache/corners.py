@@ -49,19 +49,33 @@ def look_between(shown: CachedView, memory: ShadeScratch, missed: NDArray[np.boo
 @inlined
 def _is_seen(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet: Packet) -> bool:
     """Return whether one of the pixels (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) sees the surface that ray k has hit."""
-    hits, distance, real = view.hits, view.distance, packet.real
+    hits = view.hits
     face = int(packet.integer[ray.PRIM_ID + k]) if packet.integer[ray.GEOM_ID + k] != INVALID_ID else -1
     for corner in range(4):
         if hits.face[y + (corner >> 1), x + (corner & 1)] == face:
             return True
     if face < 0:
         return False
-    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-    far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
+    far = hit_distance(packet, k)
     for corner in range(4):
-        v, u = y + (corner >> 1), x + (corner & 1)
-        there = hits.face[v, u]
-        if there >= 0 and surfaces.face_part[there] == surfaces.face_part[face]:
-            if aligned(surfaces, there, face) >= BEND and abs(distance[v, u] - far) <= NEAR * far:
-                return True
+        if is_one_surface(surfaces, view, x + (corner & 1), y + (corner >> 1), face, far):
+            return True
     return False
+
+
+@inlined
+def hit_distance(packet: Packet, k: int) -> np.float32:
+    """Return how far away ray k has hit, metres."""
+    real = packet.real
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    far: np.float32 = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
+    return far
+
+
+@inlined
+def is_one_surface(surfaces: Surfaces, view: TracedView, x: int, y: int, face: int, far: np.float32) -> bool:
+    """Return whether pixel (x, y) sees the part of a triangle, which is ``far`` away, as far off and facing the same way."""
+    there = view.hits.face[y, x]
+    if there < 0 or surfaces.face_part[there] != surfaces.face_part[face]:
+        return False
+    return bool((aligned(surfaces, there, face) >= BEND) & (abs(view.distance[y, x] - far) <= NEAR * far))

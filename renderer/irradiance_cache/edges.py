@@ -19,7 +19,7 @@ from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
-from renderer.irradiance_cache.corners import BEND, NEAR
+from renderer.irradiance_cache.corners import BEND, NEAR, hit_distance, is_one_surface
 from renderer.irradiance_cache.reconstruction import Picture, aligned
 from renderer.irradiance_cache.records import CachedView, ShadeScratch
 from renderer.irradiance_cache.specular import is_mirror
@@ -287,24 +287,21 @@ def _aim_edges(camera: PosedCamera, column: int, row: int, edges: int, steps: in
 @inlined
 def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet: Packet) -> tuple[bool, int, int]:
     """Return whether (x, y) or one of its eight neighbours sees the surface that ray k has hit, and which does (column, row)."""
-    hits, distance, real = view.hits, view.distance, packet.real
+    hits = view.hits
     face = int(packet.integer[ray.PRIM_ID + k]) if packet.integer[ray.GEOM_ID + k] != INVALID_ID else -1
     if hits.face[y, x] == face:
         return True, x, y
-    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-    far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
-    height, width = distance.shape
+    far = hit_distance(packet, k)
+    height, width = hits.face.shape
     best, column, row = np.float32(np.inf), x, y
     for v in range(max(y - 1, 0), min(y + 2, height)):
         for u in range(max(x - 1, 0), min(x + 2, width)):
             there = hits.face[v, u]
             value = np.float32((u - x) * (u - x) + (v - y) * (v - y))
             if there != face:
-                if face < 0 or there < 0 or surfaces.face_part[there] != surfaces.face_part[face]:
+                if face < 0 or not is_one_surface(surfaces, view, u, v, face, far):
                     continue
                 value += np.float32(4.0)
-                if aligned(surfaces, there, face) < BEND or abs(distance[v, u] - far) > NEAR * far:
-                    continue
             if value < best:
                 best, column, row = value, u, v
     return bool(best < np.float32(np.inf)), column, row
