@@ -117,7 +117,9 @@ class _NoNodes(IrradianceCache):
         none = np.zeros((0, 3), np.float32)
         self.rows, self.even, self.around, self.leaving = np.zeros((0, ROW), np.float32), none, none, none
         bright = choose_bright(none, none, self.atlas, 1.0, 1, 0.0)
-        self.source = CoarseLight(self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), bright, NO_IMAGES)
+        self.source = CoarseLight(
+            self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), bright, NO_IMAGES, np.zeros((0, 6), np.float32)
+        )
 
     def solve(self, cancelled: Callable[[], bool] | None = None) -> None:
         """Do nothing."""

@@ -19,6 +19,7 @@ from renderer.core.sampling import even_points
 from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
+from renderer.irradiance_cache.caustics import CausticPhotons
 from renderer.irradiance_cache.gathering import (
     Bright,
     CoarseLight,
@@ -38,7 +39,6 @@ from renderer.irradiance_cache.nodes import (
     NodeLight,
     make_node_light,
     mixing_reach,
-    scattered_part,
     share_noise,
     smooth_nodes,
     widen,
@@ -64,11 +64,13 @@ _STEPS_SPREAD = np.float32(2.0)
 class _Settled(NamedTuple):
     """Light of coarse nodes that has settled once, while what is small and bright among them is sampled.
 
-    luminance, given, by_mirrors: (n, 3) float32, what leaves nodes, cd/m2, what falls on them from lights, lux, also by mirrors; sheets:
-    what passes through cloth; bright: what is sampled; unsampled: the nodes, as numbers in ``lit``, that it is still to be sampled at.
+    luminance, shining, given, by_mirrors: (n, 3) float32, what leaves nodes, cd/m2, that of it by lights alone, what falls on them by
+    bright nodes, lux, and by mirrors; sheets: what passes through cloth; bright: what is sampled; unsampled: the nodes, as
+    numbers in ``lit``, that it is still to be sampled at.
     """
 
     luminance: NDArray[np.float32]
+    shining: NDArray[np.float32]
     given: NDArray[np.float32]
     by_mirrors: NDArray[np.float32]
     sheets: Sheets
@@ -103,6 +105,7 @@ class IrradianceCache:
         self._coarse_light: NodeLight | None = make_node_light(len(self.coarse.face))
         self._unlit: Pieces | None = None
         self._photons = make_photons(scene.surfaces, scene.lights.infinite, self._key)
+        self._caustics = CausticPhotons(scene.surfaces, scene.lights, self._photons, self._key)
         self._untraced = Pieces(len(self._photons.flux), max(len(self._photons.flux) // _PHOTON_PIECES, LANES))
         self._sunlight: dict[int, SunLight] = {}
         self._sunlit = np.zeros(len(self.atlas.face), np.bool_)
@@ -136,12 +139,17 @@ class IrradianceCache:
 
         def trace(worker: int, piece: tuple[int, int]) -> None:
             first, bounced = np.zeros((2, len(self.coarse.face), 3), np.float32)
-            self._sunlight[piece[0]] = SunLight(first, bounced, self._sunlit)
+            self._sunlight[piece[0]] = SunLight(first, bounced, np.zeros((len(first), 2), np.float32), self._sunlit)
             trace_photons(
                 scene.lit, self.coarse, self.atlas, geometry.looks, self._photons, *piece, scene.scratch[worker], self._sunlight[piece[0]]
             )
 
         self._untraced.run(scene.workers, trace, cancelled)
+
+        def trace_by_gloss(worker: int, piece: tuple[int, int]) -> None:
+            self._caustics.trace(scene.lit, self.coarse, piece[0], scene.scratch[worker])
+
+        self._caustics.untraced.run(scene.workers, trace_by_gloss, cancelled)
         if self._settled is None:
             self._settled = self._settle(light)
         settled = self._settled
@@ -152,55 +160,78 @@ class IrradianceCache:
 
         settled.unsampled.run(scene.workers, sample_bright, cancelled)
         luminance, looks, passed = self._settle_again(settled), geometry.looks, settled.sheets.light
-        self._shine(luminance, passed, light)
-        self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - looks.glow, light))
-        scattered = self.even + self._more_scattered(light)[geometry.other]
-        self.leaving = scattered * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
+        shining = self._shine(luminance, passed, light)
+        self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - settled.shining - shining, light))
+        self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
         self.luminance = (luminance + passed)[geometry.other]
         bright = self._choose_bright(self.luminance, self.luminance)
-        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images)
+        caustics = self._caustic_light(False) + self._caustic_light(True)
+        shared = light._replace(indirect=caustics[:, :3], direct=np.zeros_like(light.direct), toward=caustics[:, 3:])
+        caustics = self._smooth(shared)[geometry.other]
+        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images, caustics)
         self._coarse_light = self._settled = None
-        self._photons = self._photons._replace(origins=np.zeros((0, 3), np.float32), flux=np.zeros((0, 3), np.float32))
+        none = np.zeros((0, 3), np.float32)
+        self._photons = self._photons._replace(origins=none, directions=none, flux=none)
+        self._caustics.clear()
 
     def _settle(self, light: NodeLight) -> _Settled:
         """Let light pass along all links until it settles."""
         geometry, looks = self.geometry, self.geometry.looks
         by_mirrors, luminance = np.zeros((2, len(self.coarse.face), 3), np.float32)
         see_lights(self._scene.lit.surfaces, geometry.sightings, by_mirrors)
-        given = light.direct + light.indirect + light.sun[:, :3]
-        sheets = Sheets(geometry.behind, looks.passed, np.zeros_like(luminance))
-        solve_links(geometry.links, given, by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
-        reflected, passed = self._sent(given)
-        bright = self._choose_bright((luminance + sheets.light)[geometry.other], (looks.glow + reflected + passed)[geometry.other])
-        return _Settled(luminance, given, by_mirrors, sheets, bright, Pieces(len(geometry.lit) if len(bright.point) else 0))
+        light.indirect[:] += self._caustic_light(False)[:, :3]
+        shining, passed = self._sent(light.direct + light.indirect + light.sun[:, :3])
+        shining += looks.glow
+        sheets = Sheets(geometry.behind, looks.passed, passed, passed.copy())
+        given = np.zeros_like(luminance)
+        solve_links(geometry.links, given, by_mirrors, looks.albedo, shining, sheets, _MOST_SWEEPS, luminance)
+        bright = self._choose_bright((luminance + sheets.light)[geometry.other], (shining + passed)[geometry.other])
+        unsampled = Pieces(len(geometry.lit) if len(bright.point) else 0)
+        return _Settled(luminance, shining, given, by_mirrors, sheets, bright, unsampled)
 
     def _settle_again(self, settled: _Settled) -> NDArray[np.float32]:
         """Return what leaves coarse nodes, (n, 3), cd/m2, after the bright ones are sampled, which few rays meet, and those by chance."""
         geometry, looks, luminance, sheets = self.geometry, self.geometry.looks, settled.luminance, settled.sheets
         if len(settled.bright.point):
             links = np.where(links_to_bright(self.coarse, settled.bright, geometry.links), np.int32(DARK), geometry.links)
-            solve_links(links, settled.given, settled.by_mirrors, looks.albedo, looks.glow, sheets, _MOST_SWEEPS, luminance)
+            solve_links(links, settled.given, settled.by_mirrors, looks.albedo, settled.shining, sheets, _MOST_SWEEPS, luminance)
         return luminance
 
-    def _shine(self, luminance: NDArray[np.float32], passed: NDArray[np.float32], light: NodeLight) -> None:
-        """Add what photons have left to ``luminance`` (n, 3) of coarse nodes and to what sheets let through, cd/m2, and to their sun."""
-        geometry = self.geometry
-        first, bounced = np.zeros((2, *luminance.shape), np.float32)
+    def _shine(self, luminance: NDArray[np.float32], passed: NDArray[np.float32], light: NodeLight) -> NDArray[np.float32]:
+        """Add what photons have left to ``luminance`` (n, 3) of coarse nodes and to what sheets let through, cd/m2, and to their sun.
+
+        Return what of the luminance the sun alone brings.
+        """
+        geometry, inverse_pi = self.geometry, np.float32(1.0 / np.pi)
+        first, bounced, hits = *np.zeros((2, *luminance.shape), np.float32), np.zeros((len(luminance), 2), np.float32)
         for _, left in sorted(self._sunlight.items()):
             first += left.first
             bounced += left.bounced
-        first, bounced = (share_flux(self.coarse, geometry.other, lumen, 0.5 * self.config.coarse_spacing_m) for lumen in (first, bounced))
+            hits += left.hits
+        first, bounced = self._share_flux(first, hits[:, 0]), self._share_flux(bounced, hits[:, 1])
         light.sun[:, :3] += first
-        reflected, let_through = self._sent(first + bounced)
-        luminance += reflected
-        passed += let_through
+        shining, _ = self._sent(first)
+        luminance += shining + inverse_pi * geometry.looks.albedo * bounced
+        passed += self._sent(first + bounced)[1]
         self._sunlight = {}
+        return shining
+
+    def _share_flux(self, lumen: NDArray[np.float32], hits: NDArray[np.float32]) -> NDArray[np.float32]:
+        return share_flux(self.coarse, self.geometry.other, lumen, hits, 0.5 * self.config.coarse_spacing_m)
+
+    def _caustic_light(self, of_sun: bool) -> NDArray[np.float32]:
+        """Return what caustics bring coarse nodes, (n, 6), as ``caustics`` of :class:`CoarseLight`: those of the sun, or all others."""
+        left = self._caustics.light(of_sun, len(self.coarse.face))
+        return self._share_flux(np.column_stack([left.lumen, left.toward]), left.hits)
 
     def _sent(self, lux: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the luminance (n, 3), cd/m2, of coarse nodes that so much light falls on, and that which sheets let through of it."""
+        """Return the luminance (n, 3), cd/m2, of coarse nodes by lights that bring so much, and that which sheets let through of it.
+
+        What gloss mirrors is left to caustics; there are none outside.
+        """
         looks, behind, inverse_pi = self.geometry.looks, self.geometry.behind, np.float32(1.0 / np.pi)
         passed = np.where(behind[:, None] >= 0, inverse_pi * looks.passed * lux[behind], np.float32(0.0))
-        return inverse_pi * looks.albedo * lux, passed
+        return inverse_pi * np.where(self.geometry.sky_share[:, None] > 0.0, looks.albedo, looks.matt) * lux, passed
 
     def _choose_bright(self, luminance: NDArray[np.float32], certain: NDArray[np.float32]) -> Bright:
         """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light; ``certain``: as of :func:`choose_bright`."""
@@ -211,30 +242,22 @@ class IrradianceCache:
 
         The noise of their few rays is shared by neighbours.
 
-        ``reflected``: (n, 3), luminance without glow.
+        ``reflected``: (n, 3), luminance but for glow and what lights alone bring.
         """
-        geometry, count = self.geometry, len(reflected)
-        albedo, far = geometry.looks.albedo, geometry.far
-        lit = light.direct + light.sun[:, :3]
-        total = np.divide(np.float32(np.pi) * reflected, albedo, out=np.zeros_like(reflected), where=albedo > 1e-3)
+        albedo, lit, none = self.geometry.looks.albedo, light.direct + light.sun[:, :3], np.zeros_like(reflected)
+        by_surfaces = np.divide(np.float32(np.pi) * np.maximum(reflected, np.float32(0.0)), albedo, out=none, where=albedo > 1e-3)
         # What is smoothed as a direction elsewhere is light by surfaces here.
-        by_surfaces = np.maximum(total - lit - light.indirect, np.float32(0.0))
-        shared = make_node_light(count)._replace(indirect=total - lit, direct=lit, toward=by_surfaces)
-        shared, rows = shared._replace(valid=geometry.worth, open_m=_OPEN_M * far * far), np.zeros((count, ROW), np.float32)
-        spacing, coarse = np.float32(self.config.coarse_spacing_m), self.coarse
-        smooth_nodes(geometry.beside_coarse, coarse.normal, coarse.position, spacing, np.arange(count), shared, rows)
-        inverse_pi = np.float32(1.0 / np.pi)
-        return inverse_pi * rows[:, LIGHT : LIGHT + 3], inverse_pi * rows[:, TOWARD : TOWARD + 3]
+        rows = self._smooth(light._replace(indirect=by_surfaces + light.indirect, direct=lit, toward=by_surfaces))
+        return np.float32(1.0 / np.pi) * rows[:, :3], np.float32(1.0 / np.pi) * rows[:, 3:]
 
-    def _more_scattered(self, light: NodeLight) -> NDArray[np.float32]:
-        """Return by how much illuminance over pi of lamps and sun is more, (n, 3), as it counts for the base of coarse nodes alone."""
-        surfaces, more = self._scene.surfaces, np.zeros_like(light.direct)
-        away = self._photons.direction if len(self._photons.flux) else np.zeros(3, np.float32)
-        for ways, lux in ((light.toward, light.direct), (np.tile(-away, (len(more), 1)), light.sun[:, :3])):
-            part = np.zeros(len(more), np.float32)
-            scattered_part(surfaces, self.coarse, ways, part)
-            more += np.float32(1.0 / np.pi) * (part[:, None] - np.float32(1.0)) * lux
-        return more
+    def _smooth(self, light: NodeLight) -> NDArray[np.float32]:
+        """Return LIGHT and TOWARD of coarse nodes, (n, 6), shared by neighbours; their other light is theirs alone."""
+        geometry, coarse = self.geometry, self.coarse
+        rows = np.zeros((len(coarse.face), ROW), np.float32)
+        shared = light._replace(valid=geometry.worth, open_m=_OPEN_M * geometry.far * geometry.far)
+        spacing = np.float32(self.config.coarse_spacing_m)
+        smooth_nodes(geometry.beside_coarse, coarse.normal, coarse.position, spacing, np.arange(len(rows)), shared, rows)
+        return np.ascontiguousarray(rows[:, LIGHT : TOWARD + 3])
 
     @property
     def size_bytes(self) -> int:

@@ -98,8 +98,6 @@ class CacheGeometry:
         self.coarse = with_area(build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m), charts.area)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.beside_coarse, self.beside_fine = find_neighbours(self.coarse), find_neighbours(self.fine)
-        # Fine nodes are only lit.
-        self.fine = self.fine._replace(weight=np.zeros((0, 2), np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
         self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
@@ -147,7 +145,7 @@ class CacheGeometry:
             resolve_links(coarse, self.worth, self._links, memory[worker], *piece)
 
         self._unresolved.run(workers, resolve, cancelled)
-        self.sky_share *= _find_outdoors(self._links)
+        self.sky_share *= _find_outdoors(self._links, _beyond_panes(self._flat, coarse.position))
         self.links[(self.links == BEHIND) & (self.sky_share > 0.0)[:, None]] = DARK
         self.other = np.zeros(len(valid), np.int32)
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
@@ -192,10 +190,22 @@ def _near_panes(flat: FlatScene, charts: Charts) -> NDArray[np.bool_]:
     return near
 
 
-def _find_outdoors(links: Links) -> NDArray[np.bool_]:
-    """Return which nodes (n,) are seen by panes, or by others that are, and see the sky themselves."""
+def _beyond_panes(flat: FlatScene, position: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Return which positions (n, 3), metres, lie close behind a pane, as the outer side of its frame does."""
+    corners, beyond = flat.mesh.vertices[flat.mesh.faces].astype(np.float64), np.zeros(len(position), np.bool_)
+    for part in np.flatnonzero(flat.parts.portal):
+        pane = corners[flat.face_part == part]
+        if len(pane):
+            inward = np.cross(pane[:, 1] - pane[:, 0], pane[:, 2] - pane[:, 0]).sum(axis=0)
+            low, high = pane.min(axis=(0, 1)) - _NEAR_PANE_M, pane.max(axis=(0, 1)) + _NEAR_PANE_M
+            beyond |= ((position > low) & (position < high)).all(axis=1) & (((position - pane[0, 0]) * inward).sum(axis=1) < 0.0)
+    return beyond
+
+
+def _find_outdoors(links: Links, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which nodes (n,) are seen by panes, lie ``beyond`` (n,) one, or are seen by others that do, and see the sky themselves."""
     ends, under_sky = links.ends, links.escaped > _LEAST_SKY
-    seen = np.zeros(len(ends), np.bool_)
+    seen = beyond.copy()
     seen[ends[links.outdoors & (ends >= 0)]] = True
     for _ in range(_STEPS_OUTDOORS):
         beside = ends[seen & under_sky]

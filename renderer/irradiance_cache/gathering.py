@@ -25,9 +25,9 @@ from renderer.irradiance_cache.hemisphere import (
     sighted_light,
 )
 from renderer.irradiance_cache.lamp_images import LampImages, is_image, light_of_images
-from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, stand_on, unit_hash
+from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, scatterer_of, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
-from renderer.path.light_nodes import Atlas
+from renderer.path.light_nodes import Atlas, find_nodes
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from scene_description.products import matmul
@@ -81,7 +81,10 @@ def choose_bright(
 
 
 class CoarseLight(NamedTuple):
-    """What fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, worth (n,), if known, bright ones, lamps in mirrors."""
+    """What fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, worth (n,), if known, bright ones, lamps in mirrors.
+
+    caustics: (n, 6), illuminance, lux, by light that gloss has mirrored, and its luminance times direction over cosine, world.
+    """
 
     atlas: Atlas
     luminance: NDArray[np.float32]
@@ -89,6 +92,7 @@ class CoarseLight(NamedTuple):
     known: NDArray[np.bool_]
     bright: Bright
     images: LampImages
+    caustics: NDArray[np.float32]
 
 
 class Gathered(NamedTuple):
@@ -130,6 +134,8 @@ def gather_nodes(
                     scene, source.bright, reflector, node_seed(node, rays.key), begin, memory.trace
                 )
                 r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
+        red, green, blue, dx, dy, dz = _light_of_caustics(scene.surfaces, target, source, node, memory.trace)
+        r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
         known = r + g + b + light.indirect[node, 0] + light.indirect[node, 1] + light.indirect[node, 2]
         known += light.direct[node, 0] + light.direct[node, 1] + light.direct[node, 2]
         red, green, blue, dx, dy, dz = light_of_images(scene, target, source.atlas, source.images, reflector, node, known, rays.key, memory)
@@ -163,7 +169,7 @@ def light_from_images(
 ) -> None:
     """Add to ``indirect`` of some nodes what falls on them from lamps by way of flat mirrors and panes."""
     for i in range(len(nodes)):
-        reflector = reflector_of(scene.surfaces, atlas.face[nodes[i]], True)
+        reflector = scatterer_of(scene.surfaces, atlas.face[nodes[i]])
         known = light.direct[nodes[i], 0] + light.direct[nodes[i], 1] + light.direct[nodes[i], 2]
         r, g, b, _, _, _ = light_of_images(scene, atlas, atlas, images, reflector, nodes[i], known, key, memory)
         light.indirect[nodes[i], 0] += r
@@ -210,6 +216,23 @@ def _look_around(
             weight = (_RED * red + _GREEN * green + _BLUE * blue) / cosine
             x, y, z = x + weight * dx, y + weight * dy, z + weight * dz
     return Gathered(r, g, b, x, y, z, behind, unknown, far, nearness)
+
+
+@inlined
+def _light_of_caustics(
+    surfaces: Surfaces, target: Atlas, source: CoarseLight, node: int, scratch: Scratch
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance (r, g, b) by caustics at the coarse nodes around a node of ``target``, and luminance times direction."""
+    face, nodes, weights = target.face[node], scratch.nodes, scratch.weights
+    along = _ZERO
+    for axis in range(3):
+        along += target.normal[node, axis] * surfaces.normals[9 * np.int64(face) + axis]
+    r = g = b = x = y = z = _ZERO
+    for i in range(find_nodes(source.atlas, face, target.weight[node, 0], target.weight[node, 1], bool(along > _ZERO), nodes, weights)):
+        row, weight = source.caustics[nodes[i]], weights[i]
+        r, g, b = r + weight * row[0], g + weight * row[1], b + weight * row[2]
+        x, y, z = x + weight * row[3], y + weight * row[4], z + weight * row[5]
+    return r, g, b, x, y, z
 
 
 @inlined

@@ -18,17 +18,14 @@ from renderer.irradiance_cache.nodes import turned
 from renderer.irradiance_cache.specular import SMOOTH, clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
-from renderer.path.infinite_light import sky_le
 from renderer.path.light_nodes import GRID, Atlas, find_nodes, has_back
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
-from renderer.scene.flat_scene import Sky
 
-_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
+_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _DEEPEST = 8
-_LEAN = np.float32(0.7)
 
 DARK, ESCAPED, BEHIND, UNKNOWN = -1, -2, -3, -4
 """Links of rays that end at no node: at a light or beyond a pane; at nothing, from where no pane leads out; at the inside of a closed part;
@@ -126,20 +123,6 @@ def find_mirrors(surfaces: Surfaces, atlas: Atlas) -> tuple[NDArray[np.bool_], N
     rows, cells = surfaces.materials.reshape(-1, st.ROW_SIZE)[surfaces.face_part], atlas.cells
     wide = (cells[:, 3] == GRID) & (cells[:, 1] > 2) & (cells[:, 2] > 2)
     return (rows[:, st.METALLIC] > 0.5) & (rows[:, st.ROUGHNESS] < SMOOTH) & wide, (rows[:, st.PORTAL] > 0.0) & wide
-
-
-@inlined
-def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
-    """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
-
-    From two directions, 35 degrees above and below.
-    """
-    up, down = nz + _LEAN, nz - _LEAN
-    high = _ONE / np.sqrt(max(nx * nx + ny * ny + up * up, _TINY))
-    low = _ONE / np.sqrt(max(nx * nx + ny * ny + down * down, _TINY))
-    r, g, b = sky_le(sky, nx * high, ny * high, up * high)
-    red, green, blue = sky_le(sky, nx * low, ny * low, down * low)
-    return _HALF * (r + red), _HALF * (g + green), _HALF * (b + blue)
 
 
 @inlined

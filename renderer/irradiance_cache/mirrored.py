@@ -14,9 +14,9 @@ from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.hemisphere import outside_light
+from renderer.irradiance_cache.outside import mirrored_sky, outside_light
 from renderer.irradiance_cache.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
-from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, mirror_by_facet, ray_cosine
+from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, metal_lobe, mirror_by_facet, ray_cosine
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance
 from renderer.path.light_nodes import find_nodes
@@ -226,7 +226,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             elif not through and depth < _MOST_BRUSHED and is_brushed(table, at):
                 # Numbers that have nothing to do with those of the pixel's own lobe.
                 seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
-                went = mirror_by_facet(surfaces, at, seed, k, scratch)
+                went = mirror_by_facet(surfaces, metal_lobe(table, at), seed, k, scratch)
                 primary[rec.BRUSHED, k] = _ONE if went else primary[rec.BRUSHED, k]
                 waiting += went
     # All rays that were sent are to be shaded where they ended.
@@ -353,7 +353,11 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
             lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
         elif not found:
             lit_r, lit_g, lit_b = primary[rec.EVEN, k], primary[rec.EVEN + 1, k], primary[rec.EVEN + 2, k]
-        if outside or not found:
+        if outside:
+            # Instead of what is even there, which its lacquer shows of the sky.
+            r, g, b = mirrored_sky(scene.surfaces.sky, scratch.rays, k, lanes)
+            le_r, le_g, le_b, around_r, around_g, around_b = le_r + r, le_g + g, le_b + b, _ZERO, _ZERO, _ZERO
+        elif not found:
             around_r, around_g, around_b = lit_r, lit_g, lit_b
         passes = lanes[ln.DIFFUSE_TRANSMISSION + k]
         if passes > _ZERO:

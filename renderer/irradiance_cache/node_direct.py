@@ -11,8 +11,8 @@ from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
 from renderer.core.ray_packet import LANES
-from renderer.irradiance_cache.hemisphere import outside_light
-from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, stand_on, turned, unit_hash
+from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, scatterer_of, stand_on, turned, unit_hash
+from renderer.irradiance_cache.outside import outside_light
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.view_factors import sample_view, view_factor
 from renderer.path.direct_light import weigh_lights
@@ -40,7 +40,7 @@ def light_nodes(
     pattern: NDArray[np.float32],
     nodes: NDArray[np.int64],
     sky_share: NDArray[np.float32],
-    whole: bool,
+    coarse: bool,
     scratch: Scratch,
     light: NodeLight,
 ) -> None:
@@ -48,13 +48,13 @@ def light_nodes(
 
     ``sky_share``: as of :class:`renderer.irradiance_cache.cache_geometry.CacheGeometry`, or of length 0 where no node is outside.
     ``budget``: about how many points on lights are sampled, shared among groups of lights by importance; ``pattern``: (s, 2) float32, s a
-    multiple of 16, points of the unit square by which the sun's disc is sampled; ``whole``: whether light counts by all that the surface
-    reflects, or by what its diffuse base does.
+    multiple of 16, points of the unit square by which the sun's disc is sampled; ``coarse``: whether light counts for all that the surface
+    scatters, or for its diffuse base, and photons bring that of the sun.
     """
     lanes, has_sun = scratch.lanes, len(scene.lights.infinite.part) > 0
     for i in range(len(nodes)):
         node = nodes[i]
-        reflector = reflector_of(scene.surfaces, atlas.face[node], whole)
+        reflector = scatterer_of(scene.surfaces, atlas.face[node]) if coarse else reflector_of(scene.surfaces, atlas.face[node], False)
         stand_on(atlas, node, scratch)
         weigh_lights(scene.lights, scratch)
         shift_u, shift_v = unit_hash(node, key)
@@ -72,7 +72,7 @@ def light_nodes(
         elif lanes[ln.IMPORTANCE] > _ZERO:
             _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], reflector, node, key, scratch, light)
             # Photons bring what coarse nodes have of it.
-            if has_sun and not whole:
+            if has_sun and not coarse:
                 _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
 
 

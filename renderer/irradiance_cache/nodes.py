@@ -5,13 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.reflectance import Reflector, diffuse_reflector, reflected_share, whole_reflector
+from renderer.bsdf.reflectance import WIDE, Reflector, diffuse_reflector, whole_reflector
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import LANES
+from renderer.irradiance_cache.specular import is_clear
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import CORNERS, STRIP, Atlas
 from renderer.path.records import Scratch
@@ -22,10 +23,10 @@ from renderer.path.surfaces import lift_height
 class NodeLight(NamedTuple):
     """Light that falls on n nodes, float32.
 
-    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps, that of fine nodes, and that of
-    coarse ones by lamps, as far as it counts (:func:`reflector_of`); sun: (n, 4), that by the sun, and which share of it arrives; toward:
-    (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and direct; valid: (n,), 1, less where
-    nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres.
+    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps, as far as it counts for the diffuse
+    base, at coarse nodes for all that scatters (:func:`scatterer_of`); sun: (n, 4), that by the sun, and which share of it arrives;
+    toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and direct; valid: (n,), 1, less
+    where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres.
     """
 
     indirect: NDArray[np.float32]
@@ -73,16 +74,16 @@ def reflector_of(surfaces: Surfaces, face: int, whole: bool) -> Reflector:
     return whole_reflector(base, ior, roughness, coat, materials[row + st.COAT_ROUGHNESS], surfaces.albedos.reflected)
 
 
-@entry
-def scattered_part(surfaces: Surfaces, atlas: Atlas, ways: NDArray[np.float32], part: NDArray[np.float32]) -> None:
-    """Fill, (n,), what light from some ways, (n, 3), counts for the base of nodes, over what it counts for all that they reflect."""
-    for node in range(len(part)):
-        x, y, z = ways[node, 0], ways[node, 1], ways[node, 2]
-        cosine = x * atlas.normal[node, 0] + y * atlas.normal[node, 1] + z * atlas.normal[node, 2]
-        cosine = min(max(cosine / np.sqrt(max(x * x + y * y + z * z, _TINY)), _ZERO), _ONE)
-        matt, whole = reflector_of(surfaces, atlas.face[node], False), reflector_of(surfaces, atlas.face[node], True)
-        reflected = surfaces.albedos.reflected
-        part[node] = reflected_share(matt, cosine, reflected) / max(reflected_share(whole, cosine, reflected), _TINY)
+@inlined
+def scatters_all(materials: NDArray[np.float32], row: int) -> bool:
+    """Return whether all that the part reflects counts as scattered: it is so rough that it has no other lobe, or clear glass."""
+    return bool((materials[row + st.ROUGHNESS] >= WIDE) & (materials[row + st.COAT] == _ZERO)) or is_clear(materials, row)
+
+
+@inlined
+def scatterer_of(surfaces: Surfaces, face: int) -> Reflector:
+    """Return what counts of the light on a triangle for what its surface scatters."""
+    return reflector_of(surfaces, face, scatters_all(surfaces.materials, surfaces.face_part[face] * st.ROW_SIZE))
 
 
 @inlined

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import fresnel_thin_dielectric, sample_ggx_wm
-from renderer.bsdf.reflectance import reflected_parts
+from renderer.bsdf.reflectance import reflected_parts, reflected_share
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
@@ -20,7 +20,7 @@ from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES
 from renderer.core.sampling import Vector, coordinate_system, sample_cosine_hemisphere
 from renderer.irradiance_cache.hemisphere import is_wide
-from renderer.irradiance_cache.nodes import reflector_of
+from renderer.irradiance_cache.nodes import reflector_of, scatterer_of, scatters_all
 from renderer.irradiance_cache.probing import Looks
 from renderer.irradiance_cache.specular import clear_share, go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
@@ -39,19 +39,21 @@ PHOTONS = 65536
 _DEEPEST = 64
 _LEAST_SHARE = 0.1
 """Least area of what shares flux, in squares of the width: the area of small things is not known well."""
-_STRAIGHT, _SCATTERED = 0, 1
-"""``Scratch.sampled`` of photons: such as come from the sun by panes and glass alone, and others."""
+_ENOUGH, _LEAST_M2 = 8, 1e-6
+"""How many photons a node needs, in the mean over those around it, to have its own flux, and which area it has at least."""
+_STRAIGHT, _MIRRORED, _SCATTERED = range(3)
+"""``Scratch.sampled`` of photons: such as come from the sun by panes and glass alone, also by gloss and mirrors, and others."""
 
 
 class Photons(NamedTuple):
     """Where the sun's photons begin, and what each brings.
 
-    origins: (n, 3) float32, metres, just within the panes; direction: (3,) float32, unit, away from the sun; flux: (n, 3) float32, lumens;
-    key: of their random numbers.
+    origins: (n, 3) float32, metres, just within the panes; directions: (n, 3) float32, unit, away from the sun; flux: (n, 3) float32,
+    lumens; key: of their random numbers.
     """
 
     origins: NDArray[np.float32]
-    direction: NDArray[np.float32]
+    directions: NDArray[np.float32]
     flux: NDArray[np.float32]
     key: np.uint32
 
@@ -59,12 +61,14 @@ class Photons(NamedTuple):
 class SunLight(NamedTuple):
     """What photons leave.
 
-    first, bounced: (n, 3) float32, lumens at coarse nodes that come straight from the sun, and that surfaces have sent on before, as far as
-    they count (:func:`renderer.irradiance_cache.nodes.reflector_of`); sunlit: (m,) bool, fine nodes around what the sun falls on.
+    first, bounced: (n, 3) float32, lumens at coarse nodes that come from the sun, by gloss and mirrors at most, as far as they count for
+    what is scattered (:func:`renderer.irradiance_cache.nodes.scatterer_of`), and that surfaces have scattered before, as far as they count
+    for all that is reflected; hits: (n, 2) float32, how many photons these are; sunlit: (m,) bool, fine nodes around what the sun falls on.
     """
 
     first: NDArray[np.float32]
     bounced: NDArray[np.float32]
+    hits: NDArray[np.float32]
     sunlit: NDArray[np.bool_]
 
 
@@ -73,28 +77,34 @@ def make_photons(surfaces: Surfaces, infinite: InfiniteLight, key: np.uint32) ->
     beams = make_beams(infinite, PHOTONS)
     if beams is None:
         none = np.zeros((0, 3), np.float32)
-        return Photons(none, none[:0, 0], none, key)
+        return Photons(none, none, none, key)
     cosine = matmul(-infinite.portals[:, 9:12].astype(np.float64), infinite.sun[:3].astype(np.float64))
     passed = np.zeros(len(cosine), np.float32)
     _pass_panes(surfaces, infinite.part, cosine.astype(np.float32), passed)
     # The sun's disc fills 2 pi (1 - cosine) of the view.
     lux = 2.0 * np.pi * float(infinite.sun[3]) * infinite.sun[4:7].astype(np.float64)
     flux = (passed[beams.portals, None] * (beams.section_m2 / PHOTONS) * lux).astype(np.float32)
-    return Photons(beams.origins.astype(np.float32), -infinite.sun[:3], flux, key)
+    return Photons(beams.origins.astype(np.float32), np.tile(-infinite.sun[:3], (PHOTONS, 1)), flux, key)
 
 
-def share_flux(atlas: Atlas, other: NDArray[np.int32], lumen: NDArray[np.float32], width_m: float) -> NDArray[np.float32]:
-    """Return illuminance (n, 3), lux, by the flux (n, 3) that photons have left at nodes.
+def share_flux(
+    atlas: Atlas, other: NDArray[np.int32], lumen: NDArray[np.float32], hits: NDArray[np.float32], width_m: float
+) -> NDArray[np.float32]:
+    """Return illuminance (n, c), lux, by the flux (n, c) that photons have left at nodes; ``hits``: (n,), how many they were.
 
     What nodes have for which an ``other`` (n,) stands in is that one's.  Nodes in a cube of space of that width that face the same of six
-    ways share what they have: on small things photons are few.
+    ways share what they have where photons are few, as on small things.
     """
     nodes = np.arange(len(other))
     cube, major = np.floor(atlas.position / width_m).astype(np.int64), np.abs(atlas.normal).argmax(axis=1)
     facing = 2 * major + (np.take_along_axis(atlas.normal, major[:, None], axis=1)[:, 0] < 0.0)
     x, y, z = (cube - cube.min(axis=0, initial=0)).T
     _, group = np.unique(((x * (y.max(initial=0) + 1) + y) * (z.max(initial=0) + 1) + z) * 6 + facing, return_inverse=True)
-    area = np.maximum(np.bincount(group, atlas.area * (other == nodes)), _LEAST_SHARE * width_m * width_m)
+    own = atlas.area * (other == nodes)
+    shares = (np.bincount(group[other], hits, len(nodes)) < _ENOUGH * np.bincount(group, own > 0.0, len(nodes)))[group]
+    group = np.where(shares, group, len(nodes) + nodes)
+    least = np.repeat([_LEAST_SHARE * width_m * width_m, _LEAST_M2], len(nodes))
+    area = np.maximum(np.bincount(group, own, len(least)), least)
     return np.column_stack([(np.bincount(group[other], channel, len(area)) / area)[group] for channel in lumen.T]).astype(np.float32)
 
 
@@ -116,7 +126,7 @@ def trace_photons(
             scratch.sampled[k] = _STRAIGHT
             for channel in range(3):
                 lanes[ln.BETA_R + LANES * channel + k] = photons.flux[begin + k, channel]
-        shine_in(scene.tree, rays, photons.origins, begin, photons.direction)
+        shine_in(scene.tree, rays, photons.origins, photons.directions, begin)
         for depth in range(_DEEPEST):
             if depth > 0:
                 intersect16(rays.alive.ctypes.data, scene.tree.address, rays.real.ctypes.data, scene.tree.incoherent)
@@ -151,7 +161,7 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
     if table[row + st.PORTAL] > _ZERO:
         if not front or _unit(seed, 0) >= fresnel_thin_dielectric(cosine, table[row + st.IOR]):
             return 0
-        scratch.sampled[k] = _SCATTERED
+        scratch.sampled[k] = max(scratch.sampled[k], _MIRRORED)
         go_on(rays, k, True)
         return 1
     if is_clear(table, row):
@@ -165,22 +175,26 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
     elif is_mirror(table, row) and is_wide(coarse, face):
         for channel in range(3):
             lanes[ln.BETA_R + LANES * channel + k] *= table[row + st.BASE + channel]
-        scratch.sampled[k] = _SCATTERED
+        scratch.sampled[k] = max(scratch.sampled[k], _MIRRORED)
         go_on(rays, k, True)
         return 1
     nodes, weights, u, v = scratch.nodes, scratch.weights, real[ray.BARY_U + k], real[ray.BARY_V + k]
-    straight = scratch.sampled[k] == _STRAIGHT
-    if straight:
+    direct = scratch.sampled[k] != _SCATTERED
+    if scratch.sampled[k] == _STRAIGHT:
         for i in range(find_nodes(fine, face, u, v, front, nodes, weights)):
             light.sunlit[nodes[i]] = True
     reflector = reflector_of(surfaces, face, True)
     scattered, mirrored = reflected_parts(reflector, cosine, surfaces.albedos.reflected)
+    counts = scattered + mirrored
+    if direct:
+        counts = reflected_share(scatterer_of(surfaces, face), cosine, surfaces.albedos.reflected)
     nearest, most = -1, _ZERO
     for i in range(find_nodes(coarse, face, u, v, front, nodes, weights)):
         nearest, most = (nodes[i], weights[i]) if weights[i] > most else (nearest, most)
+        light.hits[nodes[i], 0 if direct else 1] += weights[i]
         for channel in range(3):
-            lumen = weights[i] * (scattered + mirrored) * lanes[ln.BETA_R + LANES * channel + k]
-            if straight:
+            lumen = weights[i] * counts * lanes[ln.BETA_R + LANES * channel + k]
+            if direct:
                 light.first[nodes[i], channel] += lumen
             else:
                 light.bounced[nodes[i], channel] += lumen
@@ -201,13 +215,17 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
     is_metal = table[row + st.METALLIC] > _HALF
     gloss = bool(not behind and (is_metal or _unit(seed, 1) * (scattered + mirrored) < mirrored))
     roughness = reflector.coat_roughness if reflector.coat > _ZERO else table[row + st.ROUGHNESS]
-    _scatter(gloss, bool(behind == front), roughness * roughness, cosine, seed, k, scratch)
+    way = _MIRRORED if gloss and not scatters_all(table, row) else _SCATTERED
+    _scatter(gloss, way, bool(behind == front), roughness * roughness, cosine, seed, k, scratch)
     return 1
 
 
 @inlined
-def _scatter(gloss: bool, back: bool, alpha: np.float32, cosine: np.float32, seed: np.uint32, k: int, scratch: Scratch) -> None:
-    """Send photon k on from its hit: by microfacets, or, where it shows none, by a diffuse lobe; ``back``: from the triangle's back."""
+def _scatter(gloss: bool, way: int, back: bool, alpha: np.float32, cosine: np.float32, seed: np.uint32, k: int, scratch: Scratch) -> None:
+    """Send photon k on from its hit: by microfacets, or, where it shows none, by a diffuse lobe.
+
+    ``way``: what it is from now on, at least; ``back``: whether it goes from the triangle's back.
+    """
     real, integer = scratch.rays.real, scratch.rays.integer
     sign = -_ONE if back else _ONE
     scale = sign / np.sqrt(max(real[ray.NG_X + k] ** 2 + real[ray.NG_Y + k] ** 2 + real[ray.NG_Z + k] ** 2, _TINY))
@@ -225,7 +243,7 @@ def _scatter(gloss: bool, back: bool, alpha: np.float32, cosine: np.float32, see
     real[ray.DIR_Z + k] = a * uz + b * vz + c * nz
     real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.float32(np.inf)
     integer[ray.GEOM_ID + k] = INVALID_ID
-    scratch.rays.alive[k], scratch.sampled[k] = -1, _SCATTERED
+    scratch.rays.alive[k], scratch.sampled[k] = -1, max(scratch.sampled[k], way)
 
 
 @inlined

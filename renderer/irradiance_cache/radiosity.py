@@ -56,11 +56,12 @@ class Sheets(NamedTuple):
     """What nodes on cloth and leaves let through.
 
     behind: (n,) int32, the node on the other side, -1 where there is none; passed: (n, 3) float32, what of the light there leaves on this
-    side; light: (n, 3) float32, the luminance of that, cd/m2.
+    side; lit: (n, 3) float32, the luminance on this side, cd/m2, by lights on the other; light: (n, 3) float32, that by all light there.
     """
 
     behind: NDArray[np.int32]
     passed: NDArray[np.float32]
+    lit: NDArray[np.float32]
     light: NDArray[np.float32]
 
 
@@ -130,18 +131,19 @@ def solve_links(
     given: NDArray[np.float32],
     by_mirrors: NDArray[np.float32],
     albedo: NDArray[np.float32],
-    glow: NDArray[np.float32],
+    shining: NDArray[np.float32],
     sheets: Sheets,
     most_sweeps: int,
     luminance: NDArray[np.float32],
 ) -> None:
     """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
 
-    ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.  It has settled when no more than a
-    millionth of all changes, so that what leaves is what arrives, reflected, and what glows.  What sheets let through is not part of
+    ``given``: (n, 3), illuminance by what no link brings, lux; ``by_mirrors``: as of :func:`see_lights`; ``shining``: (n, 3), what leaves
+    by lights alone, cd/m2.  It has settled when no more than a millionth of all changes, so that what leaves is what arrives, reflected,
+    and what shines.  What sheets let through is not part of
     it, but of ``sheets.light``; it passes along the links like all light.
     """
-    count, behind, passed, through = links.shape[1], sheets.behind, sheets.passed, sheets.light
+    count, (behind, passed, lit, through) = links.shape[1], sheets
     for _ in range(most_sweeps):
         total = change = 0.0
         for node in range(len(links)):
@@ -156,15 +158,15 @@ def solve_links(
                     b += luminance[link, 2] + through[link, 2]
             scale = _PI / np.float32(max(free, 1))
             before = luminance[node, 0] + luminance[node, 1] + luminance[node, 2]
-            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + given[node, 0]) + glow[node, 0]
-            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + given[node, 1]) + glow[node, 1]
-            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + given[node, 2]) + glow[node, 2]
+            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + given[node, 0]) + shining[node, 0]
+            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + given[node, 1]) + shining[node, 1]
+            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + given[node, 2]) + shining[node, 2]
             after = luminance[node, 0] + luminance[node, 1] + luminance[node, 2]
             total, change = total + after, change + abs(after - before)
             other = behind[node]
             if other >= 0:
-                through[other, 0] = passed[other, 0] * _INVERSE_PI * (scale * r + given[node, 0])
-                through[other, 1] = passed[other, 1] * _INVERSE_PI * (scale * g + given[node, 1])
-                through[other, 2] = passed[other, 2] * _INVERSE_PI * (scale * b + given[node, 2])
+                through[other, 0] = passed[other, 0] * _INVERSE_PI * (scale * r + given[node, 0]) + lit[other, 0]
+                through[other, 1] = passed[other, 1] * _INVERSE_PI * (scale * g + given[node, 1]) + lit[other, 1]
+                through[other, 2] = passed[other, 2] * _INVERSE_PI * (scale * b + given[node, 2]) + lit[other, 2]
         if change <= _SETTLED * total:
             break

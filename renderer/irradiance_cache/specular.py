@@ -1,4 +1,6 @@
-"""Surfaces that rays of the cache go on from: clear glass, straight through it and tinted, mirrors, and rough metal by its microfacets."""
+"""Surfaces that rays of the cache go on from: clear glass, straight through it and tinted, mirrors, and gloss by its microfacets."""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,14 +99,31 @@ def go_on(packet: Packet, k: int, mirror: bool) -> None:
     packet.alive[k] = -1
 
 
-@inlined
-def mirror_by_facet(surfaces: Surfaces, row: int, seed: np.uint32, k: int, scratch: Scratch) -> bool:
-    """Send ray k on from rough metal whose material begins at ``row``, by one of the microfacets that it sees; return whether it goes.
+class Lobe(NamedTuple):
+    """Microfacets: alpha, and what they reflect of each channel at normal incidence, and at grazing of all, for Schlick's formula."""
 
-    BETA takes its colour, after Schlick, and what other microfacets do not hide.  A ray that sees the metal from behind, or would go into
-    it, ends.  ``seed``: chooses the microfacet.
+    alpha: np.float32
+    r: np.float32
+    g: np.float32
+    b: np.float32
+    f90: np.float32
+
+
+@inlined
+def metal_lobe(materials: NDArray[np.float32], row: int) -> Lobe:
+    """Return that of the metal whose material begins at ``row``."""
+    roughness, base = materials[row + st.ROUGHNESS], row + st.BASE
+    return Lobe(roughness * roughness, materials[base], materials[base + 1], materials[base + 2], _ONE)
+
+
+@inlined
+def mirror_by_facet(surfaces: Surfaces, lobe: Lobe, seed: np.uint32, k: int, scratch: Scratch) -> bool:
+    """Send ray k on from a surface by one of its microfacets that it sees; return whether it goes.
+
+    BETA takes their colour, after Schlick, and what other microfacets do not hide.  A ray that would go into the surface ends.  Its back is
+    like its front.  ``seed``: chooses the microfacet.
     """
-    rays, lanes, table = scratch.rays, scratch.lanes, surfaces.materials
+    rays, lanes = scratch.rays, scratch.lanes
     real = rays.real
     at = 9 * np.int64(rays.integer[ray.PRIM_ID + k])
     v, w = real[ray.BARY_U + k], real[ray.BARY_V + k]
@@ -113,23 +132,23 @@ def mirror_by_facet(surfaces: Surfaces, row: int, seed: np.uint32, k: int, scrat
     nx = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
     ny = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
     nz = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
-    scale = _ONE / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
+    along = dx * real[ray.NG_X + k] + dy * real[ray.NG_Y + k] + dz * real[ray.NG_Z + k]
+    scale = (-_ONE if along > _ZERO else _ONE) / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
     nx, ny, nz = scale * nx, scale * ny, scale * nz
     wo_z = -(dx * nx + dy * ny + dz * nz)
     if wo_z <= _LEAST_COSINE:
         return False
     ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
     wo_x, wo_y = -(dx * ux + dy * uy + dz * uz), -(dx * vx + dy * vy + dz * vz)
-    alpha = table[row + st.ROUGHNESS] * table[row + st.ROUGHNESS]
-    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, alpha, unit_of(seed), unit_of(mix_bits(np.uint32(seed + _SECOND))))
+    wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, lobe.alpha, unit_of(seed), unit_of(mix_bits(np.uint32(seed + _SECOND))))
     half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
     a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
     if c <= _ZERO:
         return False
-    seen, schlick = visible_share(wo_z, c, alpha), schlick_weight(half)
-    for channel in range(3):
-        base = table[row + st.BASE + channel]
-        lanes[ln.BETA_R + LANES * channel + k] *= seen * (base + (_ONE - base) * schlick)
+    seen, schlick = visible_share(wo_z, c, lobe.alpha), schlick_weight(half)
+    lanes[ln.BETA_R + k] *= seen * (lobe.r + (lobe.f90 - lobe.r) * schlick)
+    lanes[ln.BETA_G + k] *= seen * (lobe.g + (lobe.f90 - lobe.g) * schlick)
+    lanes[ln.BETA_B + k] *= seen * (lobe.b + (lobe.f90 - lobe.b) * schlick)
     go_on(rays, k, True)
     real[ray.DIR_X + k] = a * ux + b * vx + c * nx
     real[ray.DIR_Y + k] = a * uy + b * vy + c * ny

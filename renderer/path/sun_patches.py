@@ -78,7 +78,7 @@ def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle
         return none
     sun, origins = infinite.sun[:3].astype(np.float64), beams.origins
     triangles, distances = np.full(BEAMS, -1, np.int64), np.zeros(BEAMS, np.float32)
-    _trace_beams(tree, make_packet(), origins.astype(np.float32), -infinite.sun[:3], triangles, distances)
+    _trace_beams(tree, make_packet(), origins.astype(np.float32), np.tile(-infinite.sun[:3], (BEAMS, 1)), triangles, distances)
     part = flat.face_part[triangles]
     met = (triangles >= 0) & ~flat.parts.portal[part]
     if not met.any():
@@ -127,42 +127,42 @@ def _trace_beams(
     scene: SceneHandle,
     packet: Packet,
     origins: NDArray[np.float32],
-    direction: NDArray[np.float32],
+    directions: NDArray[np.float32],
     triangles: NDArray[np.int64],
     distances: NDArray[np.float32],
 ) -> None:
-    """Fill ``triangles`` and ``distances`` of the nearest hits of rays from ``origins`` along one unit direction.
+    """Fill ``triangles`` and ``distances`` of the nearest hits of rays from ``origins`` along unit ``directions``, (n, 3) both.
 
     Left as they are where nothing is met.
     """
     for first in range(0, len(origins), LANES):
-        shine_in(scene, packet, origins, first, direction)
+        shine_in(scene, packet, origins, directions, first)
         for k in range(LANES):
             if packet.integer[ray.GEOM_ID + k] != INVALID_ID:
                 triangles[first + k], distances[first + k] = packet.integer[ray.PRIM_ID + k], packet.real[ray.TFAR + k]
 
 
 @inlined
-def shine_in(scene: SceneHandle, packet: Packet, origins: NDArray[np.float32], first: int, direction: NDArray[np.float32]) -> None:
-    """Trace 16 beams from ``origins`` (n, 3) on, along one unit direction; those that something outside keeps out meet nothing.
+def shine_in(scene: SceneHandle, packet: Packet, origins: NDArray[np.float32], directions: NDArray[np.float32], first: int) -> None:
+    """Trace 16 beams from ``origins`` along unit ``directions``, (n, 3) both; those that something outside keeps out meet nothing.
 
-    What stands in their way, as the window's frame, is what rays back to the sun meet, which pass panes.
+    What stands in their way, as the window's frame, is what rays back to the sun or the sky meet, which pass panes.
     """
     real, integer, alive = packet.real, packet.integer, packet.alive
     for k in range(LANES):
-        _aim(packet, k, origins[first + k], direction, -_ONE)
+        aim(packet, k, origins[first + k], directions[first + k], -_ONE)
         integer[ray.MASK + k], alive[k] = PASS_PANES, -1
     occluded16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
     for k in range(LANES):
         # Embree sets the end of a blocked ray to minus infinity.
         alive[k] = -1 if real[ray.TFAR + k] > _ZERO else 0
-        _aim(packet, k, origins[first + k], direction, _ONE)
+        aim(packet, k, origins[first + k], directions[first + k], _ONE)
         integer[ray.MASK + k], integer[ray.GEOM_ID + k] = MEET_ALL, INVALID_ID
     intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
 
 
 @inlined
-def _aim(packet: Packet, k: int, origin: NDArray[np.float32], direction: NDArray[np.float32], sign: np.float32) -> None:
+def aim(packet: Packet, k: int, origin: NDArray[np.float32], direction: NDArray[np.float32], sign: np.float32) -> None:
     """Aim lane k along a direction, or with ``sign`` -1 against it, without an end."""
     for axis in range(3):
         packet.real[ray.ORG_X + LANES * axis + k] = origin[axis]

@@ -12,7 +12,7 @@ GREY = np.full((8, 3), [0.2, 0.5, 0.8], np.float32)
 ONES, NOTHING = np.ones((8, 3), np.float32), np.zeros((8, 3), np.float32)
 
 
-NO_SHEETS = Sheets(np.full(8, -1, np.int32), NOTHING, NOTHING)
+NO_SHEETS = Sheets(np.full(8, -1, np.int32), NOTHING, NOTHING, NOTHING)
 
 
 def solve(links, given=NOTHING, seen=NOTHING, albedo=GREY, glow=NOTHING, sheets=NO_SHEETS, sweeps=100):
@@ -54,7 +54,7 @@ def test_a_sheet_passes_light_on():
     links = np.repeat(np.arange(8)[:, None], 16, axis=1)
     given = np.where(np.arange(8)[:, None] < 4, np.pi * ONES, NOTHING).astype(np.float32)
     passed = np.full((8, 3), [0.1, 0.2, 0.15], np.float32)
-    sheets = Sheets(np.array([4, 5, 6, 7, 0, 1, 2, 3], np.int32), passed, np.zeros((8, 3), np.float32))
+    sheets = Sheets(np.array([4, 5, 6, 7, 0, 1, 2, 3], np.int32), passed, NOTHING, np.zeros((8, 3), np.float32))
     leaving = solve(links, given=given, sheets=sheets, sweeps=1000) + sheets.light
     kept, through = 1 - GREY[0], passed[0]
     scale = 1 / (kept**2 - through**2)

@@ -1,0 +1,49 @@
+"""Light of the sky on what stands outside, and in it, seen by a pane."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.layers import boundary_reflectance
+from renderer.bsdf.microfacet import schlick_weight
+from renderer.bsdf.reflectance import WIDE
+from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
+from renderer.core.color import Rgb
+from renderer.core.kernel import inlined
+from renderer.core.ray_packet import Packet
+from renderer.path.infinite_light import sky_le
+from renderer.scene.flat_scene import Sky
+
+_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
+_LEAN = np.float32(0.7)
+
+
+@inlined
+def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
+    """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
+
+    From two directions, 35 degrees above and below.
+    """
+    up, down = nz + _LEAN, nz - _LEAN
+    high = _ONE / np.sqrt(max(nx * nx + ny * ny + up * up, _TINY))
+    low = _ONE / np.sqrt(max(nx * nx + ny * ny + down * down, _TINY))
+    r, g, b = sky_le(sky, nx * high, ny * high, up * high)
+    red, green, blue = sky_le(sky, nx * low, ny * low, down * low)
+    return _HALF * (r + red), _HALF * (g + green), _HALF * (b + blue)
+
+
+@inlined
+def mirrored_sky(sky: Sky, rays: Packet, k: int, lanes: NDArray[np.float32]) -> Rgb:
+    """Return the luminance (r, g, b), cd/m2, of the sky that what ray k has hit mirrors to it, 0 if that is rough."""
+    if lanes[ln.ROUGHNESS + k] >= WIDE:
+        return _ZERO, _ZERO, _ZERO
+    real = rays.real
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+    along = dx * nx + dy * ny + dz * nz
+    r, g, b = sky_le(sky, dx - _TWO * along * nx, dy - _TWO * along * ny, dz - _TWO * along * nz)
+    f0, f90 = boundary_reflectance(lanes[ln.IOR + k])
+    metallic, schlick = lanes[ln.METALLIC + k], schlick_weight(abs(along))
+    f0, f90 = (_ONE - metallic) * f0, (_ONE - metallic) * f90 + metallic
+    red, green, blue = f0 + metallic * lanes[ln.BASE_R + k], f0 + metallic * lanes[ln.BASE_G + k], f0 + metallic * lanes[ln.BASE_B + k]
+    return (red + (f90 - red) * schlick) * r, (green + (f90 - green) * schlick) * g, (blue + (f90 - blue) * schlick) * b
