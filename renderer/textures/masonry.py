@@ -180,7 +180,7 @@ def marble(rng: np.random.Generator, request: Request) -> Pattern:
     threads = np.zeros_like(first)
     for level, weight in ((0.0, 0.34), (1.1, 0.24), (-1.0, 0.18)):  # lines of equal height never cross, as cracks that heal side by side
         threads += weight * el.exp(-np.abs(second - level) * 15.0)
-    threads *= 0.35 + 0.65 * strength
+    threads *= strength * strength  # they come and go
     cloud = 0.32 * smooth_step(-0.5, 2.2, fold)
     vein = np.clip(veins + threads, 0.0, 1.0)
     return Pattern(((0.85 * vein), (cloud * (1.0 - vein))), None, (0.04 * vein), None)
