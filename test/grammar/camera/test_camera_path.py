@@ -173,6 +173,13 @@ def test_doors_stand_for_things_that_are_missing() -> None:
     assert asked == plain, "towards the bed: none is missing, and no door in view"
 
 
+def test_tall_is_what_reaches_above_the_lens_but_for_windows() -> None:
+    boxes = np.array([solid(1.0, 1.0, 0.3, 0.3, 2.0), solid(3.0, 1.0, 0.3, 0.3, 0.8)])
+    slab = np.array([solid(4.2, 1.8, 0.02, 0.9, 2.0)])
+    space = CameraSpace(RECTANGLE, HEIGHT_M, boxes, sights=Sights(windows=slab, bright=np.array([False, False, True]), doors=slab))
+    assert space.views(CONFIG, 1.4).tall.tolist() == [True, False, False, True]
+
+
 def test_many_frames_walk_on_at_walking_speed() -> None:
     path = sample(3, frames=900, rate_hz=30.0)
     check_motion(path, CONFIG, max(CONFIG.speed_m_s / 30.0, CONFIG.path_length_m / 899))
