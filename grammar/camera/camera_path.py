@@ -61,15 +61,18 @@ class CameraSpace(NamedTuple):
         """Solids and boxes of the roof, which nothing passes through."""
         return np.ascontiguousarray(np.concatenate([self.boxes, self.roof]), np.float64)
 
-    def views(self, config: CameraPathConfig, lens_m: float, *, of_doors: bool = False) -> Views:
-        """Return what views are judged in, for a lens at a height; doors stand for things that are missing, if asked for."""
+    def views(self, config: CameraPathConfig, lens_m: float) -> Views:
+        """Return what views are judged in, for a lens at a height; doors stand for things that are missing."""
         sights = self.sights
-        slabs = np.concatenate([sights.windows, sights.doors[: len(sights.doors) if of_doors else 0]])
+        slabs = np.concatenate([sights.windows, sights.doors])
         seen = np.ascontiguousarray(np.concatenate([self.boxes, slabs, self.roof]), np.float64)
         things = len(self.boxes) + len(slabs)
         bright = np.zeros(len(self.boxes) + len(sights.windows), np.bool_)
         bright[: len(sights.bright)] = sights.bright
-        return Views(config, np.ascontiguousarray(self.polygon_m, np.float64), self.height_m, seen, lens_m, things, bright, main=self._main)
+        tall = (seen[:things, Z_LOW] < lens_m) & (seen[:things, Z_HIGH] > lens_m)
+        tall[len(self.boxes) : len(bright)] = False  # windows
+        polygon = np.ascontiguousarray(self.polygon_m, np.float64)
+        return Views(config, polygon, self.height_m, seen, lens_m, things, bright, main=self._main, tall=tall)
 
     @property
     def _main(self) -> int:
@@ -111,10 +114,10 @@ def sample_camera_path(
 
 
 def _photograph(rng: np.random.Generator, config: CameraPathConfig, space: CameraSpace, times: CameraTimes) -> CameraPose:
-    """Return the pose of the best view of all within reach of a photographer; doors stand for things that are missing."""
+    """Return the pose of the best view of all within reach of a photographer."""
     config = config.for_still(signed_area_m2(np.asarray(space.polygon_m, np.float64).tolist()))
     _, lens_m = sample_mount(rng, config, space.height_m)
-    views = space.views(config, lens_m, of_doors=True)
+    views = space.views(config, lens_m)
     shot = best_shot(rng, views, places_in_reach(views.polygon, space.solids, lens_m, config))
     return _pose(times, 0, shot.place_m, lens_m, shot.yaw_rad, shot.pitch_rad)
 

@@ -34,6 +34,7 @@ class ViewWeights(NamedTuple):
     line: float
     bare: float
     main: float
+    slab: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,6 +66,7 @@ class Still:
     shown_weight: Weight
     bare_weight: Weight
     main_weight: Weight
+    slab_weight: Weight
     viewpoint_trials: Trials
 
 
@@ -98,6 +100,7 @@ class CameraPathConfig:
     line_weight: Weight
     bare_weight: Weight
     main_weight: Weight
+    slab_weight: Weight
     travel_weight: Weight
     sweep_weight: Weight
     first_weight: Annotated[float, Limits(ge=1.0, le=100.0)]
@@ -119,6 +122,7 @@ class CameraPathConfig:
             shown_weight=still.shown_weight,
             bare_weight=still.bare_weight,
             main_weight=still.main_weight,
+            slab_weight=still.slab_weight,
             elevations_rad=still.elevations_rad,
             viewpoint_trials=still.viewpoint_trials,
         )
@@ -141,6 +145,7 @@ class CameraPathConfig:
             line=self.line_weight,
             bare=self.bare_weight,
             main=self.main_weight,
+            slab=self.slab_weight,
         )
 
 

@@ -14,9 +14,9 @@ from scipy import ndimage
 from grammar.camera.path_config import CameraPathConfig
 from grammar.camera.view_ring import Views, column_azimuth_rad
 from grammar.camera.walk import LEAST_AREA_M2, RELAXATION, RESERVE_CELLS, around_lens, largest_component
-from grammar.geometry.arrays import Bools, Boxes, Floats
+from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import Z_LOW
-from grammar.geometry.free_space import FreeSpace, rasterize, standable
+from grammar.geometry.free_space import centres_of, rasterize, standable
 
 _COMPARED = 16
 """Places that are compared at all pitches."""
@@ -49,8 +49,8 @@ def places_in_reach(
                 continue
             places &= ndimage.distance_transform_edt(~stands) * step_m <= config.still.reach_m
         if np.count_nonzero(places) * step_m**2 >= LEAST_AREA_M2:
-            return _centres(lens, places)
-    return _centres(lens, lens.clearance_m == lens.clearance_m.max())[:1]
+            return centres_of(lens, places)
+    return centres_of(lens, lens.clearance_m == lens.clearance_m.max())[:1]
 
 
 def best_shot(rng: np.random.Generator, views: Views, places_m: Floats) -> Shot:
@@ -72,8 +72,3 @@ def best_shot(rng: np.random.Generator, views: Views, places_m: Floats) -> Shot:
             if values[column] > best:
                 best, shot = float(values[column]), Shot(place, float(column_azimuth_rad()[column]), pitch)
     return shot
-
-
-def _centres(raster: FreeSpace, cells: Bools) -> Floats:
-    row, column = np.nonzero(cells)
-    return np.asarray(np.column_stack([column, row]) * raster.resolution_m + 0.5 * raster.resolution_m + np.array(raster.origin_m))

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 import kernel_cache.elementary as el
 from grammar.camera.path_config import CameraPathConfig, ViewWeights
-from grammar.geometry.arrays import Boxes, Floats, Ints
+from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
 from grammar.geometry.kernels import entry, kernel
 
 RING_COLUMNS = 72
 
-_ENOUGH_OBJECTS = 3
+_ENOUGH_OBJECTS = 4
+"""Things in view from which none is missing: three, and one that others may hide from more than a ray."""
 _NARROW_M, _WIDE_M = 2.0, 3.0
 """Free widths at which a room counts as narrow, and as not narrow at all."""
 _REFUSED = 5.0
@@ -30,6 +31,8 @@ _MAIN_SHARE = 0.04
 """Share of a view from which the main thing counts as shown."""
 _LEAST_OF_LINE = 0.4
 """Of the longest free line from a point, the median depth that is enough there: tiny rooms have no deeper views."""
+
+NOT_TALL = np.zeros(0, np.bool_)
 
 _CORNER = 1e-9
 """Share of an edge's length by which it overlaps its neighbours, so that no ray passes between them."""
@@ -103,18 +106,20 @@ def view_values(
     pitch_rad: float = 0.0,
     floor_plane: int = -1,
     main: int = -1,
+    tall: Bools = NOT_TALL,
 ) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^(k - c/2)) + shown * (share of rays that meet boxes)
             - near * (share of rays whose depth along the optical axis is less than near + of those that meet boxes)
-            - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(3 - k, 0)
+            - filled * (what the largest plane and the largest object fill beyond most_share) - missing * max(4 - k, 0)
             - bare * (share of rays that meet bare walls or the ceiling, beyond 0.3)
+            - slab * (share of rays that meet, nearer than twice near, tall things that its sides or its lower edge cut)
             + light, where a window or a lamp is in view + main, where the main thing fills 0.04 and more of it
             + line * narrowness * (free line ahead / longest free line)
     with k the number of different boxes in view, c of those that its sides or its lower edge cut, and less by 5 where the median of d is
     below least_depth, and below 0.4 times the longest free line.  Boxes beyond those of ``bright`` are doors: they count among the k of
-    which no more than 3 can be missing, and else as walls.
+    which no more than 4 can be missing, and else as walls.
 
     Args:
         ring: what the rays meet.
@@ -126,14 +131,18 @@ def view_values(
         pitch_rad: of the optical axis, up is positive.
         floor_plane: which plane is the floor, which does not count as bare.
         main: which box is the main thing, -1: none.
+        tall: (t,) which of the first boxes reach from below the lens to above it; the others do not.
     """
     values = np.empty(RING_COLUMNS)
     boxes, planes = int(ring.hit.max()) + 1, int(ring.plane.max()) + 1
     level = _level_m(ring, elevations_rad)
     longest_m = max(longest_m, float(level.max()))
+    is_tall = np.zeros(max(boxes, len(tall)), np.bool_)
+    is_tall[: len(tall)] = tall
     weights = weights._replace(least_depth_m=min(weights.least_depth_m, _LEAST_OF_LINE * longest_m))
     cosines = _axis_cosines(columns_wide, elevations_rad, pitch_rad)
-    _value_views(*ring, bright, cosines, weights, floor_plane, main, np.empty((2, boxes), np.int64), np.empty(planes, np.int64), values)
+    counters = np.empty((3, boxes), np.int64), np.empty(planes, np.int64)
+    _value_views(*ring, bright, is_tall, cosines, weights, floor_plane, main, *counters, values)
     across = float((level[: RING_COLUMNS // 2] + level[RING_COLUMNS // 2 :]).min())
     narrow = min(max((_WIDE_M - across) / (_WIDE_M - _NARROW_M), 0.0), 1.0)
     return np.asarray(values + weights.line * narrow * level / longest_m)
@@ -152,10 +161,10 @@ def _axis_cosines(columns_wide: int, elevations_rad: Floats, pitch_rad: float) -
 
 
 @entry
-def _value_views(distance_m, hit, plane, bright, cosines, weights, floor_plane, main, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
+def _value_views(distance_m, hit, plane, bright, tall, cosines, weights, floor_plane, main, box_rays, plane_rays, values):  # type: ignore[no-untyped-def]
     """Write the value of each view but for its free line.
 
-    ``box_rays``, of all rays and of those at a view's sides or lower edge, and ``plane_rays`` are counters.
+    ``box_rays``, of all rays, of those at a view's sides or lower edge and of near ones, and ``plane_rays`` are counters.
     """
     columns, things = len(distance_m), len(bright)
     columns_wide, rows = cosines.shape
@@ -174,6 +183,7 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, floor_plane, 
                 if hit[column, row] >= 0:
                     shown += hit[column, row] < things
                     box_rays[0, hit[column, row]] += 1
+                    box_rays[2, hit[column, row]] += d * cosines[offset, row] < 2.0 * weights.near_m
                     box_rays[1, hit[column, row]] += row == 0 or offset == 0 or offset == columns_wide - 1
                 else:
                     bare += plane[column, row] != floor_plane
@@ -181,6 +191,8 @@ def _value_views(distance_m, hit, plane, bright, cosines, weights, floor_plane, 
         objects, cut, doors, largest, light, value = 0, 0, 0, 0, 0.0, 0.0
         for b in range(box_rays.shape[1]):
             largest = max(largest, box_rays[0, b])
+            if tall[b] and box_rays[1, b] > 0:
+                value -= weights.slab * box_rays[2, b] / rays
             if b >= things:
                 doors += box_rays[0, b] > 0
                 continue
@@ -276,7 +288,7 @@ class Views(NamedTuple):
     The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.  ``bright``: which of them
     are windows or lamps, but for doors, which come last.  ``longest_m``: the longest free line of all places, where these are compared;
     else 0.  ``pitch_rad``: of the axis of views, which the settings' elevations are above.  ``main``: which
-    solid is the main thing, -1: none.
+    solid is the main thing, -1: none.  ``tall``: which of the first solids reach from below the lens to above it.
     """
 
     config: CameraPathConfig
@@ -289,6 +301,7 @@ class Views(NamedTuple):
     longest_m: float = 0.0
     pitch_rad: float = 0.0
     main: int = -1
+    tall: Bools = NOT_TALL
 
     @property
     def columns_wide(self) -> int:
@@ -304,8 +317,18 @@ class Views(NamedTuple):
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""
         config = self.config
-        angles = (self._elevations_rad, self.columns_wide)
-        return view_values(ring, self.bright, *angles, config.view_weights, self.longest_m, self.pitch_rad, len(self.polygon), self.main)
+        return view_values(
+            ring,
+            self.bright,
+            self._elevations_rad,
+            self.columns_wide,
+            config.view_weights,
+            self.longest_m,
+            self.pitch_rad,
+            floor_plane=len(self.polygon),
+            main=self.main,
+            tall=self.tall,
+        )
 
     def line_m(self, ring: Ring) -> float:
         """Return the longest free line of a ring, metres."""

@@ -16,7 +16,7 @@ from scipy.sparse import csgraph
 
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import Z_HIGH, Z_LOW, point_distance
-from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
+from grammar.geometry.free_space import FreeSpace, centres_of, distance_to_outline, rasterize, standable
 from grammar.geometry.kernels import entry
 
 RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
@@ -158,7 +158,6 @@ def _ground(
 ) -> Ground:
     # number the cells; passages cost more the narrower they are
     row, column = np.nonzero(cells)
-    centres = np.column_stack([column, row]) * raster.resolution_m + 0.5 * raster.resolution_m + np.array(raster.origin_m)
     number = np.full(cells.shape, -1)
     number[row, column] = np.arange(len(row))
     cell_cost = 1.0 + _PASSAGE_M / np.maximum(raster.clearance_m[row, column], 0.01)
@@ -174,7 +173,7 @@ def _ground(
         costs.append(0.5 * (cell_cost[a] + cell_cost[b]) * math.hypot(down, right) * raster.resolution_m)
     entries = (np.concatenate(costs), (np.concatenate(starts), np.concatenate(ends)))
     graph = sparse.coo_matrix(entries, shape=(len(row), len(row)))
-    return Ground(centres, (graph + graph.T).tocsr(), polygon, boxes, keep_m, wall_keep_m, reserve_m)
+    return Ground(centres_of(raster, cells), (graph + graph.T).tocsr(), polygon, boxes, keep_m, wall_keep_m, reserve_m)
 
 
 def leg_between(routes: Routes, here: int, there: int) -> list[int]:

@@ -74,6 +74,12 @@ def centre_of(free: FreeSpace, row: int, column: int) -> tuple[float, float]:
     return (free.origin_m[0] + (column + 0.5) * free.resolution_m, free.origin_m[1] + (row + 0.5) * free.resolution_m)
 
 
+def centres_of(free: FreeSpace, cells: Bools) -> Floats:
+    """Return (n, 2) world x, y of the centres of the cells that are True (h, w), row by row."""
+    row, column = np.nonzero(cells)
+    return np.asarray(np.column_stack([column, row]) * free.resolution_m + 0.5 * free.resolution_m + np.array(free.origin_m))
+
+
 def standable(free: FreeSpace, radius_m: float) -> Bools:
     """Return (h, w) bool: the free floor eroded by a disc, that is, the cells where a disc fits with its centre on the cell's centre."""
     return free.inside & (free.clearance_m >= radius_m - _TOUCH_M)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-import kernel_cache.elementary as el
 from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab
@@ -52,7 +51,8 @@ def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
 
 
 def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
-    """Return a standing frame that leans back on a strut: a portrait or a landscape behind a mat."""
+    """Return a standing frame that leans back on a strut, with a print within a mat."""
+    del rng, style
     depth, width, height = size_m
     thick = min(0.016, 0.2 * depth)
     lean = math.atan2(0.5 * depth, height)
@@ -64,37 +64,13 @@ def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Pie
     mat = block((0.001, -0.5 * width + 0.8 * rim, 0.8 * rim), (face, 0.5 * width - 0.8 * rim, tall - 0.8 * rim), 0.0003)
     border = rim + 0.09 * min(width, tall)
     half, low, high = 0.5 * width - border, border, tall - border
-    arts = _portrait(rng, half, low, high) if style == "portrait" else _view(rng, half, low, high)
-    parts: Parts = {"frame": molding(width, tall, rim, profile), "mat": mat}
-    for k, outline in enumerate(arts):
-        parts[f"art_{k}"] = upright(outline, face - 0.001, face + 0.0006 * (k + 1))
+    area = np.array([(-half, low), (half, low), (half, high), (-half, high)])
+    canvas = upright(area, face - 0.001, face + 0.0006)
+    parts: Parts = {"frame": molding(width, tall, rim, profile), "mat": mat, "canvas": canvas}
     tilted = {name: rotated(mesh, "y", -lean) for name, mesh in parts.items()}
     strut = rod((-math.sin(lean) * 0.7 * tall, 0.0, 0.7 * height), (-depth + 1.2 * thick, 0.0, 0.004), 0.004, segments=6)
     tilted["frame"] = merged(tilted["frame"], strut)
     return tilted
-
-
-def _view(rng: np.random.Generator, half: float, low: float, high: float) -> list[np.ndarray]:
-    """Sky, a hill that rises to one side, and a nearer one."""
-    tall = high - low
-    outlines = [np.array([(-half, low), (half, low), (half, high), (-half, high)])]
-    for level in (0.55, 0.32):
-        y = np.linspace(half, -half, 12)
-        ridge = low + tall * (level + 0.06 * el.sin(2.4 * y / half + rng.uniform(0.0, 6.28)))
-        outlines.append(np.vstack([points(y[::-1], low), np.column_stack([y, ridge])]))
-    return outlines
-
-
-def _portrait(rng: np.random.Generator, half: float, low: float, high: float) -> list[np.ndarray]:
-    """A ground with shoulders and a head."""
-    tall, r = high - low, 0.5 * min(half, 0.5 * (high - low))
-    ground = np.array([(-half, low), (half, low), (half, high), (-half, high)])
-    angle = np.linspace(0.0, math.pi, 14)
-    y = rng.uniform(-0.15, 0.15) * half
-    shoulders = np.column_stack([y + 0.75 * half * el.cos(angle), low + 0.36 * tall * el.power(el.sin(angle), 0.6)])
-    turn = np.arange(24) * (2.0 * math.pi / 24)
-    head = np.column_stack([y + 0.8 * r * el.cos(turn), low + 0.55 * tall + r * el.sin(turn)])
-    return [ground, shoulders, head]
 
 
 def build_wall_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -135,6 +111,6 @@ def _pointer(x: float, z: float, angle: float, start: float, reach: float, half:
 
 MODELS = {
     "speaker": Model(build_speaker, ("cones", "cloth")),
-    "photo_frame": Model(build_photo_frame, ("portrait", "view")),
+    "photo_frame": Model(build_photo_frame, ("print",)),
     "wall_clock": Model(build_wall_clock, ("round", "rays")),
 }

@@ -56,7 +56,7 @@ def thrown(rng: np.random.Generator, under: Mesh, x: tuple[float, float], y: tup
     u, v = np.meshgrid(np.linspace(0.0, 1.0, _ROWS), np.linspace(-1.0, 1.0, _COLUMNS), indexing="ij")
     grid_y = across[None, :] + 0.03 * wrinkles(rng, 2.0 * u, 0.5 * v, 5, 0.4, 1.4)
     grid_x = np.repeat(along[:, None], _COLUMNS, axis=1)
-    height = heights(under, grid_x, grid_y, float(under.vertices[:, 2].min()))
+    height = _highest_around(heights(under, grid_x, grid_y, float(under.vertices[:, 2].min())))
     height = np.maximum(height, height.max(axis=1, keepdims=True) - _SAG_M)
     for _ in range(_SPANS):
         height[1:-1] = np.maximum(height[1:-1], 0.5 * (height[:-2] + height[2:]))
@@ -83,6 +83,13 @@ def heights(mesh: Mesh, x: Array, y: Array, floor: float) -> Array:
         z = a[:, 2] + first * (b[:, 2] - a[:, 2]) + second * (c[:, 2] - a[:, 2])
         found[row] = np.maximum(found[row], np.where(inside, z, floor).max(axis=1, initial=floor))
     return found
+
+
+def _highest_around(height: Array) -> Array:
+    """Return the greatest of each vertex's height (n, m) and its eight neighbours', so that the edges between them stay above corners."""
+    rows, columns = height.shape
+    padded = np.pad(height, 1, mode="edge")
+    return np.asarray(np.max([padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3)], axis=0))
 
 
 def _hanging(rng: np.random.Generator, edge: Array, way: float, fall_m: float) -> Array:

@@ -212,7 +212,7 @@ def _meet_ball(clumps: NDArray[np.float32], n: int, eye: np.float32, direction: 
     if left <= _ZERO or along <= radius:
         return _FAR
     # leaves of a size by cells across the ray; more gaps between them towards the rim
-    scale = np.float32(16.0) * along
+    scale = np.float32(22.0) * along
     leaf = hash_unit(np.int32(np.floor(scale * dx)) + 131 * n, np.int32(np.floor(scale * dy)), np.int32(np.floor(scale * dz)))
     inside = left / (radius * radius)
     return along - np.sqrt(left) if clumps[n, 7] >= _BARK or leaf < np.float32(0.2) + np.float32(0.6) * inside else _FAR
@@ -221,7 +221,7 @@ def _meet_ball(clumps: NDArray[np.float32], n: int, eye: np.float32, direction: 
 @inlined
 def _leaf(ball: NDArray[np.float32], which: int, x: np.float32, y: np.float32, z: np.float32) -> tuple[Surface, Vector]:
     """Return surface and normal at a point of a ball of leaves: normals in disorder, colours that differ from leaf to leaf."""
-    i, j, k = np.int32(np.floor(x * np.float32(14.0))), np.int32(np.floor(y * np.float32(14.0))), np.int32(np.floor(z * np.float32(14.0)))
+    i, j, k = np.int32(np.floor(x * np.float32(21.0))), np.int32(np.floor(y * np.float32(21.0))), np.int32(np.floor(z * np.float32(21.0)))
     one, two = hash_unit(i + 57 * which, j, k), hash_unit(j, k + 91 * which, i)
     scale = _ONE / ball[3]
     nx = (x - ball[0]) * scale + np.float32(0.9) * (one - np.float32(0.5))

@@ -66,6 +66,7 @@ PLAIN = ViewWeights(
     line=0.0,
     bare=0.0,
     main=0.0,
+    slab=0.0,
 )
 DARK = np.zeros(2, np.bool_)
 LEVEL, THREE = np.zeros(1), np.array([-0.2, 0.0, 0.2])
@@ -87,10 +88,16 @@ def test_value_of_a_view_is_its_formula() -> None:
     assert filled[10] == pytest.approx(-1.5 * (2 / 3 - 0.35)) and filled[30] == 0.0, "two of three rays meet the first box"
     wide = ring._replace(plane=np.zeros_like(hit))
     assert (view_values(wide, DARK, LEVEL, 3, PLAIN._replace(filled=1.5)) - values)[30] == pytest.approx(-1.5 * 0.65), "a plane"
-    assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-0.5, -1.0, -1.5])
+    assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(missing=0.5)) - values)[[10, 12, 30]] == pytest.approx([-1.0, -1.5, -2.0])
     assert (view_values(ring, DARK, LEVEL, 3, PLAIN._replace(shown=0.6)) - values)[[10, 12, 30]] == pytest.approx([0.6, 0.2, 0.0])
     main = view_values(ring, DARK, LEVEL, 3, PLAIN._replace(main=0.9), main=1) - values
     assert main[[10, 12, 30]] == pytest.approx([0.9, 0.0, 0.0]), "the second box"
+    slab = PLAIN._replace(slab=1.2)
+    tall = [view_values(ring, DARK, LEVEL, 3, slab, tall=np.array(which)) - values for which in ([True], [False, True], [True, True])]
+    assert np.array(tall)[:, 10] == pytest.approx([-0.8, -0.4, -1.2]), "near, tall and cut by the view's lower edge"
+    farther = PLAIN._replace(slab=1.2, near_m=0.2)
+    plain = view_values(ring, DARK, LEVEL, 3, farther._replace(slab=0.0))
+    assert (view_values(ring, DARK, LEVEL, 3, farther, tall=np.array([True])) == plain).all(), "farther than twice 0.2 m"
     bare = PLAIN._replace(bare=2.0)
     assert (view_values(ring, DARK, LEVEL, 3, bare) - values)[[10, 12, 30]] == pytest.approx([0.0, -2.0 * (2 / 3 - 0.3), -1.4]), "walls"
     assert (view_values(wide, DARK, LEVEL, 3, bare, floor_plane=0) == values - (view_values(wide, DARK, LEVEL, 3, PLAIN) - values)).all()

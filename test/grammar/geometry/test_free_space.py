@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon, box
 
-from grammar.geometry.free_space import FreeSpace, centre_of, occupancy_grid, rasterize, reachable, standable, walkable_share
+from grammar.geometry.free_space import FreeSpace, centre_of, centres_of, occupancy_grid, rasterize, reachable, standable, walkable_share
 from scene_description import SceneSynthError
 
 ROOM = ((0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0))
@@ -72,6 +72,13 @@ def test_origin_is_a_multiple_of_the_resolution_and_the_raster_covers_the_room()
     assert free.inside.shape == (4, 7)
     assert centre_of(free, 0, 0) == (-0.375, 0.125)
     assert centre_of(free, 3, 0) == (-0.375, 0.875)
+
+
+def test_centres_of_cells_are_those_of_each() -> None:
+    free = rasterize(np.array(ROOM) - (1.3, 0.7), NO_BOXES, 0.5, 1.5)
+    cells = np.zeros_like(free.inside)
+    cells[[0, 3, 3], [2, 0, 5]] = True
+    np.testing.assert_allclose(centres_of(free, cells), [centre_of(free, *cell) for cell in ((0, 2), (3, 0), (3, 5))])
 
 
 def test_what_hangs_above_the_clearance_height_does_not_count() -> None:

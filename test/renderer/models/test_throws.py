@@ -32,3 +32,13 @@ def test_a_style_with_a_throw_differs_from_that_without_by_the_blanket(generator
     assert thrown_over.keys() - plain.keys() == {"throw"}
     low = thrown_over["throw"].vertices[:, 2].min()
     assert 0.05 < low < 0.5 * size[2], "it does not lie on the floor"
+
+
+@pytest.mark.parametrize(("generator", "size"), [("sofa", (0.95, 2.1, 0.85)), ("armchair", (0.85, 0.85, 0.95))])
+def test_nothing_pierces_a_blanket(generator: str, size: tuple[float, float, float]) -> None:
+    pieces = build_model(generator, "lounge_throw", 3, size)
+    throw, under = pieces["throw"], merged(*(pieces[name] for name in ("body", "seat", "back") if name in pieces))
+    low, high = throw.vertices[:, 1].min() + 0.06, throw.vertices[:, 1].max() - 0.06
+    x, y = np.meshgrid(np.linspace(-0.4, 0.4, 120), np.linspace(low, high, 40), indexing="ij")
+    above = heights(throw, x, y, -1.0)
+    assert (above > heights(under, x, y, -1.0))[above > 0.0].all()
