@@ -26,14 +26,13 @@ from renderer.irradiance_cache.lobe_shares import (
     to_world,
 )
 from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
+from renderer.irradiance_cache.outside import show_sky, sky_about
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
-from renderer.path.emission import surface_le
-from renderer.path.infinite_light import sky_le
+from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
-from renderer.scene.flat_scene import Sky
 
 _ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
@@ -42,8 +41,6 @@ _LEAST, _LEFT_OUT, _FAINT = np.float32(0.002), np.float32(0.01), np.float32(0.3)
 """Shares of a pixel's other light from which on a lamp in its gloss counts, and from which on all are worth one shadow ray, or more."""
 _SPAN = np.float32(5.0)
 """How far to the sides of the mirrored direction points are asked, in widths of GGX."""
-_ABOVE = np.float32(0.1)
-"""Height of the least direction for which a pane's sky stands: what is below the horizon is another's luminance."""
 _PER_FLANK, _STEEPEST = np.float32(20.0), np.float32(4.0)
 """One over the share of a lobe below which a rectangle is on its flank, and the most that this is raised to GGX's density."""
 _NEAR, _ASIDE = np.float32(0.7), np.float32(0.15)
@@ -125,21 +122,7 @@ def _mirror_rectangle(balls: NDArray[np.float32], i: int, coated: bool, lanes: N
     """Do the same for row i, something flat, by its rectangle; ``coated``: whether any lane has a lobe under a coat."""
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
     for k in range(LANES):
-        # What else varies is taken where much of the lobe is.
-        offset = _from_hit(balls, i, k, lanes)
-        middle, wo = to_local(offset, k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
-        squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2]
-        width_m = _SPAN * _lobe_width(k, gloss) * np.sqrt(squared)
-        along, aside = to_local(first, k, lanes), to_local(second, k, lanes)
-        reach = mirrored_reach(middle, wo, along, aside)
-        near_s, low_s, high_s = mirroring_span(middle, wo, reach, along, width_m)
-        near_t, low_t, high_t = mirroring_span(middle, wo, reach, aside, width_m)
-        s, t = _NEAR * near_s + _ASIDE * (low_s + high_s), _NEAR * near_t + _ASIDE * (low_t + high_t)
-        x, y, z = (
-            offset[0] + s * first[0] + t * second[0],
-            offset[1] + s * first[1] + t * second[1],
-            offset[2] + s * first[2] + t * second[2],
-        )
+        x, y, z = _shown_place(balls, i, k, lanes, gloss)
         squared = x * x + y * y + z * z
         distance = np.sqrt(squared if squared > _TINY else _TINY)
         facing = -(x * balls[i, 4] + y * balls[i, 5] + z * balls[i, 6]) / distance
@@ -154,6 +137,26 @@ def _mirror_rectangle(balls: NDArray[np.float32], i: int, coated: bool, lanes: N
             alpha, energy = gloss[rec.LOBE_UNDER_ALPHA + k], lanes[ln.E_WO + k]
             under = _mirrored_part(_from_hit(balls, i, k, lanes), first, second, rec.UNDER_FRAME, alpha, energy, k, lanes, gloss)
             _keep_mirrored(gloss[rec.BALL_OVER + k], under, gloss[rec.BALL_FACING + k] > _ZERO, k, lanes, gloss)
+
+
+@inlined
+def _shown_place(balls: NDArray[np.float32], i: int, k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> Vector:
+    """Return the way, metres, from lane k's hit to where row i, something flat, has much of the lobe: what varies is taken there."""
+    first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
+    offset = _from_hit(balls, i, k, lanes)
+    middle, wo = to_local(offset, k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
+    squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2]
+    width_m = _SPAN * _lobe_width(k, gloss) * np.sqrt(squared)
+    along, aside = to_local(first, k, lanes), to_local(second, k, lanes)
+    reach = mirrored_reach(middle, wo, along, aside)
+    near_s, low_s, high_s = mirroring_span(middle, wo, reach, along, width_m)
+    near_t, low_t, high_t = mirroring_span(middle, wo, reach, aside, width_m)
+    s, t = _NEAR * near_s + _ASIDE * (low_s + high_s), _NEAR * near_t + _ASIDE * (low_t + high_t)
+    return (
+        offset[0] + s * first[0] + t * second[0],
+        offset[1] + s * first[1] + t * second[1],
+        offset[2] + s * first[2] + t * second[2],
+    )
 
 
 @inlined
@@ -271,16 +274,19 @@ def _reflect_ball(most: np.float32, lanes: NDArray[np.float32], gloss: NDArray[n
 def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
     """Turn BALL_R to BALL_B into what the ball's part adds to the pixels where nothing stands between.
 
-    Panes show the sky everywhere (:func:`_dim_below`).
+    Panes show what is about there of the sky; what each point of them shows is asked with it.
     """
     row = part * st.ROW_SIZE
     pane = surfaces.materials[row + st.PORTAL] > _ZERO
     if pane or surfaces.materials[row + st.PROFILE] > _ZERO:
         for k in range(LANES):
             if gloss[rec.BALL_R + k] + gloss[rec.BALL_G + k] + gloss[rec.BALL_B + k] > _ZERO:
-                x, y, z = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]
-                z = max(z, _ABOVE) if pane else z
-                r, g, b = surface_le(surfaces, part, x, y, z, gloss[rec.BALL_FACING + k])
+                x, y, z, facing = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_FACING + k]
+                if pane:
+                    (r, g, b), through = sky_about(surfaces.sky, x, y, z), pane_transmittance(surfaces, part, facing)
+                    r, g, b = through * r, through * g, through * b
+                else:
+                    r, g, b = surface_le(surfaces, part, x, y, z, facing)
                 gloss[rec.BALL_R + k] *= r
                 gloss[rec.BALL_G + k] *= g
                 gloss[rec.BALL_B + k] *= b
@@ -335,24 +341,13 @@ def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) ->
                 lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
                 v = noise + np.float32(j) * _GOLDEN
                 _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
-                if is_pane and lanes[ln.TO_LIGHT_Z + k] < _ZERO:
-                    _dim_below(scene.surfaces.sky, k, lanes)
+                if is_pane:
+                    show_sky(scene.surfaces.sky, _shown_place(lamps.balls, ball, k, lanes, gloss), k, lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 for channel in range(3):
                     primary[rec.LAMPS + channel, k] += lanes[ln.LI_R + LANES * channel + k]
-
-
-@inlined
-def _dim_below(sky: Sky, k: int, lanes: NDArray[np.float32]) -> None:
-    """Let LI of lane k be that of the ground to which TO_LIGHT leads, if it is that of the sky above it."""
-    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
-    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
-    ground = sky_le(sky, scale * x, scale * y, scale * z)
-    above = sky_le(sky, scale * x, scale * y, max(-scale * z, _ABOVE))
-    for channel in range(3):
-        lanes[ln.LI_R + LANES * channel + k] *= ground[channel] / max(above[channel], _TINY)
 
 
 @inlined

@@ -1,4 +1,4 @@
-"""Light of the sky on what stands outside, and in it, seen by a pane."""
+"""The sky outside: its light on what stands there, and what gloss there and within shows of it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,15 @@ from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
-from renderer.core.ray_packet import Packet
+from renderer.core.ray_packet import LANES, Packet
+from renderer.core.sampling import Vector
 from renderer.path.infinite_light import sky_le
 from renderer.scene.flat_scene import Sky
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAN = np.float32(0.7)
+_ABOVE, _HIGHER = np.float32(0.1), np.float32(0.5)
+"""Height of the least direction whose sky a pane shows about, and how much higher the other is."""
 
 
 @inlined
@@ -47,3 +50,27 @@ def mirrored_sky(sky: Sky, rays: Packet, k: int, lanes: NDArray[np.float32]) -> 
     f0, f90 = (_ONE - metallic) * f0, (_ONE - metallic) * f90 + metallic
     red, green, blue = f0 + metallic * lanes[ln.BASE_R + k], f0 + metallic * lanes[ln.BASE_G + k], f0 + metallic * lanes[ln.BASE_B + k]
     return (red + (f90 - red) * schlick) * r, (green + (f90 - green) * schlick) * g, (blue + (f90 - blue) * schlick) * b
+
+
+@inlined
+def sky_about(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
+    """Return about the luminance (r, g, b), cd/m2, of the sky around a unit direction: the mean of that there, if it is up, and higher."""
+    low = max(z, _ABOVE)
+    flat, high = x * x + y * y, low + _HIGHER
+    scale, other = _ONE / np.sqrt(flat + low * low), _ONE / np.sqrt(flat + high * high)
+    r, g, b = sky_le(sky, scale * x, scale * y, scale * low)
+    red, green, blue = sky_le(sky, other * x, other * y, other * high)
+    return _HALF * (r + red), _HALF * (g + green), _HALF * (b + blue)
+
+
+@inlined
+def show_sky(sky: Sky, about: Vector, k: int, lanes: NDArray[np.float32]) -> None:
+    """Let LI of lane k, of a pane, be that of the sky to which TO_LIGHT leads, where it is what is shown ``about`` a direction."""
+    x, y, z = about
+    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+    mean = sky_about(sky, scale * x, scale * y, scale * z)
+    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+    there = sky_le(sky, scale * x, scale * y, scale * z)
+    for channel in range(3):
+        lanes[ln.LI_R + LANES * channel + k] *= there[channel] / max(mean[channel], _TINY)

@@ -217,6 +217,21 @@ def test_panes_with_a_bar_between_show_in_a_rough_floor_as_the_path_tracer_has_t
     assert np.abs(found[0] - found[1]).mean() < 0.06 * found[1].mean()
 
 
+def test_rough_gloss_shows_all_that_a_pane_shows_of_the_sky():
+    """A red wall stands outside where the floor mirrors the window, bright sky beside it: the lobe's flanks see that, if not exactly."""
+    table = np.tile(np.array([300, 400, 500], np.float32), (16, 64, 1))
+    table[:, 13:20] = (200, 20, 20)
+    floor = quad((-2, -0.5, 0), (4, 0, 0), (0, 4.4, 0), color=(0, 0, 0), roughness=0.4, ior=1.5)
+    pane = quad((-1.5, 4, 0.2), (3, 0, 0), (0, 0, 1.5), portal=True, transmission=0.9)
+    flat = scene(floor, pane, sky=Sky(*np.zeros((3, 3), np.float32), table))
+    view, camera = pose((0, 0, 1.0), (0, 2.4, 0)), CameraConfig(width=32, height=24, horizontal_fov_rad=0.5)
+    cached, traced = (
+        look_up(flat, view, camera=camera, **settings).radiance[4:].mean(axis=(0, 1))
+        for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
+    )
+    np.testing.assert_allclose(cached, traced, rtol=[0.08, 0.65, 0.65])
+
+
 def test_milky_glass_lets_through_what_is_clear_of_it():
     plate = box((-1, 2, -1), (1, 2.01, 1), color=(1, 1, 1), transmission=0.8, ior=1.5, roughness=0.0)
     wall = quad((-1, 3, -1), (2, 0, 0), (0, 0, 2), glow_cd_m2=100.0, color=(1, 1, 1))
