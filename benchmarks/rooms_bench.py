@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from benchmarks.room_measures import MEASURES, RoomMeasures, measure_room, only, real_rooms
+from benchmarks.seeds import add_seed
 from benchmarks.table import Row, at_most, render_table
 from grammar import GrammarError, RequestError, SceneRequest, read_categories, room_types
 from grammar.checks.faults import FAULTS, find_faults, scene_faults
@@ -254,7 +255,8 @@ def main() -> None:
     """Judge, compare, draw, print and write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rooms_bench")
     parser.add_argument("--types", nargs="+", choices=room_types(), default=room_types())
-    for option, default in (("seed", SEED), ("workers", 1), ("views", 4)):
+    add_seed(parser)
+    for option, default in (("workers", 1), ("views", 4)):
         parser.add_argument(f"--{option}", type=int, default=default)
     parser.add_argument("--rooms", type=int, help=f"of all types (default: {ROOMS}); with --clutter of each ({ROOMS_OF_A_LEVEL})")
     parser.add_argument("--clutter", nargs="*", type=float, metavar="C", help=f"compare levels (default: {CLUTTER})")
@@ -263,6 +265,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write everything to this file")
     parser.add_argument("--sheets", type=Path, help="folder for the sheets of views from above")
     arguments = parser.parse_args()
+    sys.stdout.write(f"seed {arguments.seed}\n")
     if arguments.clutter is not None:
         levels, indices = arguments.clutter or CLUTTER, range(arguments.rooms or ROOMS_OF_A_LEVEL)
         rooms_by_type = [(name, [judge(name, arguments.seed, indices, level) for level in levels]) for name in arguments.types]
