@@ -105,7 +105,7 @@ class IrradianceCache:
         self._coarse_light: NodeLight | None = make_node_light(len(self.coarse.face))
         self._unlit: Pieces | None = None
         self._photons = make_photons(scene.surfaces, scene.lights.infinite, self._key)
-        self._caustics = CausticPhotons(scene.surfaces, scene.lights, self._photons, self._key)
+        self._caustics: CausticPhotons | None = CausticPhotons(scene.surfaces, scene.lights, self._photons, self._key)
         self._untraced = Pieces(len(self._photons.flux), max(len(self._photons.flux) // _PHOTON_PIECES, LANES))
         self._sunlight: dict[int, SunLight] = {}
         self._sunlit = np.zeros(len(self.atlas.face), np.bool_)
@@ -121,9 +121,9 @@ class IrradianceCache:
         Raises:
             RenderCancelled: ``cancelled`` returned True.
         """
-        if self._coarse_light is None:
+        if self._coarse_light is None or self._caustics is None:
             return
-        scene, config, geometry, light = self._scene, self.config, self.geometry, self._coarse_light
+        scene, config, geometry, light, caustics = self._scene, self.config, self.geometry, self._coarse_light, self._caustics
         geometry.link(scene, self._memory, cancelled)
         chosen, samples = geometry.lit, even_points(LANES)
         if self._unlit is None:
@@ -147,9 +147,12 @@ class IrradianceCache:
         self._untraced.run(scene.workers, trace, cancelled)
 
         def trace_by_gloss(worker: int, piece: tuple[int, int]) -> None:
-            self._caustics.trace(scene.lit, self.coarse, piece[0], scene.scratch[worker])
+            caustics.trace(scene.lit, self.coarse, piece[0], scene.scratch[worker])
 
-        self._caustics.untraced.run(scene.workers, trace_by_gloss, cancelled)
+        caustics.untraced.run(scene.workers, trace_by_gloss, cancelled)
+        # What is known so far may be another's, too (:meth:`shared`): nothing of it is changed from here on.
+        mirrored, of_sun = (self._caustic_light(caustics, by_sun) for by_sun in (False, True))
+        light = light._replace(indirect=light.indirect + mirrored[:, :3])
         if self._settled is None:
             self._settled = self._settle(light)
         settled = self._settled
@@ -159,27 +162,30 @@ class IrradianceCache:
             light_from_bright(scene.lit, self.coarse, settled.bright, self._key, nodes, scratch, settled.given)
 
         settled.unsampled.run(scene.workers, sample_bright, cancelled)
-        luminance, looks, passed = self._settle_again(settled), geometry.looks, settled.sheets.light
-        shining = self._shine(luminance, passed, light)
+        luminance, passed = self._settle_again(settled)
+        first, bounced = self._sun_at_nodes()
+        looks, (shining, _), inverse_pi = geometry.looks, self._sent(first), np.float32(1.0 / np.pi)
+        luminance += shining + inverse_pi * looks.albedo * bounced
+        passed += self._sent(first + bounced)[1]
+        light = light._replace(sun=np.column_stack([light.sun[:, :3] + first, light.sun[:, 3]]))
         self.even, self.around = (table[geometry.other] for table in self._smooth_even(luminance - settled.shining - shining, light))
         self.leaving = self.even * looks.matt + self.around * (looks.albedo - looks.matt) + passed[geometry.other]
         self.luminance = (luminance + passed)[geometry.other]
         bright = self._choose_bright(self.luminance, self.luminance)
-        caustics = self._caustic_light(False) + self._caustic_light(True)
-        shared = light._replace(indirect=caustics[:, :3], direct=np.zeros_like(light.direct), toward=caustics[:, 3:])
-        caustics = self._smooth(shared)[geometry.other]
-        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images, caustics)
-        self._coarse_light = self._settled = None
+        mirrored += of_sun
+        shared = light._replace(indirect=mirrored[:, :3], direct=np.zeros_like(light.direct), toward=mirrored[:, 3:])
+        by_gloss = self._smooth(shared)[geometry.other]
+        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images, by_gloss)
         none = np.zeros((0, 3), np.float32)
         self._photons = self._photons._replace(origins=none, directions=none, flux=none)
-        self._caustics.clear()
+        self._coarse_light = self._settled = self._caustics = None
+        self._sunlight = {}
 
     def _settle(self, light: NodeLight) -> _Settled:
         """Let light pass along all links until it settles."""
         geometry, looks = self.geometry, self.geometry.looks
         by_mirrors, luminance = np.zeros((2, len(self.coarse.face), 3), np.float32)
         see_lights(self._scene.lit.surfaces, geometry.sightings, by_mirrors)
-        light.indirect[:] += self._caustic_light(False)[:, :3]
         shining, passed = self._sent(light.direct + light.indirect + light.sun[:, :3])
         shining += looks.glow
         sheets = Sheets(geometry.behind, looks.passed, passed, passed.copy())
@@ -189,39 +195,34 @@ class IrradianceCache:
         unsampled = Pieces(len(geometry.lit) if len(bright.point) else 0)
         return _Settled(luminance, shining, given, by_mirrors, sheets, bright, unsampled)
 
-    def _settle_again(self, settled: _Settled) -> NDArray[np.float32]:
-        """Return what leaves coarse nodes, (n, 3), cd/m2, after the bright ones are sampled, which few rays meet, and those by chance."""
-        geometry, looks, luminance, sheets = self.geometry, self.geometry.looks, settled.luminance, settled.sheets
+    def _settle_again(self, settled: _Settled) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return what leaves coarse nodes, and what sheets let through, (n, 3), cd/m2, after the bright ones are sampled.
+
+        Few rays meet these, and those by chance.
+        """
+        geometry, luminance = self.geometry, settled.luminance.copy()
+        sheets = settled.sheets._replace(light=settled.sheets.light.copy())
         if len(settled.bright.point):
             links = np.where(links_to_bright(self.coarse, settled.bright, geometry.links), np.int32(DARK), geometry.links)
-            solve_links(links, settled.given, settled.by_mirrors, looks.albedo, settled.shining, sheets, _MOST_SWEEPS, luminance)
-        return luminance
+            solve_links(links, settled.given, settled.by_mirrors, geometry.looks.albedo, settled.shining, sheets, _MOST_SWEEPS, luminance)
+        return luminance, sheets.light
 
-    def _shine(self, luminance: NDArray[np.float32], passed: NDArray[np.float32], light: NodeLight) -> NDArray[np.float32]:
-        """Add what photons have left to ``luminance`` (n, 3) of coarse nodes and to what sheets let through, cd/m2, and to their sun.
-
-        Return what of the luminance the sun alone brings.
-        """
-        geometry, inverse_pi = self.geometry, np.float32(1.0 / np.pi)
-        first, bounced, hits = *np.zeros((2, *luminance.shape), np.float32), np.zeros((len(luminance), 2), np.float32)
+    def _sun_at_nodes(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return what photons of the sun bring coarse nodes, lux, as ``first`` and ``bounced`` of :class:`SunLight`."""
+        count = len(self.coarse.face)
+        first, bounced, hits = *np.zeros((2, count, 3), np.float32), np.zeros((count, 2), np.float32)
         for _, left in sorted(self._sunlight.items()):
             first += left.first
             bounced += left.bounced
             hits += left.hits
-        first, bounced = self._share_flux(first, hits[:, 0]), self._share_flux(bounced, hits[:, 1])
-        light.sun[:, :3] += first
-        shining, _ = self._sent(first)
-        luminance += shining + inverse_pi * geometry.looks.albedo * bounced
-        passed += self._sent(first + bounced)[1]
-        self._sunlight = {}
-        return shining
+        return self._share_flux(first, hits[:, 0]), self._share_flux(bounced, hits[:, 1])
 
     def _share_flux(self, lumen: NDArray[np.float32], hits: NDArray[np.float32]) -> NDArray[np.float32]:
         return share_flux(self.coarse, self.geometry.other, lumen, hits, 0.5 * self.config.coarse_spacing_m)
 
-    def _caustic_light(self, of_sun: bool) -> NDArray[np.float32]:
+    def _caustic_light(self, caustics: CausticPhotons, of_sun: bool) -> NDArray[np.float32]:
         """Return what caustics bring coarse nodes, (n, 6), as ``caustics`` of :class:`CoarseLight`: those of the sun, or all others."""
-        left = self._caustics.light(of_sun, len(self.coarse.face))
+        left = caustics.light(of_sun, len(self.coarse.face))
         return self._share_flux(np.column_stack([left.lumen, left.toward]), left.hits)
 
     def _sent(self, lux: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

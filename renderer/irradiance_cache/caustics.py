@@ -78,7 +78,7 @@ class CausticPhotons:
 
     def __init__(self, surfaces: Surfaces, lights: Lights, sun: Photons, key: np.uint32) -> None:
         of_lamps = emit_photons(surfaces, lights, False, key)
-        self._sources: tuple[Photons, ...] = (of_lamps, emit_photons(surfaces, lights, True, np.uint32(key ^ np.uint32(_SKY))), sun)
+        self._sources = (of_lamps, emit_photons(surfaces, lights, True, np.uint32(key ^ np.uint32(_SKY))), sun)
         counts = [len(source.flux) for source in self._sources]
         self._pieces = [(source, first) for source, count in enumerate(counts) for first in range(0, count, _PIECE)]
         self._left: dict[int, Caustics] = {}
@@ -90,10 +90,6 @@ class CausticPhotons:
         photons = self._sources[source]
         left = self._left[piece] = make_caustics(len(coarse.face))
         trace_caustics(scene, coarse, photons, source > 0, first, min(first + _PIECE, len(photons.flux)), scratch, left)
-
-    def clear(self) -> None:
-        """Let go of them all."""
-        self._sources, self._left = (), {}
 
     def light(self, of_sun: bool, count: int) -> Caustics:
         """Return what those of the sun, or the others, have left at ``count`` nodes."""

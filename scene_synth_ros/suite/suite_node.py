@@ -162,6 +162,11 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         self._warning, self._warned_s = text, time.monotonic()
         self.get_logger().warning(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
 
+    def warn_once(self, text: str) -> None:
+        """Log a warning that is said once only, whatever else is said in that second, and keep it for ``/diagnostics``."""
+        self._warning, self._warned_s = text, time.monotonic()
+        self.get_logger().warning(text)
+
     def refuse(self, text: str) -> None:
         """Log as an error that something asked for is refused, one a second at most, and keep it for ``/diagnostics``."""
         self._warning, self._warned_s = text, time.monotonic()
@@ -246,7 +251,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
                 take(status)
             elif status.node not in self.strangers:
                 self.strangers.add(status.node)
-                complain(f"{status.node} {_STRANGER}")
+                self.warn_once(f"{status.node} {_STRANGER}")
 
         self.create_subscription(String, "status", on_message, latched_qos(100))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from box_room import box, furnished_room, quad, scene
+from box_room import DARK, box, furnished_room, pierced, quad, scene
 from cached_rooms import COARSE, filled, nodes_of, solved
 
 from renderer import RenderCancelled
@@ -38,6 +38,22 @@ def test_the_rooms_own_shell_is_never_seen_from_behind():
     flat = scene(FLOOR)
     with solved(flat) as cache:
         assert (cache.atlas.back == -1).all()
+
+
+def test_one_that_another_renderer_took_over_before_it_was_solved_is_solved_alike():
+    """Both solve it by the same photons and links; neither finds what the other has added."""
+    sunny = DARK._replace(sun=np.array([0.0, 0.6, 0.8, 1e-5, 1e9, 8e8, 6e8], np.float32))
+    pane = quad((-0.5, 0, 1.0), (1, 0, 0), (0, 0, 1), portal=True, transmission=0.8, ior=1.0, object_id=1)
+    shell = pierced(box((-2, -3, 0), (2, 0, 2.5), inside=True, object_id=0, color=(0.5, 0.5, 0.5)), (-0.5, 1.0), (0.5, 2.0))
+    floor = quad((-2, -3, 0.01), (4, 0, 0), (0, 3, 0), object_id=2, color=(0.3, 0.3, 0.3), roughness=0.2, ior=1.5)
+    with solved(scene(shell, pane, floor, sky=sunny), is_solved=False) as cache:
+        other = cache.shared(cache._scene)
+        cache.solve()
+        other.solve()
+    assert cache.source.caustics[:, 1].max() > 1.0
+    for field in ("luminance", "even", "around", "leaving"):
+        assert getattr(cache, field).tobytes() == getattr(other, field).tobytes(), field
+    assert cache.source.caustics.tobytes() == other.source.caustics.tobytes()
 
 
 @pytest.mark.parametrize("threads", [2, 4])
