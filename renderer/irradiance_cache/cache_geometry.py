@@ -98,6 +98,8 @@ class CacheGeometry:
         self.coarse = with_area(build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m), charts.area)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.beside_coarse, self.beside_fine = find_neighbours(self.coarse), find_neighbours(self.fine)
+        # Fine nodes are only lit.
+        self.fine = self.fine._replace(area=np.zeros(0, np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
         self.looks = Looks(*np.zeros((4, count, 3), np.float32))
         self.behind = self.coarse.back.copy()
