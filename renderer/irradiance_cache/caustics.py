@@ -10,21 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.layers import COAT_F0, boundary_reflectance, look_up_mean
-from renderer.bsdf.microfacet import fresnel_thin_dielectric, schlick_albedo
+from renderer.bsdf.microfacet import schlick_albedo
 from renderer.bsdf.reflectance import reflected_share
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import intersect16
 from renderer.core.kernel import entry, inlined
-from renderer.core.random_numbers import mix_bits, unit_of
+from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
 from renderer.core.workers import Pieces
-from renderer.irradiance_cache.hemisphere import is_wide
 from renderer.irradiance_cache.nodes import scatterer_of, scatters_all
-from renderer.irradiance_cache.photons import Photons
-from renderer.irradiance_cache.specular import Lobe, clear_share, go_on, is_clear, is_mirror, metal_lobe, mirror_by_facet
+from renderer.irradiance_cache.photons import LEFT, MET, Photons, pass_smooth, unit
+from renderer.irradiance_cache.specular import Lobe, metal_lobe, mirror_by_facet
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
 from renderer.path.light_nodes import Atlas, find_nodes
@@ -136,8 +135,8 @@ def _emit(surfaces: Surfaces, lights: Lights, chosen: NDArray[np.int64], stands_
     for i in range(len(chosen)):
         row = chosen[i] * EMITTER_SIZE
         seed = mix_bits(np.uint32(photons.key + np.uint32(i)))
-        s, t = sample_triangle(_unit(seed, 0), _unit(seed, 1))
-        a, b, c = sample_cosine_hemisphere(_unit(seed, 2), _unit(seed, 3))
+        s, t = sample_triangle(unit(seed, 0), unit(seed, 1))
+        a, b, c = sample_cosine_hemisphere(unit(seed, 2), unit(seed, 3))
         c = max(c, _TINY)
         nx, ny, nz = table[row + EMITTER_NORMAL], table[row + EMITTER_NORMAL + 1], table[row + EMITTER_NORMAL + 2]
         ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
@@ -187,12 +186,6 @@ def trace_caustics(
 
 
 @inlined
-def _unit(seed: np.uint32, number: int) -> np.float32:
-    """Return a number in [0, 1), one of several that belong to a seed."""
-    return unit_of(mix_bits(np.uint32(seed + np.uint32(number))))
-
-
-@inlined
 def _meet(surfaces: Surfaces, coarse: Atlas, seed: np.uint32, k: int, scratch: Scratch, caustics: Caustics) -> int:
     """Send photon k on from where it has hit, or leave what it brings if gloss has mirrored it; return whether it goes on."""
     rays, lanes, table = scratch.rays, scratch.lanes, surfaces.materials
@@ -203,24 +196,9 @@ def _meet(surfaces: Surfaces, coarse: Atlas, seed: np.uint32, k: int, scratch: S
     toward = -(dx * nx + dy * ny + dz * nz)
     front = toward > _ZERO
     cosine = min(abs(toward) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY)), _ONE)
-    if table[row + st.PORTAL] > _ZERO:
-        if not front or _unit(seed, 0) >= fresnel_thin_dielectric(cosine, table[row + st.IOR]):
-            return 0
-        go_on(rays, k, True)
-        return 1
-    if is_clear(table, row):
-        share = _RED * clear_share(table, row, 0) + _GREEN * clear_share(table, row, 1) + _BLUE * clear_share(table, row, 2)
-        if not front or _unit(seed, 0) < share:
-            for channel in range(3):
-                through = clear_share(table, row, channel)
-                lanes[ln.BETA_R + LANES * channel + k] *= through / share if front else through
-            go_on(rays, k, False)
-            return 1
-    elif is_mirror(table, row) and is_wide(coarse, face):
-        for channel in range(3):
-            lanes[ln.BETA_R + LANES * channel + k] *= table[row + st.BASE + channel]
-        go_on(rays, k, True)
-        return 1
+    way = pass_smooth(surfaces, coarse, cosine, front, seed, k, scratch)
+    if way != MET:
+        return 0 if way == LEFT else 1
     if scratch.sampled[k] == _MIRRORED:
         _leave(surfaces, coarse, face, front, cosine, k, scratch, caustics)
     before = max(lanes[ln.BETA_R + k], lanes[ln.BETA_G + k], lanes[ln.BETA_B + k])
@@ -229,7 +207,7 @@ def _meet(surfaces: Surfaces, coarse: Atlas, seed: np.uint32, k: int, scratch: S
     # What gloss has mirrored once goes on with a chance only (Russian roulette).
     if scratch.sampled[k] == _MIRRORED:
         chance = max(lanes[ln.BETA_R + k], lanes[ln.BETA_G + k], lanes[ln.BETA_B + k]) / before
-        if _unit(seed, 3) >= chance:
+        if unit(seed, 3) >= chance:
             rays.alive[k] = 0
             return 0
         scale = _ONE / min(chance, _ONE)
@@ -275,7 +253,7 @@ def _by_gloss(surfaces: Surfaces, row: int, seed: np.uint32, k: int, scratch: Sc
     by_boundary = (_ONE - by_coat) * schlick_albedo(f0, f90, mean, schlick)
     chance, scale = by_coat / max(by_coat + by_boundary, _TINY), _ZERO
     lobe = Lobe(roughness * roughness, f0, f0, f0, f90)
-    if _unit(seed, 1) < chance:
+    if unit(seed, 1) < chance:
         lobe, scale = Lobe(rough * rough, COAT_F0, COAT_F0, COAT_F0, _ONE), coat / chance
     else:
         scale = (_ONE - by_coat) / (_ONE - chance)

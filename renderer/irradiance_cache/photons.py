@@ -41,6 +41,8 @@ _LEAST_SHARE = 0.1
 """Least area of what shares flux, in squares of the width: the area of small things is not known well."""
 _ENOUGH, _LEAST_M2 = 8, 1e-6
 """How many photons a node needs, in the mean over those around it, to have its own flux, and which area it has at least."""
+LEFT, PASSED, REFLECTED, MET = range(4)
+"""What smooth things do with a photon (:func:`pass_smooth`)."""
 _STRAIGHT, _MIRRORED, _SCATTERED = range(3)
 """``Scratch.sampled`` of photons: such as come from the sun by panes and glass alone, also by gloss and mirrors, and others."""
 
@@ -142,9 +144,39 @@ def trace_photons(
 
 
 @inlined
-def _unit(seed: np.uint32, number: int) -> np.float32:
+def unit(seed: np.uint32, number: int) -> np.float32:
     """Return a number in [0, 1), one of several that belong to a seed."""
     return unit_of(mix_bits(np.uint32(seed + np.uint32(number))))
+
+
+@inlined
+def pass_smooth(surfaces: Surfaces, coarse: Atlas, cosine: np.float32, front: bool, seed: np.uint32, k: int, scratch: Scratch) -> int:
+    """Send photon k on from a pane, clear glass or a wide mirror; return whether it has LEFT, PASSED, is REFLECTED, or MET all else.
+
+    ``cosine``: between the photon and the normal of what it has hit; ``front``: whether it sees the triangle's front.
+    """
+    rays, lanes, table = scratch.rays, scratch.lanes, surfaces.materials
+    face = rays.integer[ray.PRIM_ID + k]
+    row = surfaces.face_part[face] * st.ROW_SIZE
+    if table[row + st.PORTAL] > _ZERO:
+        if not front or unit(seed, 0) >= fresnel_thin_dielectric(cosine, table[row + st.IOR]):
+            return LEFT
+        go_on(rays, k, True)
+        return REFLECTED
+    if is_clear(table, row):
+        share = _RED * clear_share(table, row, 0) + _GREEN * clear_share(table, row, 1) + _BLUE * clear_share(table, row, 2)
+        if not front or unit(seed, 0) < share:
+            for channel in range(3):
+                through = clear_share(table, row, channel)
+                lanes[ln.BETA_R + LANES * channel + k] *= through / share if front else through
+            go_on(rays, k, False)
+            return PASSED
+    elif is_mirror(table, row) and is_wide(coarse, face):
+        for channel in range(3):
+            lanes[ln.BETA_R + LANES * channel + k] *= table[row + st.BASE + channel]
+        go_on(rays, k, True)
+        return REFLECTED
+    return MET
 
 
 @inlined
@@ -158,26 +190,11 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
     toward = -(real[ray.DIR_X + k] * nx + real[ray.DIR_Y + k] * ny + real[ray.DIR_Z + k] * nz)
     front = toward > _ZERO
     cosine = min(abs(toward) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY)), _ONE)
-    if table[row + st.PORTAL] > _ZERO:
-        if not front or _unit(seed, 0) >= fresnel_thin_dielectric(cosine, table[row + st.IOR]):
-            return 0
-        scratch.sampled[k] = max(scratch.sampled[k], _MIRRORED)
-        go_on(rays, k, True)
-        return 1
-    if is_clear(table, row):
-        share = _RED * clear_share(table, row, 0) + _GREEN * clear_share(table, row, 1) + _BLUE * clear_share(table, row, 2)
-        if not front or _unit(seed, 0) < share:
-            for channel in range(3):
-                through = clear_share(table, row, channel)
-                lanes[ln.BETA_R + LANES * channel + k] *= through / share if front else through
-            go_on(rays, k, False)
-            return 1
-    elif is_mirror(table, row) and is_wide(coarse, face):
-        for channel in range(3):
-            lanes[ln.BETA_R + LANES * channel + k] *= table[row + st.BASE + channel]
-        scratch.sampled[k] = max(scratch.sampled[k], _MIRRORED)
-        go_on(rays, k, True)
-        return 1
+    way = pass_smooth(surfaces, coarse, cosine, front, seed, k, scratch)
+    if way != MET:
+        if way == REFLECTED:
+            scratch.sampled[k] = max(scratch.sampled[k], _MIRRORED)
+        return 0 if way == LEFT else 1
     nodes, weights, u, v = scratch.nodes, scratch.weights, real[ray.BARY_U + k], real[ray.BARY_V + k]
     direct = scratch.sampled[k] != _SCATTERED
     if scratch.sampled[k] == _STRAIGHT:
@@ -204,7 +221,7 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
     albedo, passed = looks.albedo[nearest], looks.passed[nearest]
     reflects, passes = (scattered + mirrored) * max(albedo[0], albedo[1], albedo[2]), max(passed[0], passed[1], passed[2])
     scale = _ONE / max(reflects + passes, _ONE)
-    choice = _unit(seed, 4)
+    choice = unit(seed, 4)
     behind = choice < passes * scale
     if choice >= (passes + reflects) * scale:
         return 0
@@ -213,7 +230,7 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
             passed[channel] / (passes * scale) if behind else (scattered + mirrored) * albedo[channel] / (reflects * scale)
         )
     is_metal = table[row + st.METALLIC] > _HALF
-    gloss = bool(not behind and (is_metal or _unit(seed, 1) * (scattered + mirrored) < mirrored))
+    gloss = bool(not behind and (is_metal or unit(seed, 1) * (scattered + mirrored) < mirrored))
     roughness = reflector.coat_roughness if reflector.coat > _ZERO else table[row + st.ROUGHNESS]
     way = _MIRRORED if gloss and not scatters_all(table, row) else _SCATTERED
     _scatter(gloss, way, bool(behind == front), roughness * roughness, cosine, seed, k, scratch)
@@ -232,10 +249,10 @@ def _scatter(gloss: bool, way: int, back: bool, alpha: np.float32, cosine: np.fl
     nx, ny, nz = scale * real[ray.NG_X + k], scale * real[ray.NG_Y + k], scale * real[ray.NG_Z + k]
     ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
     dx, dy, dz, t = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k], real[ray.TFAR + k]
-    a, b, c = sample_cosine_hemisphere(_unit(seed, 2), _unit(seed, 3))
+    a, b, c = sample_cosine_hemisphere(unit(seed, 2), unit(seed, 3))
     if gloss:
         x, y = -(dx * ux + dy * uy + dz * uz), -(dx * vx + dy * vy + dz * vz)
-        a, b, c = _mirrored((x, y, cosine), sample_ggx_wm(x, y, cosine, alpha, _unit(seed, 2), _unit(seed, 3)), (a, b, c))
+        a, b, c = _mirrored((x, y, cosine), sample_ggx_wm(x, y, cosine, alpha, unit(seed, 2), unit(seed, 3)), (a, b, c))
     px, py, pz = real[ray.ORG_X + k] + t * dx, real[ray.ORG_Y + k] + t * dy, real[ray.ORG_Z + k] + t * dz
     lift = lift_height(px, py, pz)
     real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = px + lift * nx, py + lift * ny, pz + lift * nz
