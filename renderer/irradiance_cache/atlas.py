@@ -2,8 +2,8 @@
 
 On a flat chart nodes lie on a grid, and a hit reads the four around it.  Elsewhere vertices that lie close together and look the same way
 share a node, and a hit reads those of its triangle's corners; along triangles that are long and thin, as those of slats, tubes and folds,
-further nodes stand in two rows.  All are straight lines within a triangle: a hit finds its nodes by its barycentric weights, without a
-search.  No node serves two parts, so that light leaks from none to another.
+further nodes stand in two rows, and on large ones in a lattice.  All are straight lines within a triangle: a hit finds its nodes by its
+barycentric weights, without a search.  No node serves two parts, so that light leaks from none to another.
 """
 
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
+from renderer.irradiance_cache.panes import NO_PANES, Panes, before_panes
 from renderer.path.light_nodes import CORNERS, GRID, NONE, STRIP, Atlas, find_cell, find_nodes
 from scene_description.products import matmul
 
@@ -22,22 +23,28 @@ _INSET = 0.25
 _FACING = 1.5
 _LARGE = 4.0
 _LONG, _THIN, _HIGH_M = 2.0, 4.0, 5e-3
-"""Curved triangles longer than so many steps between nodes, and so many times as long as high, have nodes along them, if they are higher
-than so many metres: what leaves the rounded edge of a board is little."""
+"""Curved triangles longer than so many steps between nodes have nodes within them: along them if they are so many times as long as high,
+and higher than so many metres: what leaves the rounded edge of a board is little."""
 
 
 def build_atlas(
-    mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float | NDArray[np.float64]
+    mesh: Mesh,
+    face_part: NDArray[np.int32],
+    charts: Charts,
+    one_sided: NDArray[np.bool_],
+    spacing_m: float | NDArray[np.float64],
+    panes: Panes = NO_PANES,
 ) -> Atlas:
-    """Lay nodes some ``spacing_m`` apart, on all triangles or each, (m,), the same on all of a chart.
+    """Lay nodes some ``spacing_m`` apart, on all triangles or each, (m,), the same on all of a chart; their areas are 0.
 
-    ``one_sided``: (m,) bool, triangles that nobody sees from behind.
+    ``one_sided``: (m,) bool, triangles that nobody sees from behind; ``panes``: on both sides of which no node serves.
     """
     count = len(face_part)
     spacing_m = np.broadcast_to(np.float64(spacing_m), count)
     cells, affine = np.zeros((count, 4), np.int32), np.zeros((count, 6), np.float32)
-    index, chart_face, chart_weight, chart_normal = _lay_grids(charts, spacing_m, cells, affine)
-    curved = _lay_curved(mesh, face_part, charts, spacing_m, cells, affine, len(chart_face), len(index))
+    crossing = _cross_panes(mesh, charts, panes)
+    index, chart_face, chart_weight, chart_normal = _lay_grids(charts, spacing_m, crossing, cells, affine)
+    curved = _lay_curved(mesh, face_part, charts, spacing_m, panes, cells, affine, len(chart_face), len(index))
     strip_index, corner_face, corner_weight, corner_normal = curved
     index = np.concatenate([index, strip_index])
     face = np.concatenate([chart_face, corner_face]).astype(np.int32)
@@ -59,7 +66,7 @@ def build_atlas(
         np.concatenate([normal, -normal[two_sided]]),
         np.concatenate([face, face[two_sided]]),
         np.concatenate([weight, weight[two_sided]]),
-        np.zeros(0, np.float32),
+        np.zeros(len(back), np.float32),
     )
 
 
@@ -88,18 +95,34 @@ def spread_area(
                     area[nodes[k]] += share * weights[k]
 
 
-def with_area(atlas: Atlas, face_area: NDArray[np.float64]) -> Atlas:
-    """Return an atlas whose nodes know their share of the surface, by that of the triangles (m,), m2; both sides of one have the same."""
+def measure_nodes(atlas: Atlas, face_area: NDArray[np.float64]) -> None:
+    """Fill ``area`` with each node's share of the surface, by the areas of triangles (m,), m2; both sides of one have the same."""
     area, fronts = np.zeros(len(atlas.face)), np.flatnonzero(atlas.back >= 0)
     spread_area(atlas, face_area, np.zeros(4, np.int32), np.zeros(4, np.float32), area)
     area[atlas.back[fronts]] = area[fronts]
-    return atlas._replace(area=area.astype(np.float32))
+    atlas.area[:] = area
+
+
+def _cross_panes(mesh: Mesh, charts: Charts, panes: Panes) -> NDArray[np.bool_]:
+    """Return which charts (c,) lie on both sides of a pane that they are near, as the flanks of a window's frame do."""
+    members = np.flatnonzero(charts.face_chart >= 0)
+    before = before_panes(panes, mesh.vertices[mesh.faces[members]].reshape(-1, 3)).reshape(-1, 3)
+    chart, count = charts.face_chart[members], len(charts.normal)
+    sides = [np.bincount(chart, (way * before > _INSET_M).any(axis=1), count) > 0 for way in (-1.0, 1.0)]
+    return np.asarray(sides[0] & sides[1])
 
 
 def _lay_grids(
-    charts: Charts, spacing_m: NDArray[np.float64], cells: NDArray[np.int32], affine: NDArray[np.float32]
+    charts: Charts,
+    spacing_m: NDArray[np.float64],
+    crossing: NDArray[np.bool_],
+    cells: NDArray[np.int32],
+    affine: NDArray[np.float32],
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Fill the rows of triangles on charts; return the grids' ``index``, and triangle, weights and normal of their nodes."""
+    """Fill the rows of triangles on charts; return the grids' ``index``, and triangle, weights and normal of their nodes.
+
+    ``crossing``: (c,) bool, charts that lie on both sides of a pane.
+    """
     members = np.flatnonzero(charts.face_chart >= 0)
     if not len(members):
         return np.zeros(0, np.int32), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 3))
@@ -112,6 +135,8 @@ def _lay_grids(
     inset = np.minimum(np.maximum(_INSET_M, _INSET * spacing), 0.25 * (high - low))
     low, high = low + inset, high - inset
     steps = np.where(high - low < 0.5 * spacing, 0, np.ceil((high - low) / spacing)).astype(np.int64)
+    # A node on each side of a pane, at least: they are lit otherwise.
+    steps = np.where(crossing[:, None] & (high - low > _INSET_M), np.maximum(steps, 1), steps)
     origin = np.where(steps == 0, 0.5 * (low + high), low)
     step = np.where(steps == 0, spacing, (high - low) / np.maximum(steps, 1))
     size = (steps + 1).prod(axis=1)
@@ -186,42 +211,68 @@ def _nearest_weights(x: float, y: float, bx: float, by: float, cx: float, cy: fl
     return u + inward * (1.0 / 3.0 - u), v + inward * (1.0 / 3.0 - v), distance
 
 
-class _Strips(NamedTuple):
-    """Places along t long thin triangles, two rows each: below along the longest edge, above along the other two.
+class _Places(NamedTuple):
+    """Places within t large triangles, of a row or more each.
 
-    begin: (t,), the corner where the longest edge begins; steps: (t,), between places of a row; foot: (t,), how far along it the third
-    corner stands, 0 to 1; whose: (e,), the triangle of each place, column and row: (e,), where in its rows.
+    size: (t, 2), how many places its rows have, and how many rows there are; corners: (t, 3, 2), column and row of its corners; whose,
+    at: (e,), the triangle of each place, and where in ``grid`` it is from the first of all on; shares, inner: (e, 3), barycentric weights
+    of the places, and of points near them that lie off the rims.
     """
 
-    begin: NDArray[np.int64]
-    steps: NDArray[np.int64]
-    foot: NDArray[np.float64]
+    size: NDArray[np.int64]
+    corners: NDArray[np.float64]
     whose: NDArray[np.int64]
-    column: NDArray[np.int64]
-    row: NDArray[np.int64]
-
-    def shares(self, inset: float) -> NDArray[np.float64]:
-        """Return the barycentric weights (e, 3) of the places, ``inset`` of a step from their ends and of the height from both rims."""
-        steps, foot = self.steps[self.whose], self.foot[self.whose]
-        along = np.clip(self.column, inset, steps - inset) / steps
-        height = np.minimum(along / foot, (1.0 - along) / (1.0 - foot)) * np.where(self.row == 0, inset, 1.0 - inset)
-        values = np.column_stack([1.0 - along - height * (1.0 - foot), along - height * foot, height])
-        shares = np.empty_like(values)
-        np.put_along_axis(shares, (self.begin[self.whose, None] + np.arange(3)) % 3, values, axis=1)
-        return shares
+    at: NDArray[np.int64]
+    shares: NDArray[np.float64]
+    inner: NDArray[np.float64]
 
 
-def _find_strips(corners: NDArray[np.float64], spacing_m: NDArray[np.float64]) -> _Strips:
-    """Return the places along triangles (t, 3, 3), so far apart (t,)."""
+def _find_strips(corners: NDArray[np.float64], spacing_m: NDArray[np.float64]) -> _Places:
+    """Return the places along triangles (t, 3, 3), so far apart (t,): below along the longest edge, above along the other two."""
     edges = np.roll(corners, -1, axis=1) - corners
     begin, every = np.linalg.norm(edges, axis=2).argmax(axis=1), np.arange(len(corners))
     longest = edges[every, begin]
     squared = (longest * longest).sum(axis=1)
+    # How far along it the third corner stands.
     foot = np.clip(-(edges[every, begin - 1] * longest).sum(axis=1) / squared, 1e-3, 1.0 - 1e-3)
     steps = np.ceil(np.sqrt(squared) / spacing_m).astype(np.int64)
     whose = np.repeat(every, 2 * (steps + 1))
-    within = np.arange(len(whose)) - np.repeat(np.cumsum(2 * (steps + 1)) - 2 * (steps + 1), 2 * (steps + 1))
-    return _Strips(begin, steps, foot, whose, within % (steps[whose] + 1), within // (steps[whose] + 1))
+    row, column = np.divmod(_count_up(2 * (steps + 1)), steps[whose] + 1)
+
+    def shares(inset: float) -> NDArray[np.float64]:
+        along = np.clip(column, inset, steps[whose] - inset) / steps[whose]
+        height = np.minimum(along / foot[whose], (1.0 - along) / (1.0 - foot[whose])) * np.where(row == 0, inset, 1.0 - inset)
+        values = np.column_stack([1.0 - along - height * (1.0 - foot[whose]), along - height * foot[whose], height])
+        turned = np.empty_like(values)
+        np.put_along_axis(turned, (begin[whose, None] + np.arange(3)) % 3, values, axis=1)
+        return turned
+
+    at = np.zeros((len(corners), 3, 2))
+    at[every, (begin + 1) % 3, 0] = steps
+    at[every, begin - 1] = np.column_stack([foot * steps, np.ones(len(corners))])
+    return _Places(np.column_stack([steps + 1, np.full(len(steps), 2)]), at, whose, np.arange(len(whose)), shares(0.0), shares(_INSET))
+
+
+def _find_lattices(corners: NDArray[np.float64], spacing_m: NDArray[np.float64]) -> _Places:
+    """Return the places in triangles (t, 3, 3) that divide each edge into equal steps, at most so long (t,)."""
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    steps = np.ceil(longest / spacing_m).astype(np.int64)
+    size = steps + 1
+    whose = np.repeat(np.arange(len(corners)), size * size)
+    row, column = np.divmod(_count_up(size * size), size[whose])
+    within = row + column <= steps[whose]
+    at, whose, row, column = np.flatnonzero(within), whose[within], row[within], column[within]
+    shares = np.column_stack([steps[whose] - row - column, column, row]) / steps[whose, None]
+    inset = (_INSET / np.maximum(steps, 1))[whose, None]
+    inner = np.maximum(shares, inset)
+    ends = np.zeros((len(corners), 3, 2))
+    ends[:, 1, 0] = ends[:, 2, 1] = steps
+    return _Places(np.column_stack([size, size]), ends, whose, at, shares, inner / inner.sum(axis=1, keepdims=True))
+
+
+def _count_up(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return 0, 1, ... for each of ``counts`` (t,), one after the other."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _lay_curved(
@@ -229,6 +280,7 @@ def _lay_curved(
     face_part: NDArray[np.int32],
     charts: Charts,
     spacing_m: NDArray[np.float64],
+    panes: Panes,
     cells: NDArray[np.int32],
     affine: NDArray[np.float32],
     first: int,
@@ -245,17 +297,25 @@ def _lay_curved(
     longest = np.linalg.norm(np.roll(corners[members], -1, axis=1) - corners[members], axis=2).max(axis=1)
     height = 2.0 * charts.area[members] / longest
     spacing = spacing_m[members]
-    thin = (longest > _LONG * spacing) & (longest > _THIN * height) & (height > _HIGH_M)
-    whole, long = members[~thin], members[thin]
-    strips = _find_strips(corners[long], spacing[thin])
-    whose = np.concatenate([np.repeat(whole, 3), long[strips.whose]])
-    shares = np.concatenate([np.tile(np.eye(3), (len(whole), 1)), strips.shares(0.0)])
-    # Places that lie close together and look the same way share a node.
+    long, thin = longest > _LONG * spacing, longest > _THIN * height
+    chosen = long & thin & (height > _HIGH_M), long & ~thin
+    whole = members[~(chosen[0] | chosen[1])]
+    apart = [members[which] for which in chosen]
+    strips, lattices = (
+        find(corners[faces], spacing[which]) for find, faces, which in zip((_find_strips, _find_lattices), apart, chosen, strict=True)
+    )
+    large = np.concatenate(apart)
+    size = np.concatenate([strips.size, lattices.size])
+    offset = first_place + np.cumsum(size.prod(axis=1)) - size.prod(axis=1)
+    whose = np.concatenate([np.repeat(whole, 3), apart[0][strips.whose], apart[1][lattices.whose]])
+    shares = np.concatenate([np.tile(np.eye(3), (len(whole), 1)), strips.shares, lattices.shares])
+    # Places that lie close together, on the same side of panes, and look the same way share a node.
     point = matmul(shares[:, None], corners[whose])[:, 0]
     places = np.column_stack([np.floor(point / spacing_m[whose, None]), 1e6 * spacing_m[whose]]).astype(np.int64)
     shading = matmul(shares[:, None], mesh.normals.astype(np.float64)[mesh.faces[whose]])[:, 0]
     facing = np.rint(_FACING * shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-6)).astype(np.int64)
-    key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), face_part[whose]]))
+    outside = (before_panes(panes, point) < 0.0).astype(np.int64)
+    key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), face_part[whose]]), outside)
     node = np.unique(key, return_inverse=True)[1].astype(np.int64)
     # A node stands on the largest triangle near it; along strips, which are all but alike, amid the places that share it.
     count = np.bincount(node)
@@ -265,21 +325,19 @@ def _lay_curved(
     order = np.lexsort((rank, node))
     lead = order[np.searchsorted(node[order], np.arange(node.max() + 1))]
     cells[whole] = np.column_stack([first + node[: 3 * len(whole)].reshape(-1, 3), np.full(len(whole), CORNERS)])
-    size = strips.steps + 1
-    at = np.zeros((len(long), 3, 2))
-    at[np.arange(len(long)), (strips.begin + 1) % 3, 0] = strips.steps
-    at[np.arange(len(long)), strips.begin - 1] = np.column_stack([strips.foot * strips.steps, np.ones(len(long))])
-    cells[long] = np.column_stack([first_place + 2 * (np.cumsum(size) - size), size, np.full((len(long), 2), (2, STRIP))])
-    affine[long] = _affine(at)
+    cells[large] = np.column_stack([offset, size, np.full(len(large), STRIP)])
+    affine[large] = _affine(np.concatenate([strips.corners, lattices.corners]))
     normal = np.column_stack([np.bincount(node, shading[:, axis]).astype(np.float64) for axis in range(3)])
     short = np.linalg.norm(normal, axis=1) < 1e-6
     normal[short] = shading[lead[short]]
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     # The point of the largest triangle near the place, farther inside where that is large: what lies at a rim is often covered.
-    inset = np.where(longest[~thin] > _LARGE * spacing[~thin], 0.15, 0.05)
-    inside = np.repeat(inset, 3)[:, None] + np.tile(np.eye(3), (len(whole), 1)) * np.repeat(1.0 - 3.0 * inset, 3)[:, None]
-    shares = np.concatenate([inside, strips.shares(_INSET)])
-    return (first + node[3 * len(whole) :]).astype(np.int32), whose[lead], shares[lead, 1:], normal
+    inset = np.repeat(np.where(longest > _LARGE * spacing, 0.15, 0.05)[~(chosen[0] | chosen[1])], 3)[:, None]
+    inside = inset + np.tile(np.eye(3), (len(whole), 1)) * (1.0 - 3.0 * inset)
+    inner = np.concatenate([inside, strips.inner, lattices.inner])
+    index = np.full(size.prod(axis=1).sum(), -1, np.int32)
+    index[np.concatenate([strips.at, size[: len(apart[0])].prod(axis=1).sum() + lattices.at])] = first + node[3 * len(whole) :]
+    return index, whose[lead], inner[lead, 1:], normal
 
 
 def _affine(at: NDArray[np.float64]) -> NDArray[np.float64]:

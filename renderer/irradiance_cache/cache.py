@@ -13,22 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import LUMINANCE
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.core.sampling import even_points
 from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.bright_nodes import Bright, choose_bright, light_from_bright, links_to_bright
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
 from renderer.irradiance_cache.caustics import CausticPhotons
-from renderer.irradiance_cache.gathering import (
-    Bright,
-    CoarseLight,
-    choose_bright,
-    gather_nodes,
-    light_from_bright,
-    light_from_images,
-    links_to_bright,
-)
+from renderer.irradiance_cache.gathering import CoarseLight, gather_nodes, light_from_images
 from renderer.irradiance_cache.hemisphere import DARK, Rays, make_gather_scratch
 from renderer.irradiance_cache.node_direct import light_nodes
 from renderer.irradiance_cache.nodes import (
@@ -43,11 +37,15 @@ from renderer.irradiance_cache.nodes import (
     smooth_nodes,
     widen,
 )
+from renderer.irradiance_cache.outside import NOT_OUTSIDE
 from renderer.irradiance_cache.photons import SunLight, make_photons, share_flux, trace_photons
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
 from renderer.path.light_nodes import Atlas, KnownLight
+from scene_description.products import matmul
 
 _BRIGHT_SAMPLES = 1024
+_TIMES, _NEAR_M = 6.0, 0.3
+"""How many times the mean luminance of a room bright nodes have, and from how near their light is gathered."""
 _MOST_SWEEPS = 100
 _PHOTON_PIECES = 8
 """In so many pieces photons are traced, whatever the number of threads, so that sums are the same."""
@@ -65,8 +63,8 @@ class _Settled(NamedTuple):
     """Light of coarse nodes that has settled once, while what is small and bright among them is sampled.
 
     luminance, shining, given, by_mirrors: (n, 3) float32, what leaves nodes, cd/m2, that of it by lights alone, what falls on them by
-    bright nodes, lux, and by mirrors; sheets: what passes through cloth; bright: what is sampled; unsampled: the nodes, as
-    numbers in ``lit``, that it is still to be sampled at.
+    bright nodes, lux, and by mirrors; sheets: what passes through cloth; bright: what is sampled, in the room and outside; unsampled: the
+    nodes, as numbers in ``lit``, that it is still to be sampled at.
     """
 
     luminance: NDArray[np.float32]
@@ -74,7 +72,7 @@ class _Settled(NamedTuple):
     given: NDArray[np.float32]
     by_mirrors: NDArray[np.float32]
     sheets: Sheets
-    bright: Bright
+    bright: tuple[Bright, Bright]
     unsampled: Pieces
 
 
@@ -131,8 +129,8 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             nodes, memory = chosen[slice(*piece)], self._memory[worker]
-            budget, share = config.coarse_light_samples, geometry.sky_share
-            light_nodes(scene.lit, self.coarse, self._key, budget, samples, nodes, share, True, memory.trace, light)
+            budget, sky = config.coarse_light_samples, geometry.sky
+            light_nodes(scene.lit, self.coarse, self._key, budget, samples, nodes, sky, True, memory.trace, light)
             light_from_images(scene.lit, self.coarse, geometry.images, self._key, nodes, memory, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
@@ -159,7 +157,8 @@ class IrradianceCache:
 
         def sample_bright(worker: int, piece: tuple[int, int]) -> None:
             nodes, scratch = chosen[slice(*piece)], scene.scratch[worker]
-            light_from_bright(scene.lit, self.coarse, settled.bright, self._key, nodes, scratch, settled.given)
+            for bright in settled.bright:
+                light_from_bright(scene.lit, self.coarse, bright, self._key, nodes, scratch, settled.given)
 
         settled.unsampled.run(scene.workers, sample_bright, cancelled)
         luminance, passed = self._settle_again(settled)
@@ -175,7 +174,7 @@ class IrradianceCache:
         mirrored += of_sun
         shared = light._replace(indirect=mirrored[:, :3], direct=np.zeros_like(light.direct), toward=mirrored[:, 3:])
         by_gloss = self._smooth(shared)[geometry.other]
-        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, bright, geometry.images, by_gloss)
+        self.source = CoarseLight(self.coarse, self.luminance, geometry.worth, geometry.known, *bright, geometry.images, by_gloss)
         none = np.zeros((0, 3), np.float32)
         self._photons = self._photons._replace(origins=none, directions=none, flux=none)
         self._coarse_light = self._settled = self._caustics = None
@@ -192,7 +191,7 @@ class IrradianceCache:
         given = np.zeros_like(luminance)
         solve_links(geometry.links, given, by_mirrors, looks.albedo, shining, sheets, _MOST_SWEEPS, luminance)
         bright = self._choose_bright((luminance + sheets.light)[geometry.other], (shining + passed)[geometry.other])
-        unsampled = Pieces(len(geometry.lit) if len(bright.point) else 0)
+        unsampled = Pieces(len(geometry.lit) if any(len(nodes.point) for nodes in bright) else 0)
         return _Settled(luminance, shining, given, by_mirrors, sheets, bright, unsampled)
 
     def _settle_again(self, settled: _Settled) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -202,8 +201,9 @@ class IrradianceCache:
         """
         geometry, luminance = self.geometry, settled.luminance.copy()
         sheets = settled.sheets._replace(light=settled.sheets.light.copy())
-        if len(settled.bright.point):
-            links = np.where(links_to_bright(self.coarse, settled.bright, geometry.links), np.int32(DARK), geometry.links)
+        if any(len(nodes.point) for nodes in settled.bright):
+            sampled = [links_to_bright(self.coarse, nodes, geometry.links) for nodes in settled.bright]
+            links = np.where(sampled[0] | sampled[1], np.int32(DARK), geometry.links)
             solve_links(links, settled.given, settled.by_mirrors, geometry.looks.albedo, settled.shining, sheets, _MOST_SWEEPS, luminance)
         return luminance, sheets.light
 
@@ -232,11 +232,23 @@ class IrradianceCache:
         """
         looks, behind, inverse_pi = self.geometry.looks, self.geometry.behind, np.float32(1.0 / np.pi)
         passed = np.where(behind[:, None] >= 0, inverse_pi * looks.passed * lux[behind], np.float32(0.0))
-        return inverse_pi * np.where(self.geometry.sky_share[:, None] > 0.0, looks.albedo, looks.matt) * lux, passed
+        return inverse_pi * np.where(self.geometry.sky.share[:, None] > 0.0, looks.albedo, looks.matt) * lux, passed
 
-    def _choose_bright(self, luminance: NDArray[np.float32], certain: NDArray[np.float32]) -> Bright:
-        """Return what of coarse nodes, (n, 3), cd/m2, is sampled as a light; ``certain``: as of :func:`choose_bright`."""
-        return choose_bright(luminance, certain, self.coarse._replace(area=self.geometry.shining_area), 6.0, _BRIGHT_SAMPLES, 0.3)
+    def _choose_bright(self, luminance: NDArray[np.float32], certain: NDArray[np.float32]) -> tuple[Bright, Bright]:
+        """Return what of coarse nodes in the room, and of those outside, is sampled as a light.
+
+        Arguments are those of :func:`choose_bright`.
+        """
+        geometry, outside = self.geometry, self.geometry.pane >= 0
+        areas = [np.where(which, geometry.shining_area, np.float32(0.0)) for which in (~outside, outside)]
+        mean = (matmul(luminance.astype(np.float64), LUMINANCE) * areas[0]).sum() / max(areas[0].sum(dtype=np.float64), 1e-12)
+        within, beyond = (
+            choose_bright(
+                luminance, certain, self.coarse._replace(area=area), _TIMES * mean, _BRIGHT_SAMPLES, _NEAR_M, geometry.pane, geometry.panes
+            )
+            for area in areas
+        )
+        return within, beyond
 
     def _smooth_even(self, reflected: NDArray[np.float32], light: NodeLight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored, and that by other surfaces alone.
@@ -263,7 +275,7 @@ class IrradianceCache:
     @property
     def size_bytes(self) -> int:
         """Memory that the cache holds once it is solved, its geometry included."""
-        coarse = (*self.source.bright[:4], self.luminance, self.even, self.around, self.leaving)
+        coarse = (*self.source.bright[:5], *self.source.outside[:5], self.luminance, self.even, self.around, self.leaving)
         tables = (*self.light, *coarse, self.rows, self._filled, self._smooth_done)
         return self.geometry.size_bytes + sum(array.nbytes for array in tables)
 
@@ -302,9 +314,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(
-                scene.lit, self.atlas, key, config.light_samples, samples, chosen, self.light.valid[:0], False, memory.trace, self.light
-            )
+            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, NOT_OUTSIDE, False, memory.trace, self.light)
             gather_nodes(scene.lit, self.atlas, self.source, rays, chosen, memory, self.light)
             self.light.sun[chosen, 3] = np.maximum(self.light.sun[chosen, 3], _SUNLIT * self._sunlit[chosen])
             self._filled[chosen] = True
@@ -322,7 +332,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, light.valid[:0], False, memory.trace, light)
+            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, NOT_OUTSIDE, False, memory.trace, light)
             gather_nodes(scene.lit, places, self.source, rays, chosen, memory, light)
 
         Pieces(len(nodes), LANES).run(scene.workers, compute, cancelled)

@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.irradiance_cache.atlas import build_atlas, stand_in, with_area
+from renderer.irradiance_cache.atlas import build_atlas, measure_nodes, stand_in
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
 from renderer.irradiance_cache.lamp_images import find_images
 from renderer.irradiance_cache.nodes import find_neighbours
+from renderer.irradiance_cache.outside import UnderSky
+from renderer.irradiance_cache.panes import Panes, before_panes, find_panes, near_panes
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.path import surface_tables as st
-from renderer.path.light_nodes import GRID, Atlas
+from renderer.path.light_nodes import GRID, STRIP, Atlas
 from renderer.scene.flat_scene import FlatScene, is_same_geometry
 
 
@@ -42,7 +44,7 @@ class CacheConfig:
 
 MOST_BEHIND = np.float32(0.25)
 """Share of a node's rays that may see the inside of something before the node counts as one within it."""
-_NEAR_PANE_M, _BY_PANES = 0.35, 0.5
+_BY_PANES = 0.5
 """Within so many metres of panes, where light changes by the width of a window bar, coarse nodes lie this much closer."""
 _STEPS = 3
 _PROBES = 64
@@ -66,14 +68,15 @@ class CacheGeometry:
         beside_coarse, beside_fine: which of these lie beside each other.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
         images: lamps as flat mirrors and panes show them; sightings: rays that see other lights by mirrors.
-        sky_share: (n,) float32, of coarse nodes that are seen outside by panes the share of their surroundings that is sky, 0 of others.
+        sky: what coarse nodes that are seen outside by panes see of the sky; others see nothing of it.
         worth: (n,) float32, 0 for coarse nodes that :attr:`known` rules out, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
         other: (n,) int32, the coarse node that stands in for each; known: (n,) bool, whether that lies within nothing
             and something around it is not close by.
         lit: coarse nodes that lamps and the sun are sampled at; what falls on others, within things, is of no use to any.
         shining_area: (n,) float32, m2 of the coarse nodes that are sampled as lights if they are bright, 0 for those within things, whose
-            area nobody sees, where rays go on, and outside.
+            area nobody sees, where rays go on, and outside where nobody in the room sees them.
+        panes: of windows; pane: (n,) int32, the one by which those of them that are outside are seen, -1 in the room.
         looks: what the surfaces of coarse nodes do with light; behind: (n,) int32, the coarse node on the other side of their sheet, -1
             for none.
         complete: whether :meth:`link` has ended.
@@ -94,10 +97,14 @@ class CacheGeometry:
         # Light goes on between the two faces of cloth, too.
         one_sided = ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
         one_sided |= hidden & ~sheets[flat.face_part]
-        coarse_m = np.where(_near_panes(flat, charts), _BY_PANES, 1.0) * config.coarse_spacing_m
-        self.coarse = with_area(build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m), charts.area)
-        self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
+        self.panes = find_panes(flat)
+        coarse_m = np.where(_near_panes(flat, charts, self.panes), _BY_PANES, 1.0) * config.coarse_spacing_m
+        self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m, self.panes)
+        self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m, self.panes)
+        for atlas in (self.coarse, self.fine):
+            _cut_at_panes(self.panes, atlas)
         self.beside_coarse, self.beside_fine = find_neighbours(self.coarse), find_neighbours(self.fine)
+        measure_nodes(self.coarse, charts.area)
         # Fine nodes are only lit.
         self.fine = self.fine._replace(area=np.zeros(0, np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
@@ -106,8 +113,8 @@ class CacheGeometry:
         front = np.flatnonzero(self.behind >= 0)
         self.behind[self.behind[front]] = front
         self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
-        outdoors, self.sky_share = np.zeros((count, rays), np.bool_), np.zeros(count, np.float32)
-        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), outdoors, self.far, self.sky_share)
+        self.sky = UnderSky(np.zeros(count, np.float32), np.zeros((count, 3), np.float32))
+        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), np.zeros((count, rays), np.bool_), self.far, self.sky)
         self._sightings: dict[int, Sightings] = {}
         mirrors, panes = find_mirrors(scene.surfaces, self.coarse)
         self.images = find_images(flat, self._shines, mirrors | panes, self.coarse.cells[:, 0])
@@ -139,7 +146,7 @@ class CacheGeometry:
         self._unlinked.run(workers, compute, cancelled)
         in_sheets = self.looks.passed.any(axis=1)
         # What sees the sky lies within nothing, whatever of the room's walls it sees from behind.
-        stands_free = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) | (self.sky_share > _LEAST_SKY)
+        stands_free = ((self.links == BEHIND).mean(axis=1) <= MOST_BEHIND) | (self.sky.share > _LEAST_SKY)
         valid = stands_free & ((self.far > 0.0) | in_sheets)
         self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
 
@@ -147,8 +154,14 @@ class CacheGeometry:
             resolve_links(coarse, self.worth, self._links, memory[worker], *piece)
 
         self._unresolved.run(workers, resolve, cancelled)
-        self.sky_share *= _find_outdoors(self._links, _beyond_panes(self._flat, coarse.position))
-        self.links[(self.links == BEHIND) & (self.sky_share > 0.0)[:, None]] = DARK
+        # Of nodes in gaps on flat surfaces, those that see others which see out of them are lit by these.
+        in_gaps = np.flatnonzero(stands_free & ~valid & (coarse.cells[coarse.face, 3] == GRID))
+        for _ in range(_STEPS):
+            valid[in_gaps] |= (valid[self.links[in_gaps]] & (self.links[in_gaps] >= 0)).any(axis=1)
+        self.worth[in_gaps] = np.where(valid[in_gaps], np.float32(_LEAST_WORTH), np.float32(0.0))
+        self.sky.share[:] *= _find_outdoors(self._links, before_panes(self.panes, coarse.position) < 0.0)
+        self.pane = _find_pane(self._links, self.sky.share > 0.0, coarse.position, self.panes)
+        self.links[(self.links == BEHIND) & (self.sky.share > 0.0)[:, None]] = DARK
         self.other = np.zeros(len(valid), np.int32)
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
         # Nodes within things, or in gaps so deep that they see only each other, shine by those that stand in for them; rays that end
@@ -157,7 +170,8 @@ class CacheGeometry:
         np.copyto(self.links, np.where(self.known[self.links], self.other[self.links], UNKNOWN), where=self.links >= 0)
         through = (self.behind >= 0) & self.looks.passed[self.behind].any(axis=1)
         self.lit = np.flatnonzero(valid | through)
-        shines = valid & (self.far > 0.0) & (self.sky_share == 0.0) & ~_sends_rays_on(scene, coarse)
+        seen = (self.sky.share == 0.0) | (self.pane >= 0)
+        shines = valid & (self.far > 0.0) & seen & ~_sends_rays_on(scene, coarse)
         self.shining_area = np.where(shines, coarse.area, np.float32(0.0))
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
         node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
@@ -174,45 +188,56 @@ class CacheGeometry:
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
         tables = (*self.coarse, *self.fine, *self.beside_coarse[2:], *self.beside_fine[2:], self.links, *self.sightings)
-        known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, self.sky_share)
+        known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, *self.sky, self.pane)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
 
 
-def _near_panes(flat: FlatScene, charts: Charts) -> NDArray[np.bool_]:
+def _near_panes(flat: FlatScene, charts: Charts, panes: Panes) -> NDArray[np.bool_]:
     """Return which triangles (m,) lie right before or behind a pane: such as do with all of their chart."""
-    corners = flat.mesh.vertices[flat.mesh.faces].astype(np.float64)
-    near = np.zeros(len(corners), np.bool_)
-    for part in np.flatnonzero(flat.parts.portal):
-        pane = corners[flat.face_part == part].reshape(-1, 3)
-        if len(pane):
-            near |= ((corners > pane.min(axis=0) - _NEAR_PANE_M) & (corners < pane.max(axis=0) + _NEAR_PANE_M)).all(axis=(1, 2))
+    near = near_panes(panes, flat.mesh.vertices[flat.mesh.faces]).all(axis=1)
     on_chart = charts.face_chart >= 0
     far = np.bincount(charts.face_chart[on_chart], ~near[on_chart], len(charts.normal)) > 0
     near[on_chart] &= ~far[charts.face_chart[on_chart]]
     return near
 
 
-def _beyond_panes(flat: FlatScene, position: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Return which positions (n, 3), metres, lie close behind a pane, as the outer side of its frame does."""
-    corners, beyond = flat.mesh.vertices[flat.mesh.faces].astype(np.float64), np.zeros(len(position), np.bool_)
-    for part in np.flatnonzero(flat.parts.portal):
-        pane = corners[flat.face_part == part]
-        if len(pane):
-            inward = np.cross(pane[:, 1] - pane[:, 0], pane[:, 2] - pane[:, 0]).sum(axis=0)
-            low, high = pane.min(axis=(0, 1)) - _NEAR_PANE_M, pane.max(axis=(0, 1)) + _NEAR_PANE_M
-            beyond |= ((position > low) & (position < high)).all(axis=1) & (((position - pane[0, 0]) * inward).sum(axis=1) < 0.0)
-    return beyond
+def _cut_at_panes(panes: Panes, atlas: Atlas) -> None:
+    """Let panes cut the way between nodes of a grid that lie on both sides of one, as on the flanks of a window's frame."""
+    before = np.append(before_panes(panes, atlas.position), np.nan)
+    first, width, height = np.unique(atlas.cells[atlas.cells[:, 3] >= STRIP][:, :3].astype(np.int64), axis=0).T
+    for step, way in ((np.ones_like(width), 0), (width, 1)):
+        rows, columns = (height, width - 1) if way == 0 else (height - 1, width)
+        whose = np.repeat(np.arange(len(first)), rows * columns)
+        row, column = np.divmod(
+            np.arange(len(whose)) - np.repeat(np.cumsum(rows * columns) - rows * columns, rows * columns), columns[whose]
+        )
+        place = first[whose] + row * width[whose] + column
+        here, there = before[atlas.grid[place]], before[atlas.grid[place + step[whose]]]
+        crosses = (here < 0.0) != (there < 0.0)
+        crosses &= ~np.isnan(here) & ~np.isnan(there)
+        atlas.cuts[place[crosses], way] = here[crosses] / (here - there)[crosses]
 
 
 def _find_outdoors(links: Links, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which nodes (n,) are seen by panes, lie ``beyond`` (n,) one, or are seen by others that do, and see the sky themselves."""
-    ends, under_sky = links.ends, links.escaped > _LEAST_SKY
+    ends, under_sky = links.ends, links.escaped.share > _LEAST_SKY
     seen = beyond.copy()
     seen[ends[links.outdoors & (ends >= 0)]] = True
     for _ in range(_STEPS_OUTDOORS):
         beside = ends[seen & under_sky]
         seen[beside[beside >= 0]] = True
     return seen & under_sky
+
+
+def _find_pane(links: Links, outside: NDArray[np.bool_], position: NDArray[np.float32], panes: Panes) -> NDArray[np.int32]:
+    """Return the pane (n,) nearest to each node that is ``outside`` (n,) and met by a ray that has left by a pane, -1 for others."""
+    pane = np.full(len(position), -1, np.int32)
+    seen = np.zeros(len(position), np.bool_)
+    seen[links.ends[links.outdoors & (links.ends >= 0)]] = True
+    seen = np.flatnonzero(seen & outside)
+    if len(panes.part):
+        pane[seen] = ((position[seen, None] - panes.middle) ** 2).sum(axis=2).argmin(axis=1)
+    return pane
 
 
 def _sends_rays_on(scene: TracedScene, atlas: Atlas) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from renderer.core.kernel import entry, inlined
 from renderer.core.lanes import count_chosen
 from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.nodes import NodeLight, arriving, reflector_of, scatterer_of, stand_on, turned, unit_hash
-from renderer.irradiance_cache.outside import outside_light
+from renderer.irradiance_cache.outside import UnderSky, outside_light
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.irradiance_cache.view_factors import sample_view, view_factor
 from renderer.path.direct_light import weigh_lights
@@ -39,14 +39,14 @@ def light_nodes(
     budget: int,
     pattern: NDArray[np.float32],
     nodes: NDArray[np.int64],
-    sky_share: NDArray[np.float32],
+    sky: UnderSky,
     coarse: bool,
     scratch: Scratch,
     light: NodeLight,
 ) -> None:
     """Fill ``direct`` and ``sun`` of some nodes, and begin ``indirect`` and ``toward``.
 
-    ``sky_share``: as of :class:`renderer.irradiance_cache.cache_geometry.CacheGeometry`, or of length 0 where no node is outside.
+    ``sky``: what nodes outside see of it, or NOT_OUTSIDE.
     ``budget``: about how many points on lights are sampled, shared among groups of lights by importance; ``pattern``: (s, 2) float32, s a
     multiple of 16, points of the unit square by which the sun's disc is sampled; ``coarse``: whether light counts for all that the surface
     scatters, or for its diffuse base, and photons bring that of the sun.
@@ -61,9 +61,11 @@ def light_nodes(
         for channel in range(3):
             light.indirect[node, channel] = light.direct[node, channel] = light.toward[node, channel] = light.sun[node, channel] = _ZERO
         light.sun[node, 3] = _ZERO
-        share = sky_share[node] if len(sky_share) > 0 else _ZERO
+        share = sky.share[node] if len(sky.share) > 0 else _ZERO
         if share > _ZERO:
-            r, g, b = outside_light(scene.surfaces.sky, lanes[ln.NS_X], lanes[ln.NS_Y], lanes[ln.NS_Z])
+            x, y, z = sky.way[node, 0], sky.way[node, 1], sky.way[node, 2]
+            scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+            r, g, b = outside_light(scene.surfaces.sky, scale * x, scale * y, scale * z)
             light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2] = share * _PI * r, share * _PI * g, share * _PI * b
             for k in range(LANES):
                 lanes[ln.OUTSIDE + k] = _ONE

@@ -163,14 +163,14 @@ def find_neighbours(atlas: Atlas) -> Neighbours:
 
 
 def _pairs_along(atlas: Atlas) -> NDArray[np.int64]:
-    """Return which nodes (e, 2) come next to each other along and across long thin triangles, both ways, and each beside itself."""
-    first, width = np.unique(atlas.cells[atlas.cells[:, 3] == STRIP][:, :2].astype(np.int64), axis=0).T
-    # Both rows of each, the places one after the other.
-    whose = np.repeat(np.arange(len(first)), 2 * width)
-    step = np.arange(len(whose)) - np.repeat(np.cumsum(2 * width) - 2 * width, 2 * width)
+    """Return which nodes (e, 2) come next to each other in and across rows of large curved triangles, both ways, and each beside itself."""
+    first, width, height = np.unique(atlas.cells[atlas.cells[:, 3] == STRIP][:, :3].astype(np.int64), axis=0).T
+    size = width * height
+    whose = np.repeat(np.arange(len(first)), size)
+    step = np.arange(len(whose)) - np.repeat(np.cumsum(size) - size, size)
     at, of = first[whose] + step, width[whose]
-    next_in_row, above = at[(step + 1) % of != 0], at[step < of]
-    ends = np.concatenate([np.column_stack([next_in_row, next_in_row + 1]), np.column_stack([above, above + of[step < of]])])
+    next_in_row, above = at[(step + 1) % of != 0], step < size[whose] - of
+    ends = np.concatenate([np.column_stack([next_in_row, next_in_row + 1]), np.column_stack([at[above], (at + of)[above]])])
     one_way = atlas.grid[np.concatenate([ends, np.column_stack([at, at])])].astype(np.int64)
     return np.concatenate([one_way, one_way[:, ::-1]])[(np.concatenate([one_way, one_way]) >= 0).all(axis=1)]
 

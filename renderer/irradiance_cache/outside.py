@@ -1,5 +1,7 @@
 """The sky outside: its light on what stands there, and what gloss there and within shows of it."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,9 +23,23 @@ _ABOVE, _HIGHER = np.float32(0.1), np.float32(0.5)
 """Height of the least direction whose sky a pane shows about, and how much higher the other is."""
 
 
+class UnderSky(NamedTuple):
+    """What nodes see of the sky: share: (n,) float32, of the hemisphere, by the cosine; way: (n, 3) float32, the mean direction there.
+
+    The mean of unblocked directions is the bent normal of Landis, "Production-Ready Global Illumination" (2002), times the share.
+    """
+
+    share: NDArray[np.float32]
+    way: NDArray[np.float32]
+
+
+NOT_OUTSIDE = UnderSky(np.zeros(0, np.float32), np.zeros((0, 3), np.float32))
+"""Of nodes of which none is outside."""
+
+
 @inlined
 def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
-    """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
+    """Return about the mean luminance (r, g, b) of the sky around a unit direction of the world, weighted by the cosine, cd/m2.
 
     From two directions, 35 degrees above and below.
     """

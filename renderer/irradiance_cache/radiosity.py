@@ -23,6 +23,7 @@ from renderer.irradiance_cache.hemisphere import (
 )
 from renderer.irradiance_cache.lamp_images import LampImages, is_image
 from renderer.irradiance_cache.nodes import unit_hash
+from renderer.irradiance_cache.outside import UnderSky
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
@@ -35,14 +36,14 @@ class Links(NamedTuple):
     """Where the s rays of n nodes end.
 
     ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; outdoors: (n, s) bool, those that have left by a
-    pane; far, escaped: (n,) float32, the share of rays that end far away, and of those that meet nothing.
+    pane; far: (n,) float32, the share of rays that end far away; escaped: those that meet nothing.
     """
 
     ends: NDArray[np.int32]
     at: NDArray[np.float32]
     outdoors: NDArray[np.bool_]
     far: NDArray[np.float32]
-    escaped: NDArray[np.float32]
+    escaped: UnderSky
 
 
 class Sightings(NamedTuple):
@@ -94,7 +95,10 @@ def link_nodes(
                 links.ends[node, begin + k] = memory.links[k]
                 is_far = traced.real[ray.TFAR + k] > rays.far_m and memory.links[k] != BEHIND
                 links.far[node] += (_ONE if is_far else _ZERO) / np.float32(count)
-                links.escaped[node] += (_ONE if memory.links[k] == ESCAPED else _ZERO) / np.float32(count)
+                if memory.links[k] == ESCAPED:
+                    links.escaped.share[node] += _ONE / np.float32(count)
+                    for axis in range(3):
+                        links.escaped.way[node, axis] += traced.real[ray.DIR_X + LANES * axis + k] / np.float32(count)
                 links.outdoors[node, begin + k] = memory.trace.sampled[k] == OUTDOORS
                 for axis in range(3):
                     links.at[node, axis, begin + k] = memory.at[LANES * axis + k]

@@ -1,7 +1,7 @@
 """Nodes on the surfaces of a scene, at which light is known, and how those around a hit are found.
 
-On a flat chart nodes lie on a grid, and a hit reads the four around it; a long thin triangle of a curved surface has two rows of its own.
-Elsewhere a hit reads those of its triangle's corners.
+On a flat chart nodes lie on a grid, and a hit reads the four around it; a long thin triangle of a curved surface has two rows of its own,
+another large one a lattice.  Elsewhere a hit reads those of its triangle's corners.
 :mod:`renderer.irradiance_cache.atlas` lays them.
 """
 
@@ -116,10 +116,13 @@ def find_nodes(
     if kind >= STRIP:
         width, total = atlas.cells[face, 1], _ZERO
         first, s, r = find_cell(atlas, face, u, v)
+        # A cell at the third side of a lattice is a triangle.
+        beyond = s * r if kind == STRIP and atlas.grid[first + width + 1] < 0 else _ZERO
         for attempt in range(2):
             for corner in range(4):
                 right, up = corner & 1, corner >> 1
                 weight = (s if right else _ONE - s) * (r if up else _ONE - r)
+                weight += beyond if right ^ up else -beyond
                 if weight > _ZERO:
                     place = first + up * width + right
                     node = atlas.grid[place]

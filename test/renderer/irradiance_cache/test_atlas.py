@@ -19,7 +19,13 @@ def built(*pieces, spacing=0.1, one_sided=None):
     flat = scene(*pieces)
     charts = find_charts(flat.mesh, flat.face_part)
     one_sided = charts.closed if one_sided is None else np.array(one_sided)
-    return flat, charts, at.with_area(at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing), charts.area)
+    return flat, charts, measured(flat, charts, one_sided, spacing)
+
+
+def measured(flat, charts, one_sided, spacing):
+    atlas = at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing)
+    at.measure_nodes(atlas, charts.area)
+    return atlas
 
 
 def smooth_sphere(rings):
@@ -84,7 +90,7 @@ def test_shares_of_the_surface_sum_to_its_area(shape):
 def test_nodes_of_a_rectangle_have_equal_shares_but_for_its_rim():
     wall = scene(quad((0, 0, 0), (2.13, 0, 0), (0, 0, 1.57)))
     charts = find_charts(wall.mesh, wall.face_part)
-    atlas = at.with_area(at.build_atlas(wall.mesh, wall.face_part, charts, np.ones(2, np.bool_), 0.1), charts.area)
+    atlas = measured(wall, charts, np.ones(2, np.bool_), 0.1)
     inner = (np.abs(atlas.position[:, 0] - 1.065) < 0.9) & (np.abs(atlas.position[:, 2] - 0.785) < 0.6)
     np.testing.assert_allclose(atlas.area[inner], atlas.area[inner].mean(), rtol=0.04)
 
@@ -130,9 +136,9 @@ def test_only_what_is_seen_from_behind_has_nodes_there():
 
 
 def test_curved_surfaces_are_looked_up_at_their_corners():
-    flat = smooth_sphere(8)
+    flat = smooth_sphere(32)
     charts = find_charts(flat.mesh, flat.face_part)
-    atlas = at.with_area(at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), 0.05), charts.area)
+    atlas = measured(flat, charts, np.ones(len(flat.face_part), np.bool_), 0.07)
     face, u, v, place = points(flat)
     sound = charts.area[face] > 1e-6
     for f, s, t, p in zip(face[sound], u[sound], v[sound], place[sound], strict=True):
@@ -141,6 +147,28 @@ def test_curved_surfaces_are_looked_up_at_their_corners():
         np.testing.assert_allclose(weights @ atlas.normal[nodes], -p, atol=0.05)
     assert atlas.area.sum() == pytest.approx(charts.area.sum(), rel=1e-5)
     np.testing.assert_allclose(np.linalg.norm(atlas.normal, axis=1), 1.0, atol=1e-6)
+
+
+def test_light_within_a_large_triangle_of_a_curved_surface_is_looked_up_there():
+    """A ball of eight rings, whose triangles are much longer than the steps between nodes."""
+    flat = smooth_sphere(8)
+    charts = find_charts(flat.mesh, flat.face_part)
+    atlas = measured(flat, charts, np.ones(len(flat.face_part), np.bool_), 0.05)
+    face, u, v, place = points(flat)
+    sound = charts.area[face] > 1e-3
+    assert (atlas.cells[face[sound], 3] == nd.STRIP).all()
+    for f, s, t, p in zip(face[sound], u[sound], v[sound], place[sound], strict=True):
+        nodes, weights = around(atlas, f, s, t)
+        assert weights.sum() == pytest.approx(1.0, abs=1e-5) and (weights >= 0).all()
+        assert np.linalg.norm(weights @ atlas.position[nodes].astype(float) - p) < 0.05
+    assert atlas.area.sum() == pytest.approx(charts.area.sum(), rel=1e-5)
+    # Where two triangles meet, both read the same.
+    first, second = 66, 66 + len(flat.face_part) // 2
+    assert (flat.mesh.vertices[flat.mesh.faces[first, 1:]] == flat.mesh.vertices[flat.mesh.faces[second][[0, 2]]]).all()
+    for t in np.linspace(0.05, 0.95, 19):
+        one, other = around(atlas, first, 1 - t, t), around(atlas, second, 0.0, t)
+        here, there = (weights @ atlas.normal[nodes] for nodes, weights in (one, other))
+        np.testing.assert_allclose(here, there, atol=0.05)
 
 
 def slat():
@@ -160,7 +188,7 @@ def slat():
 def test_light_that_changes_along_a_slat_is_looked_up_where_it_changes(spacing):
     flat = slat()
     charts = find_charts(flat.mesh, flat.face_part)
-    atlas = at.with_area(at.build_atlas(flat.mesh, flat.face_part, charts, np.ones(len(flat.face_part), np.bool_), spacing), charts.area)
+    atlas = measured(flat, charts, np.ones(len(flat.face_part), np.bool_), spacing)
     for face, u, v, place in zip(*points(flat), strict=True):
         nodes, weights = around(atlas, face, u, v)
         assert weights.sum() == pytest.approx(1.0, abs=1e-5)

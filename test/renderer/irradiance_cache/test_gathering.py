@@ -1,14 +1,12 @@
-"""Final gathers under uniform light, and bright nodes that are sampled as lamps are."""
+"""Final gathers under uniform light."""
 
 import numpy as np
 import pytest
 from box_room import DARK, box, pierced, pose, quad, scene
-from cached_rooms import COARSE, filled, look_up, nodes_of, solved
+from cached_rooms import filled, look_up, nodes_of, solved
 
 from renderer import CameraConfig
 from renderer.irradiance_cache.cache_geometry import CacheConfig
-from renderer.irradiance_cache.gathering import BRIGHT_RAYS, choose_bright
-from renderer.path.light_nodes import Atlas
 from renderer.scene.flat_scene import Sky
 
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
@@ -99,59 +97,6 @@ def test_rooms_below_the_horizon_bring_nothing():
     below = box((-0.5, -0.5, -0.6), (0.5, 0.5, -0.2), glow_cd_m2=1000.0, color=(1.0, 1.0, 1.0))
     _, _, lux = at_floor(below)
     assert (lux == 0).all()
-
-
-def make_row(luminance, area):
-    count = len(area)
-    nothing = np.zeros((count, 3), np.float32)
-    position = np.column_stack([np.arange(count), np.zeros((count, 2))]).astype(np.float32)
-    up = np.tile(np.array([0, 0, 1], np.float32), (count, 1))
-    empty = np.zeros(count, np.int32)
-    atlas = Atlas(
-        np.zeros((0, 4), np.int32),
-        np.zeros((0, 6), np.float32),
-        empty,
-        nothing[:, :2],
-        empty,
-        position,
-        up,
-        empty,
-        nothing[:, :2],
-        np.asarray(area, np.float32),
-    )
-    return np.tile(np.asarray(luminance, np.float32)[:, None], (1, 3)), atlas
-
-
-def test_bright_nodes_are_those_beyond_the_mean_and_keep_their_flux():
-    luminance, atlas = make_row([1, 1, 1, 1, 1, 1, 1, 1, 1000, 3000], [1, 1, 1, 1, 1, 1, 1, 1, 0.1, 0.1])
-    bright = choose_bright(luminance, luminance, atlas, 2.0, 32, 0.3)
-    assert bright.chosen.tolist() == [False] * 8 + [True] * 2
-    np.testing.assert_allclose(bright.weight.sum(axis=0), 400.0, rtol=1e-5)
-    assert (bright.point[:, 0] == 8).sum() == 8 and (bright.point[:, 0] == 9).sum() == 24
-    assert len(choose_bright(luminance[:8], luminance[:8], make_row(luminance[:8, 0], np.ones(8))[1], 2.0, 32, 0.3).point) == 0
-
-
-def test_what_few_rays_bring_by_chance_makes_no_node_bright():
-    luminance, atlas = make_row([1, 1, 1, 1, 1, 1, 1, 1, 1000, 3000], [1, 1, 1, 1, 1, 1, 1, 1, 0.1, 0.1])
-    certain = luminance.copy()
-    certain[8] = 0.0
-    bright = choose_bright(luminance, certain, atlas, 2.0, 32, 0.3)
-    assert bright.chosen.tolist() == [False] * 9 + [True]
-    np.testing.assert_allclose(bright.weight.sum(axis=0), 300.0, rtol=1e-5)
-
-
-def test_what_bright_nodes_bring_is_what_rays_would_find():
-    """A small bright patch under the ceiling: the floor gets its view factor, as of a lamp that nobody named."""
-    patch = quad((-0.3, -0.3, 1.5), (0, 0.6, 0), (0.6, 0, 0), glow_cd_m2=5000.0, color=(1.0, 1.0, 1.0))
-    flat = scene(FLOOR, patch, box((-3, -3, -1), (3, 3, 2), inside=True, object_id=0, color=(0.01, 0.01, 0.01), roughness=1.0))
-    with solved(flat, COARSE) as cache:
-        assert cache.source.bright.chosen.any() and len(cache.source.bright.point) % BRIGHT_RAYS == 0
-        cache.fill(np.ones(len(cache.atlas.face), np.bool_))
-    nodes = nodes_of(cache, 0, flat)
-    middle = nodes[np.hypot(*cache.atlas.position[nodes, :2].T) < 0.2]
-    x = 0.3 / 1.5
-    factor = 4 / (2 * np.pi) * 2 * x / np.hypot(1, x) * np.arctan(x / np.hypot(1, x))
-    np.testing.assert_allclose(cache.light.indirect[middle, 1], np.pi * 5000 * factor, rtol=0.08)
 
 
 @pytest.mark.parametrize("albedo", [0.3, 0.7])

@@ -2,16 +2,12 @@
 
 import numpy as np
 import pytest
-from box_room import DARK, box, pierced, quad, scene
+from box_room import box, pierced, quad, scene
 from cached_rooms import COARSE, solved
+from sunny_window import LUX, MATT, PANE, SUNNY
 
 from renderer.irradiance_cache.photons import SunLight, make_photons, share_flux, trace_photons
 
-LUX = np.array([6e4, 5e4, 4e4])
-WAY = np.array([0.0, 0.6, 0.8])
-SUNNY = DARK._replace(sun=np.array([*WAY, 1e-5, *(LUX / (2e-5 * np.pi))], np.float32))
-MATT = {"roughness": 1.0, "ior": 1.0}
-PANE = quad((-0.5, 0, 1.0), (1, 0, 0), (0, 0, 1), portal=True, transmission=0.8, ior=1.0, object_id=1)
 ENTERS = 0.8 * 0.6 * LUX
 """Lumens that come in by a pane of 1 m2."""
 
