@@ -194,7 +194,7 @@ class CacheGeometry:
 
 def _near_panes(flat: FlatScene, charts: Charts, panes: Panes) -> NDArray[np.bool_]:
     """Return which triangles (m,) lie right before or behind a pane: such as do with all of their chart."""
-    near = near_panes(panes, flat.mesh.vertices[flat.mesh.faces]).all(axis=1)
+    near = np.asarray(near_panes(panes, flat.mesh.vertices[flat.mesh.faces]).all(axis=1))
     on_chart = charts.face_chart >= 0
     far = np.bincount(charts.face_chart[on_chart], ~near[on_chart], len(charts.normal)) > 0
     near[on_chart] &= ~far[charts.face_chart[on_chart]]
@@ -232,9 +232,8 @@ def _find_outdoors(links: Links, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]
 def _find_pane(links: Links, outside: NDArray[np.bool_], position: NDArray[np.float32], panes: Panes) -> NDArray[np.int32]:
     """Return the pane (n,) nearest to each node that is ``outside`` (n,) and met by a ray that has left by a pane, -1 for others."""
     pane = np.full(len(position), -1, np.int32)
-    seen = np.zeros(len(position), np.bool_)
-    seen[links.ends[links.outdoors & (links.ends >= 0)]] = True
-    seen = np.flatnonzero(seen & outside)
+    met = np.unique(links.ends[links.outdoors & (links.ends >= 0)])
+    seen = met[outside[met]]
     if len(panes.part):
         pane[seen] = ((position[seen, None] - panes.middle) ** 2).sum(axis=2).argmin(axis=1)
     return pane

@@ -29,6 +29,8 @@ _INFINITE = np.float32(np.inf)
 _DEEPEST, _MOST_BRUSHED = 8, 3
 _LEAST_SHARE, _MOST_GAIN, _LOBES = np.float32(1e-6), np.float32(4.0), np.uint32(23)
 _MOST_TIMES = np.float32(8.0)
+_FACE = np.float32(0.04)
+"""What a face of glass mirrors."""
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
 
@@ -216,7 +218,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             if (clear or mirror) and depth + 1 < _DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
                     if clear:
-                        _add_from_glass(table, at, tables, k, memory)
+                        _add_from_glass(table, at, tables, through, k, memory)
                     for channel in range(3):
                         lanes[ln.BETA_R + LANES * channel + k] *= (
                             clear_share(table, at, channel) if clear else table[at + st.BASE + channel]
@@ -238,17 +240,27 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
 
 
 @inlined
-def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, k: int, memory: ShadeScratch) -> None:
-    """Add to GLASS what clear glass sends towards ray k, which has met it, beside what comes through it, if the ray sees its front."""
+def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, through: bool, k: int, memory: ShadeScratch) -> None:
+    """Add to GLASS what clear glass sends towards ray k, which has met it, beside what comes through it.
+
+    Where the ray leaves the glass that the pixel shows, that is what the face sends back of the light that falls on the pixel's surface;
+    of what it scatters into the glass, all that is mirrored within is scattered again.
+    """
     rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
     real = rays.real
     along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
-    if along >= _ZERO:
-        return
-    r, g, b, _ = _look_up(tables, tables.leaving, True, k, memory)
-    primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * (_ONE - clear_share(table, at, 0)) * r
-    primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * (_ONE - clear_share(table, at, 1)) * g
-    primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * (_ONE - clear_share(table, at, 2)) * b
+    if along < _ZERO:
+        r, g, b, _ = _look_up(tables, tables.leaving, True, k, memory)
+        primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * (_ONE - clear_share(table, at, 0)) * r
+        primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * (_ONE - clear_share(table, at, 1)) * g
+        primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * (_ONE - clear_share(table, at, 2)) * b
+    elif through:
+        opaque, leaves = _ONE - table[at + st.TRANSMISSION], _ONE / (table[at + st.IOR] * table[at + st.IOR])
+        for channel in range(3):
+            base = table[at + st.BASE + channel]
+            back = opaque * base * leaves / (_ONE - (_ONE - leaves) * base) + (_ONE - opaque) * _FACE
+            lit = clear_share(table, at, channel) * primary[rec.EVEN + channel, k]
+            primary[rec.GLASS + channel, k] += lanes[ln.BETA_R + LANES * channel + k] * back * lit
 
 
 @inlined

@@ -150,3 +150,15 @@ def test_what_is_small_and_bright_lights_each_coarse_node_and_not_those_whose_ra
         x, y, _ = cache.coarse.position[nodes].astype(float).T
     expected = 0.5 / np.pi * 1000.0 * 0.16 / 9.0 / (1.0 + (x * x + y * y) / 9.0) ** 2
     np.testing.assert_allclose(cache.luminance[nodes, 1], expected, rtol=0.1)
+
+
+@pytest.mark.parametrize("transmission", [0.6, 0.85])
+def test_milky_glass_shows_what_both_of_its_faces_send_back(transmission):
+    """A glass wall between the halves of a room, each with a lamp of its own: seen from one, as bright as by paths, within 4 %."""
+    room = box((-2, -1, 0), (2, 1, 2), inside=True, object_id=0, color=(0.5,) * 3, roughness=1.0)
+    glass = box((0, -1, 0), (0.02, 1, 2), color=(0.7,) * 3, transmission=transmission, ior=1.5, roughness=0.05, object_id=2)
+    lamps = [quad((x, -0.3, 1.99), (0, 0.6, 0), (0.6, 0, 0), emission=(1e3,) * 3, color=(0.0,) * 3, object_id=3) for x in (-1.3, 0.7)]
+    flat, view = scene(room, glass, *lamps), pose((-1.5, 0.1, 1.2), (0.0, -0.2, 0.8))
+    known = look_up(flat, view, cache_spacing_m=0.06).radiance
+    traced = look_up(flat, view, integrator="path", samples_per_pixel=1024).radiance
+    assert known.mean() == pytest.approx(traced.mean(), rel=0.04)
