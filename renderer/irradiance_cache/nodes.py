@@ -127,6 +127,7 @@ _SHARE = np.float32(0.35)
 _TURNED = np.float32(0.2)
 """One less the cosine between the normals of nodes of a bent surface, from which on they have nothing in common."""
 _ALIKE, _WEIGHT = np.float32(0.3), np.float32(0.6)
+_MOST_TIMES = np.float32(1.25)
 
 
 class Neighbours(NamedTuple):
@@ -301,7 +302,8 @@ def share_noise(
 
     The four nodes beside one on its grid count the less the more their gathered light differs, not at all from 30 % on, nor where something
     stands between (the bilateral filter of Tomasi and Manduchi, "Bilateral Filtering for Gray and Color Images", 1998): the noise of a
-    gather is a tenth, shadows where things touch are deeper.
+    gather is a tenth, shadows where things touch are deeper.  A node is no brighter than _MOST_TIMES the brightest but one of these: else
+    a ray that meets something small and bright by chance would leave a spot.
     """
     place, grids = neighbours.place, neighbours.grids
     on_grid = (place[nodes] >= 0) & (atlas.grid[place[nodes]] == nodes)
@@ -318,14 +320,20 @@ def share_noise(
         (row + 1 < height, at + width, at, 1),
         (row > 0, at - width, at - width, 1),
     )
-    total, shared, toward = np.ones(len(at), np.float32), light.indirect[chosen].copy(), light.toward[chosen].copy()
+    others = [np.where(within, atlas.grid[np.where(within, there, at)], -1) for within, there, _, _ in beside]
+    passes = [
+        (other >= 0) & (light.valid[other] > 0.0) & np.isnan(atlas.cuts[np.where(within, begin, at), way])
+        for other, (within, _, begin, way) in zip(others, beside, strict=True)
+    ]
     here = _luminance(light.indirect[chosen])
-    for within, there, begin, way in beside:
-        other = np.where(within, atlas.grid[np.where(within, there, at)], -1)
-        passes = (other >= 0) & (light.valid[other] > 0.0) & np.isnan(atlas.cuts[np.where(within, begin, at), way])
-        around = _luminance(light.indirect[other])
-        weight = _WEIGHT * np.maximum(1.0 - np.abs(around - here) / (_ALIKE * np.maximum(np.maximum(around, here), _TINY)), 0.0)
-        weight = np.where(passes, weight, 0.0).astype(np.float32)
+    around = [_luminance(light.indirect[other]) for other in others]
+    next_to_most = np.sort([np.where(passing, lit, np.inf) for passing, lit in zip(passes, around, strict=True)], axis=0)[2]
+    own = np.minimum(_MOST_TIMES * next_to_most / np.maximum(here, _TINY), 1.0)[:, None].astype(np.float32)
+    total, shared, toward = np.ones(len(at), np.float32), own * light.indirect[chosen], light.toward[chosen].copy()
+    here *= own[:, 0]
+    for other, passing, lit in zip(others, passes, around, strict=True):
+        weight = _WEIGHT * np.maximum(1.0 - np.abs(lit - here) / (_ALIKE * np.maximum(np.maximum(lit, here), _TINY)), 0.0)
+        weight = np.where(passing, weight, 0.0).astype(np.float32)
         total += weight
         shared += weight[:, None] * light.indirect[other]
         toward += weight[:, None] * light.toward[other]

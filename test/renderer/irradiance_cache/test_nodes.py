@@ -139,6 +139,19 @@ def test_nodes_close_to_others_share_nothing_through_what_stands_between():
     np.testing.assert_array_equal(close(atlas, light), light.indirect[:, 0])
 
 
+def test_what_one_node_close_to_others_meets_by_chance_leaves_no_spot():
+    """One of them is five times as bright as all others, as by one of its rays; of two that are, neither is by chance."""
+    _, atlas, light = sheet()
+    lone = int(np.hypot(*(atlas.position[:121, :2] - 0.5).T).argmin())
+    light.indirect[:] = 2.0
+    light.indirect[lone] = 10.0
+    lit = close(atlas, light)[:121]
+    assert 2.0 < lit[lone] < 2.5 and np.delete(lit, lone).max() < 2.01
+    beside = np.flatnonzero(np.isclose(np.linalg.norm(atlas.position[:121] - atlas.position[lone], axis=1), 0.1, atol=0.02))[:2]
+    light.indirect[beside] = 10.0
+    assert close(atlas, light)[lone] == pytest.approx(10.0)
+
+
 def test_nodes_in_the_open_are_left_as_they_are():
     _, atlas, light = sheet()
     light.open_m[:] = 0.29
