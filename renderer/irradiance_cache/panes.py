@@ -34,7 +34,7 @@ def find_panes(flat: FlatScene) -> Panes:
     for i in range(len(part)):
         corners = flat.mesh.vertices[flat.mesh.faces[flat.face_part == part[i]]].astype(np.float64)
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-        middle[i], inward[i] = corners.mean(axis=(0, 1)), cross / max(np.linalg.norm(cross), 1e-12)
+        middle[i], inward[i] = corners.mean(axis=(0, 1)), cross / max(np.sqrt((cross * cross).sum()), 1e-12)
         low[i], high[i] = corners.min(axis=(0, 1)) - _NEAR_M, corners.max(axis=(0, 1)) + _NEAR_M
     return Panes(part.astype(np.int32), *(field.astype(np.float32) for field in (middle, inward, low, high)))
 
