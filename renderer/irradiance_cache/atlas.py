@@ -6,8 +6,6 @@ further nodes stand in two rows, and on large ones in a lattice.  All are straig
 barycentric weights, without a search.  No node serves two parts, so that light leaks from none to another.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,11 +13,11 @@ from renderer.core.kernel import entry, inlined, kernel
 from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
 from renderer.irradiance_cache.panes import NO_PANES, Panes, before_panes
+from renderer.irradiance_cache.places import INSET, find_lattices, find_strips
 from renderer.path.light_nodes import CORNERS, GRID, NONE, STRIP, Atlas, find_cell, find_nodes
 from scene_description.products import matmul
 
 _INSET_M = 2e-3
-_INSET = 0.25
 _FACING = 1.5
 _LARGE = 4.0
 _LONG, _THIN, _HIGH_M = 2.0, 4.0, 5e-3
@@ -132,7 +130,7 @@ def _lay_grids(
     low = np.minimum.reduceat(charts.at[members].min(axis=1), start)
     high = np.maximum.reduceat(charts.at[members].max(axis=1), start)
     spacing = spacing_m[members[start], None]
-    inset = np.minimum(np.maximum(_INSET_M, _INSET * spacing), 0.25 * (high - low))
+    inset = np.minimum(np.maximum(_INSET_M, INSET * spacing), 0.25 * (high - low))
     low, high = low + inset, high - inset
     steps = np.where(high - low < 0.5 * spacing, 0, np.ceil((high - low) / spacing)).astype(np.int64)
     # A node on each side of a pane, at least: they are lit otherwise.
@@ -211,70 +209,6 @@ def _nearest_weights(x: float, y: float, bx: float, by: float, cx: float, cy: fl
     return u + inward * (1.0 / 3.0 - u), v + inward * (1.0 / 3.0 - v), distance
 
 
-class _Places(NamedTuple):
-    """Places within t large triangles, of a row or more each.
-
-    size: (t, 2), how many places its rows have, and how many rows there are; corners: (t, 3, 2), column and row of its corners; whose,
-    at: (e,), the triangle of each place, and where in ``grid`` it is from the first of all on; shares, inner: (e, 3), barycentric weights
-    of the places, and of points near them that lie off the rims.
-    """
-
-    size: NDArray[np.int64]
-    corners: NDArray[np.float64]
-    whose: NDArray[np.int64]
-    at: NDArray[np.int64]
-    shares: NDArray[np.float64]
-    inner: NDArray[np.float64]
-
-
-def _find_strips(corners: NDArray[np.float64], spacing_m: NDArray[np.float64]) -> _Places:
-    """Return the places along triangles (t, 3, 3), so far apart (t,): below along the longest edge, above along the other two."""
-    edges = np.roll(corners, -1, axis=1) - corners
-    begin, every = np.linalg.norm(edges, axis=2).argmax(axis=1), np.arange(len(corners))
-    longest = edges[every, begin]
-    squared = (longest * longest).sum(axis=1)
-    # How far along it the third corner stands.
-    foot = np.clip(-(edges[every, begin - 1] * longest).sum(axis=1) / squared, 1e-3, 1.0 - 1e-3)
-    steps = np.ceil(np.sqrt(squared) / spacing_m).astype(np.int64)
-    whose = np.repeat(every, 2 * (steps + 1))
-    row, column = np.divmod(_count_up(2 * (steps + 1)), steps[whose] + 1)
-
-    def shares(inset: float) -> NDArray[np.float64]:
-        along = np.clip(column, inset, steps[whose] - inset) / steps[whose]
-        height = np.minimum(along / foot[whose], (1.0 - along) / (1.0 - foot[whose])) * np.where(row == 0, inset, 1.0 - inset)
-        values = np.column_stack([1.0 - along - height * (1.0 - foot[whose]), along - height * foot[whose], height])
-        turned = np.empty_like(values)
-        np.put_along_axis(turned, (begin[whose, None] + np.arange(3)) % 3, values, axis=1)
-        return turned
-
-    at = np.zeros((len(corners), 3, 2))
-    at[every, (begin + 1) % 3, 0] = steps
-    at[every, begin - 1] = np.column_stack([foot * steps, np.ones(len(corners))])
-    return _Places(np.column_stack([steps + 1, np.full(len(steps), 2)]), at, whose, np.arange(len(whose)), shares(0.0), shares(_INSET))
-
-
-def _find_lattices(corners: NDArray[np.float64], spacing_m: NDArray[np.float64]) -> _Places:
-    """Return the places in triangles (t, 3, 3) that divide each edge into equal steps, at most so long (t,)."""
-    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-    steps = np.ceil(longest / spacing_m).astype(np.int64)
-    size = steps + 1
-    whose = np.repeat(np.arange(len(corners)), size * size)
-    row, column = np.divmod(_count_up(size * size), size[whose])
-    within = row + column <= steps[whose]
-    at, whose, row, column = np.flatnonzero(within), whose[within], row[within], column[within]
-    shares = np.column_stack([steps[whose] - row - column, column, row]) / steps[whose, None]
-    inset = (_INSET / np.maximum(steps, 1))[whose, None]
-    inner = np.maximum(shares, inset)
-    ends = np.zeros((len(corners), 3, 2))
-    ends[:, 1, 0] = ends[:, 2, 1] = steps
-    return _Places(np.column_stack([size, size]), ends, whose, at, shares, inner / inner.sum(axis=1, keepdims=True))
-
-
-def _count_up(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 0, 1, ... for each of ``counts`` (t,), one after the other."""
-    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-
-
 def _lay_curved(
     mesh: Mesh,
     face_part: NDArray[np.int32],
@@ -302,7 +236,7 @@ def _lay_curved(
     whole = members[~(chosen[0] | chosen[1])]
     apart = [members[which] for which in chosen]
     strips, lattices = (
-        find(corners[faces], spacing[which]) for find, faces, which in zip((_find_strips, _find_lattices), apart, chosen, strict=True)
+        find(corners[faces], spacing[which]) for find, faces, which in zip((find_strips, find_lattices), apart, chosen, strict=True)
     )
     large = np.concatenate(apart)
     size = np.concatenate([strips.size, lattices.size])

@@ -17,6 +17,7 @@ from renderer.irradiance_cache.lamp_images import find_images
 from renderer.irradiance_cache.nodes import find_neighbours
 from renderer.irradiance_cache.outside import UnderSky
 from renderer.irradiance_cache.panes import Panes, before_panes, find_panes, near_panes
+from renderer.irradiance_cache.places import count_up
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.path import surface_tables as st
@@ -208,9 +209,7 @@ def _cut_at_panes(panes: Panes, atlas: Atlas) -> None:
     for step, way in ((np.ones_like(width), 0), (width, 1)):
         rows, columns = (height, width - 1) if way == 0 else (height - 1, width)
         whose = np.repeat(np.arange(len(first)), rows * columns)
-        row, column = np.divmod(
-            np.arange(len(whose)) - np.repeat(np.cumsum(rows * columns) - rows * columns, rows * columns), columns[whose]
-        )
+        row, column = np.divmod(count_up(rows * columns), columns[whose])
         place = first[whose] + row * width[whose] + column
         here, there = before[atlas.grid[place]], before[atlas.grid[place + step[whose]]]
         crosses = (here < 0.0) != (there < 0.0)

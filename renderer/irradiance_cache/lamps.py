@@ -10,6 +10,7 @@ from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 from renderer.irradiance_cache import records as rec
+from renderer.irradiance_cache.gloss_rays import base_fresnel, lobe_fresnel, pixel_noise
 from renderer.irradiance_cache.lamp_shapes import Lamps
 from renderer.irradiance_cache.lobe_shares import (
     build_frames,
@@ -25,7 +26,6 @@ from renderer.irradiance_cache.lobe_shares import (
     to_local,
     to_world,
 )
-from renderer.irradiance_cache.mirrored import base_fresnel, lobe_fresnel, pixel_noise
 from renderer.irradiance_cache.outside import show_sky, sky_about
 from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, ShadeScratch
 from renderer.irradiance_cache.specular import pass_glass

@@ -12,6 +12,7 @@ from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import LANES
+from renderer.irradiance_cache.places import count_up
 from renderer.irradiance_cache.specular import is_clear
 from renderer.path import surface_tables as st
 from renderer.path.light_nodes import CORNERS, STRIP, Atlas
@@ -167,8 +168,7 @@ def _pairs_along(atlas: Atlas) -> NDArray[np.int64]:
     """Return which nodes (e, 2) come next to each other in and across rows of large curved triangles, both ways, and each beside itself."""
     first, width, height = np.unique(atlas.cells[atlas.cells[:, 3] == STRIP][:, :3].astype(np.int64), axis=0).T
     size = width * height
-    whose = np.repeat(np.arange(len(first)), size)
-    step = np.arange(len(whose)) - np.repeat(np.cumsum(size) - size, size)
+    whose, step = np.repeat(np.arange(len(first)), size), count_up(size)
     at, of = first[whose] + step, width[whose]
     next_in_row, above = at[(step + 1) % of != 0], step < size[whose] - of
     ends = np.concatenate([np.column_stack([next_in_row, next_in_row + 1]), np.column_stack([at[above], (at + of)[above]])])

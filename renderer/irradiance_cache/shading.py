@@ -29,9 +29,10 @@ from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
+from renderer.irradiance_cache.gloss_rays import aim_gloss, pixel_noise
 from renderer.irradiance_cache.incident import Incident, light_of_stray, read_light
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
-from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
+from renderer.irradiance_cache.mirrored import add_gloss
 from renderer.irradiance_cache.reconstruction import Picture
 from renderer.irradiance_cache.records import (
     MIRROR,
