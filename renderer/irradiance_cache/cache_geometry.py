@@ -16,12 +16,11 @@ from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherSc
 from renderer.irradiance_cache.lamp_images import find_images
 from renderer.irradiance_cache.nodes import find_neighbours
 from renderer.irradiance_cache.outside import UnderSky
-from renderer.irradiance_cache.panes import Panes, before_panes, find_panes, near_panes
-from renderer.irradiance_cache.places import count_up
+from renderer.irradiance_cache.panes import Panes, before_panes, find_panes
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.path import surface_tables as st
-from renderer.path.light_nodes import GRID, STRIP, Atlas
+from renderer.path.light_nodes import GRID, Atlas
 from renderer.scene.flat_scene import FlatScene, is_same_geometry
 
 
@@ -102,9 +101,9 @@ class CacheGeometry:
         coarse_m = np.where(_near_panes(flat, charts, self.panes), _BY_PANES, 1.0) * config.coarse_spacing_m
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m, self.panes)
         self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m, self.panes)
-        for atlas in (self.coarse, self.fine):
-            _cut_at_panes(self.panes, atlas)
         self.beside_coarse, self.beside_fine = find_neighbours(self.coarse), find_neighbours(self.fine)
+        for atlas, beside in ((self.coarse, self.beside_coarse), (self.fine, self.beside_fine)):
+            _cut_at_panes(self.panes, atlas, beside.grids)
         measure_nodes(self.coarse, charts.area)
         # Fine nodes are only lit.
         self.fine = self.fine._replace(area=np.zeros(0, np.float32))
@@ -195,26 +194,27 @@ class CacheGeometry:
 
 def _near_panes(flat: FlatScene, charts: Charts, panes: Panes) -> NDArray[np.bool_]:
     """Return which triangles (m,) lie right before or behind a pane: such as do with all of their chart."""
-    near = np.asarray(near_panes(panes, flat.mesh.vertices[flat.mesh.faces]).all(axis=1))
+    before = before_panes(panes, flat.mesh.vertices[flat.mesh.faces].reshape(-1, 3))
+    near = np.asarray(~np.isnan(before).reshape(-1, 3).any(axis=1))
     on_chart = charts.face_chart >= 0
     far = np.bincount(charts.face_chart[on_chart], ~near[on_chart], len(charts.normal)) > 0
     near[on_chart] &= ~far[charts.face_chart[on_chart]]
     return near
 
 
-def _cut_at_panes(panes: Panes, atlas: Atlas) -> None:
-    """Let panes cut the way between nodes of a grid that lie on both sides of one, as on the flanks of a window's frame."""
-    before = np.append(before_panes(panes, atlas.position), np.nan)
-    first, width, height = np.unique(atlas.cells[atlas.cells[:, 3] >= STRIP][:, :3].astype(np.int64), axis=0).T
-    for step, way in ((np.ones_like(width), 0), (width, 1)):
-        rows, columns = (height, width - 1) if way == 0 else (height - 1, width)
-        whose = np.repeat(np.arange(len(first)), rows * columns)
-        row, column = np.divmod(count_up(rows * columns), columns[whose])
-        place = first[whose] + row * width[whose] + column
-        here, there = before[atlas.grid[place]], before[atlas.grid[place + step[whose]]]
-        crosses = (here < 0.0) != (there < 0.0)
-        crosses &= ~np.isnan(here) & ~np.isnan(there)
-        atlas.cuts[place[crosses], way] = here[crosses] / (here - there)[crosses]
+def _cut_at_panes(panes: Panes, atlas: Atlas, grids: NDArray[np.int32]) -> None:
+    """Let panes cut the way between nodes of a grid that lie on both sides of one, as on the flanks of a window's frame.
+
+    ``grids``: (c, 3), as of :class:`renderer.irradiance_cache.nodes.Neighbours`.
+    """
+    before = np.append(before_panes(panes, atlas.position), np.nan)[atlas.grid]
+    near = np.flatnonzero(~np.isnan(before))
+    offset, width, height = grids[np.searchsorted(grids[:, 0], near, side="right") - 1].astype(np.int64).T
+    row, column = np.divmod(near - offset, width)
+    for way, (within, step) in enumerate(((column + 1 < width, 1), (row + 1 < height, width))):
+        here, there = before[near], before[np.where(within, near + step, near)]
+        crosses = ~np.isnan(there) & ((here < 0.0) != (there < 0.0))
+        atlas.cuts[near[crosses], way] = here[crosses] / (here - there)[crosses]
 
 
 def _find_outdoors(links: Links, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:

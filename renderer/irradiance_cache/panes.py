@@ -39,14 +39,6 @@ def find_panes(flat: FlatScene) -> Panes:
     return Panes(part.astype(np.int32), *(field.astype(np.float32) for field in (middle, inward, low, high)))
 
 
-def near_panes(panes: Panes, position: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which positions (..., 3), metres, are near a pane."""
-    near = np.zeros(position.shape[:-1], np.bool_)
-    for low, high in zip(panes.low, panes.high, strict=True):
-        near |= ((position > low) & (position < high)).all(axis=-1)
-    return near
-
-
 def before_panes(panes: Panes, position: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return how far positions (n, 3) lie before the pane that is near, metres, less than 0 behind it; NaN where none is near."""
     before = np.full(len(position), np.nan)

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from box_room import DARK, box, pierced, pose, quad, scene
 from cached_rooms import look_up, solved
+from sunny_window import MATT, PANE
 
 from renderer import CameraConfig
 from renderer.irradiance_cache.caustics import emit_photons, make_caustics, trace_caustics
 from renderer.scene.flat_scene import Sky
 
 SKY = Sky(*(np.full(3, 1000, np.float32) for _ in range(3)))
-MATT = {"roughness": 1.0, "ior": 1.0}
-PANE = quad((-0.5, 0, 1.0), (1, 0, 0), (0, 0, 1), portal=True, transmission=0.8, ior=1.0, object_id=1)
 BLACK = {"color": (0.0, 0.0, 0.0), **MATT}
 KEY = np.uint32(7)
 

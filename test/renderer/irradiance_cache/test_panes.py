@@ -8,7 +8,7 @@ from sunny_window import MATT, PANE
 
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache.cache_geometry import CacheConfig
-from renderer.irradiance_cache.panes import before_panes, find_panes, near_panes
+from renderer.irradiance_cache.panes import before_panes, find_panes
 from renderer.path import light_nodes as nd
 
 find_nodes = from_python(nd.find_nodes)
@@ -20,7 +20,7 @@ def test_places_before_and_behind_a_pane_are_told_apart():
     np.testing.assert_allclose(panes.inward, [[0, -1, 0]], atol=1e-6)
     place = np.array([(0, -0.1, 1.5), (0.4, 0.2, 1.2), (0, -0.5, 1.5), (0, 0.1, 4)])
     np.testing.assert_allclose(before_panes(panes, place), [0.1, -0.2, np.nan, np.nan], atol=1e-6)
-    assert near_panes(panes, place).tolist() == [True, True, False, False]
+    assert np.isnan(before_panes(panes, place)).tolist() == [False, False, True, True]
 
 
 @pytest.mark.parametrize("depth_m", [0.028, 0.3])
