@@ -279,38 +279,45 @@ def _affine(at: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]])[:, (0, 2, 4, 1, 3, 5)]
 
 
-@entry
-def stand_in(cells: NDArray[np.int32], index: NDArray[np.int32], valid: NDArray[np.bool_], passes: int, other: NDArray[np.int32]) -> None:
-    """Write a valid node near each node into ``other`` (n,): itself if it is valid; itself too where none is within ``passes`` steps.
+def stand_in(cells: NDArray[np.int32], grid: NDArray[np.int32], valid: NDArray[np.bool_], steps: int) -> NDArray[np.int32]:
+    """Return a valid node near each node, (n,): itself if it is valid; itself too where none is within ``steps`` of it.
 
-    Nodes are near each other if they are neighbours in a grid or corners of one triangle.
+    Nodes are a step apart if they are neighbours in a grid or corners of one triangle.
     """
-    for node in range(len(other)):
-        other[node] = node
-    for _ in range(passes):
-        for face in range(len(cells)):
-            kind = cells[face, 3]
-            if kind == CORNERS:
-                for corner in range(3):
-                    node = cells[face, corner]
-                    if not valid[other[node]]:
-                        for step in range(1, 3):
-                            near = other[cells[face, (corner + step) % 3]]
-                            if valid[near]:
-                                other[node] = near
-            elif kind >= STRIP and (face == 0 or cells[face, 0] != cells[face - 1, 0] or cells[face - 1, 3] != kind):
-                offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
-                for place in range(width * height):
-                    node = index[offset + place]
-                    if node < 0 or valid[other[node]]:
-                        continue
-                    row, column = place // width, place % width
-                    for step in range(4):
-                        x, y = column + (step == 0) - (step == 1), row + (step == 2) - (step == 3)
-                        if 0 <= x < width and 0 <= y < height:
-                            near = index[offset + y * width + x]
-                            if near >= 0 and valid[other[near]]:
-                                other[node] = other[near]
+    other = np.arange(len(valid), dtype=np.int32)
+    for _ in range(steps):
+        _stand_in_beside(cells, grid, valid, other.copy(), other)
+    return other
+
+
+@entry
+def _stand_in_beside(
+    cells: NDArray[np.int32], grid: NDArray[np.int32], valid: NDArray[np.bool_], before: NDArray[np.int32], other: NDArray[np.int32]
+) -> None:
+    """Let those stand in for nodes that stood in ``before`` for others a step away."""
+    for face in range(len(cells)):
+        kind = cells[face, 3]
+        if kind == CORNERS:
+            for corner in range(3):
+                node = cells[face, corner]
+                if not valid[other[node]]:
+                    for step in range(1, 3):
+                        near = before[cells[face, (corner + step) % 3]]
+                        if valid[near]:
+                            other[node] = near
+        elif kind >= STRIP and (face == 0 or cells[face, 0] != cells[face - 1, 0] or cells[face - 1, 3] != kind):
+            offset, width, height = cells[face, 0], cells[face, 1], cells[face, 2]
+            for place in range(width * height):
+                node = grid[offset + place]
+                if node < 0 or valid[other[node]]:
+                    continue
+                row, column = place // width, place % width
+                for step in range(4):
+                    x, y = column + (step == 0) - (step == 1), row + (step == 2) - (step == 3)
+                    if 0 <= x < width and 0 <= y < height:
+                        near = grid[offset + y * width + x]
+                        if near >= 0 and valid[before[near]]:
+                            other[node] = before[near]
 
 
 @inlined

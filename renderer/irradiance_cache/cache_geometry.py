@@ -162,8 +162,7 @@ class CacheGeometry:
         self.sky.share[:] *= _find_outdoors(self._links, before_panes(self.panes, coarse.position) < 0.0)
         self.pane = _find_pane(self._links, self.sky.share > 0.0, coarse.position, self.panes)
         self.links[(self.links == BEHIND) & (self.sky.share > 0.0)[:, None]] = DARK
-        self.other = np.zeros(len(valid), np.int32)
-        stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
+        self.other = stand_in(coarse.cells, coarse.grid, valid, _STEPS)
         # Nodes within things, or in gaps so deep that they see only each other, shine by those that stand in for them; rays that end
         # where there are none tell nothing.
         self.known = valid[self.other]

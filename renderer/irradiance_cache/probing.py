@@ -9,8 +9,8 @@ from renderer.bsdf.reflectance import WIDE, coat_albedo, diffuse_albedo, passed_
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.embree import SceneHandle, intersect16
-from renderer.core.kernel import entry
-from renderer.core.ray_packet import INVALID_ID, LANES
+from renderer.core.kernel import entry, inlined
+from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.sampling import coordinate_system
 from renderer.irradiance_cache.specular import is_clear, scattered_share
 from renderer.path import surface_tables as st
@@ -20,55 +20,69 @@ from renderer.path.scattering import build_bsdfs
 from renderer.path.surfaces import evaluate_surfaces
 
 _ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
-_ABOVE_M = np.float32(3e-3)
+_LOW_M, _HIGH_M = np.float32(3e-3), np.float32(15e-3)
 _FARTHEST = np.float32(1.005)
 
 
 @entry
 def find_cuts(scene: SceneHandle, atlas: Atlas, grids: NDArray[np.int32], scratch: Scratch, first: int, end: int) -> None:
-    """Fill ``cuts`` of grids [first, end): where the way to the next node, 3 mm above the surface, is blocked.
+    """Fill ``cuts`` of grids [first, end): where the way to the next node is blocked, 3 mm above the surface or 15 mm, as by shelves.
 
     ``grids``: (c, 3), first place, width and height.  A way is seen from either end, and a little beyond the other, as a sheet may stand
     on a node; what blocks it stands midway between the two hits.
     """
+    for grid in range(first, end):
+        for begin in range(0, 2 * grids[grid, 1] * grids[grid, 2], LANES // 2):
+            # Eight ways, two rays each: there and back.
+            for above_m in (_LOW_M, _HIGH_M):
+                if _find_ways(scene, atlas, grids[grid], begin, above_m, scratch):
+                    _cut_ways(atlas, grids[grid], begin, scratch.rays)
+
+
+@inlined
+def _find_ways(
+    scene: SceneHandle, atlas: Atlas, grid: NDArray[np.int32], begin: int, above_m: np.float32, scratch: Scratch
+) -> bool:
+    """Trace eight ways of a grid, from number ``begin`` on, as far as they are not cut; return whether there are any."""
     packet = scratch.rays
     real, integer, alive = packet.real, packet.integer, packet.alive
-    for grid in range(first, end):
-        offset, width, height = grids[grid, 0], grids[grid, 1], grids[grid, 2]
-        ways = 2 * width * height
-        for begin in range(0, ways, LANES // 2):
-            # Eight ways, two rays each: there and back.
-            count = 0
-            for k in range(LANES):
-                way = begin + (k >> 1)
-                alive[k] = 0
-                integer[ray.GEOM_ID + k] = INVALID_ID
-                place, upward = way >> 1, way & 1
-                if way >= ways or (place // width + 1 >= height if upward else place % width + 1 >= width):
-                    continue
-                a, b = atlas.grid[offset + place], atlas.grid[offset + place + (width if upward else 1)]
-                if a < 0 or b < 0:
-                    continue
-                if k & 1:
-                    a, b = b, a
-                for axis in range(3):
-                    at = LANES * axis + k
-                    real[ray.ORG_X + at] = atlas.position[a, axis] + _ABOVE_M * atlas.normal[a, axis]
-                    real[ray.DIR_X + at] = atlas.position[b, axis] - atlas.position[a, axis]
-                real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _FARTHEST
-                alive[k] = -1
-                count += 1
-            if count == 0:
-                continue
-            intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
-            scratch.traced[0] += count
-            # Where one of the two met nothing, the other's hit stands for both.
-            for k in range(0, LANES, 2):
-                hence, thence = integer[ray.GEOM_ID + k] != INVALID_ID, integer[ray.GEOM_ID + k + 1] != INVALID_ID
-                if hence or thence:
-                    way, far = begin + (k >> 1), _ONE - real[ray.TFAR + k + 1]
-                    near = real[ray.TFAR + k] if hence else far
-                    atlas.cuts[offset + (way >> 1), way & 1] = _HALF * (near + (far if thence else near))
+    offset, width, height = grid[0], grid[1], grid[2]
+    count = 0
+    for k in range(LANES):
+        way = begin + (k >> 1)
+        alive[k] = 0
+        integer[ray.GEOM_ID + k] = INVALID_ID
+        place, upward = way >> 1, way & 1
+        if way >= 2 * width * height or (place // width + 1 >= height if upward else place % width + 1 >= width):
+            continue
+        a, b = atlas.grid[offset + place], atlas.grid[offset + place + (width if upward else 1)]
+        if a < 0 or b < 0 or not np.isnan(atlas.cuts[offset + place, upward]):
+            continue
+        if k & 1:
+            a, b = b, a
+        for axis in range(3):
+            at = LANES * axis + k
+            real[ray.ORG_X + at] = atlas.position[a, axis] + above_m * atlas.normal[a, axis]
+            real[ray.DIR_X + at] = atlas.position[b, axis] - atlas.position[a, axis]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _FARTHEST
+        alive[k] = -1
+        count += 1
+    if count == 0:
+        return False
+    intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+    scratch.traced[0] += count
+    return True
+
+
+@inlined
+def _cut_ways(atlas: Atlas, grid: NDArray[np.int32], begin: int, packet: Packet) -> None:
+    """Cut those of eight ways that are blocked; where one of its two rays met nothing, the other's hit stands for both."""
+    for k in range(0, LANES, 2):
+        hence, thence = packet.integer[ray.GEOM_ID + k] != INVALID_ID, packet.integer[ray.GEOM_ID + k + 1] != INVALID_ID
+        if hence or thence:
+            way, far = begin + (k >> 1), _ONE - packet.real[ray.TFAR + k + 1]
+            near = packet.real[ray.TFAR + k] if hence else far
+            atlas.cuts[grid[0] + (way >> 1), way & 1] = _HALF * (near + (far if thence else near))
 
 
 class Looks(NamedTuple):

@@ -199,15 +199,16 @@ def test_light_that_changes_along_a_slat_is_looked_up_where_it_changes(spacing):
     np.testing.assert_allclose(fifths, 0.2, atol=0.1)
 
 
-def test_a_valid_neighbour_stands_in_for_a_node_in_the_dark():
-    _, _, atlas = built(quad((0, 0, 0), (1.0, 0, 0), (0, 0.01, 0)), spacing=0.1, one_sided=[True, True])
-    order = np.argsort(atlas.position[:, 0])
-    valid = np.ones(len(order), np.bool_)
-    valid[order[4:9]] = False
-    other = np.zeros(len(order), np.int32)
-    at.stand_in(atlas.cells, atlas.grid, valid, 3, other)
+def test_a_valid_node_a_few_steps_away_stands_in_for_a_node_in_the_dark():
+    _, _, atlas = built(quad((0, 0, 0), (2.0, 0, 0), (0, 0.01, 0)), spacing=0.1, one_sided=[True, True])
+    order = np.argsort(atlas.position[:, 0])[:, None]
+    assert len(order) == 21
+    valid = np.ones(order.size, np.bool_)
+    valid[order[4:14]] = False
+    other = at.stand_in(atlas.cells, atlas.grid, valid, 3)
     assert (other[valid] == np.flatnonzero(valid)).all()
-    assert valid[other[order[4:9]]].all()
-    valid[:] = False
-    at.stand_in(atlas.cells, atlas.grid, valid, 3, other)
-    assert (other == np.arange(len(order))).all()
+    # Three on either side are near enough, whatever the order of nodes; those between them are not.
+    for near, by in ((order[4:7], order[3]), (order[11:14], order[14])):
+        assert np.isin(other[near], by).all()
+    assert (other[order[7:11]] == order[7:11]).all()
+    assert (at.stand_in(atlas.cells, atlas.grid, np.zeros_like(valid), 3) == np.arange(order.size)).all()
