@@ -11,12 +11,14 @@ from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.corners import look_between
+from renderer.irradiance_cache.curvature import bend_of_faces
 from renderer.irradiance_cache.edges import EdgeSamples, lift_lone, make_edge_samples, smooth_edges
 from renderer.irradiance_cache.lamp_shapes import build_lamps
+from renderer.irradiance_cache.nodes import NodeLight
 from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
 from renderer.irradiance_cache.shading import shade_hits, want_nodes
-from renderer.irradiance_cache.strays import make_strays, places_of
+from renderer.irradiance_cache.strays import LitStrays, make_strays, none_lit, places_of, share_strays
 from renderer.path.ground_truth import Hits, TracedView
 
 _LEAST_SHARE = np.float32(0.02)
@@ -43,7 +45,7 @@ class CachedIntegrator:
         known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
         parts, ior = scene.flat.parts, scene.flat.materials.ior
         pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
-        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE, pane_ior)
+        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE, pane_ior, bend_of_faces(scene.flat))
 
     @property
     def size_bytes(self) -> int:
@@ -57,21 +59,23 @@ class CachedIntegrator:
             RenderCancelled: ``cancelled`` returned True.
         """
         self.prepare(view.hits, cancelled)
-        lit, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
+        scene, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != (height, width):
             samples = make_edge_samples(height, width, len(self._store.atlas.face))
             self._images = make_picture(height, width), samples, make_strays(*samples.hits.shape[::2])
         picture, samples, _ = self._images
-        shown = CachedView(lit, self._tables, view, frame_key)
-        self.strays = self._shade(shown, self._none, picture, cancelled)
+        shown = CachedView(scene, self._tables, view, frame_key)
+        lit = self._shade(shown, self._none, picture, none_lit(len(self._scene.flat.part_names)), cancelled)
         for mix in (sum_across, mix_gloss):
-            self._scene.in_rows(mix, lit.surfaces, view.hits, picture, view.camera.focal_px)
-        picture = self._smooth(shown, samples, picture, cancelled)
+            self._scene.in_rows(mix, scene.surfaces, view.hits, picture, view.camera.focal_px)
+        picture = self._smooth(shown, samples, picture, lit, cancelled)
         self._scene.in_rows(lift_lone, picture.light)
         return picture.light
 
-    def _smooth(self, shown: CachedView, samples: EdgeSamples, picture: Picture, cancelled: Callable[[], bool] | None) -> Picture:
-        """Return a picture with more points in some of its pixels."""
+    def _smooth(
+        self, shown: CachedView, samples: EdgeSamples, picture: Picture, lit: LitStrays, cancelled: Callable[[], bool] | None
+    ) -> Picture:
+        """Return a picture with more points in some of its pixels; ``lit``: its strays."""
         step, smooth = self._scene.workers.count, np.empty_like(picture.light)
 
         missed = np.zeros(smooth.shape[:2], np.bool_)
@@ -84,22 +88,26 @@ class CachedIntegrator:
         self._scene.workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
         smoothed = picture._replace(light=smooth)
-        self.strays += self._shade(shown, samples, smoothed, cancelled)
+        self.strays = len(self._shade(shown, samples, smoothed, lit, cancelled).part)
         return smoothed
 
-    def _shade(self, shown: CachedView, samples: EdgeSamples, picture: Picture, cancelled: Callable[[], bool] | None) -> int:
-        """Shade a picture, or samples of it; return how many strays light was computed for."""
+    def _shade(
+        self, shown: CachedView, samples: EdgeSamples, picture: Picture, lit: LitStrays, cancelled: Callable[[], bool] | None
+    ) -> LitStrays:
+        """Shade a picture, or samples of it; return the strays that are ``lit`` and those that were beside."""
         workers, step, strays = self._scene.workers, self._scene.workers.count, self._images[2]
 
         def shade(worker: int, first: int) -> None:
             shade_hits(shown, samples, strays, self._memory[worker], picture, first, step)
 
         workers.run(shade, range(step), cancelled)
-        count = int(strays.counts.sum())
-        if count:
-            strays = strays._replace(light=self._store.light_at(places_of(strays), cancelled))
+        if strays.counts.any():
+            lit = share_strays(strays, lit, self._tables.spacing_m)
+            new = self._store.light_at(places_of(lit), cancelled)
+            lit = lit._replace(light=NodeLight(*(np.concatenate(both) for both in zip(lit.light, new, strict=True))))
+            strays = strays._replace(light=lit.light)
             workers.run(shade, range(step), cancelled)
-        return count
+        return lit
 
     def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes that a view reads, as far as they are not known; return how many those were."""

@@ -40,7 +40,7 @@ def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArr
     half = wo_x * wm_x + wo_y * wm_y + wo_z * wm_z
     a, b, c = _TWO * half * wm_x - wo_x, _TWO * half * wm_y - wo_y, _TWO * half * wm_z - wo_z
     seen = visible_share(wo_z, c, alpha) if c > _ZERO else _ZERO
-    lobe = rec.SHARE if alpha == primary[rec.ALPHA, k] else rec.UNDER
+    lobe = rec.SHARE if alpha == primary[rec.SHOWN_ALPHA, k] else rec.UNDER
     mean = primary[lobe, k], primary[lobe + 1, k], primary[lobe + 2, k]
     red, green, blue = (
         lobe_fresnel(schlick_weight(half), mean, primary[rec.UNDER_ALPHA, k] != _ONE, k, lanes)

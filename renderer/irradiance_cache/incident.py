@@ -66,7 +66,7 @@ def read_light(tables: Tables, k: int, memory: ShadeScratch) -> Incident:
 @inlined
 def light_of_stray(strays: Strays, row: int, place: int) -> Incident:
     """Return the light at the hit at a place of a row, computed for it or another stray."""
-    light, i = strays.light, strays.first[row] + strays.server[row, place]
+    light, i = strays.light, strays.lit_by[row, strays.server[row, place]]
     r, g, b = light.indirect[i, 0], light.indirect[i, 1], light.indirect[i, 2]
     red, green, blue = light.direct[i, 0], light.direct[i, 1], light.direct[i, 2]
     lamps = (red + green + blue) / max(r + g + b + red + green + blue, _TINY)

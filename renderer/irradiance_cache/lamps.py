@@ -27,7 +27,7 @@ from renderer.irradiance_cache.lobe_shares import (
     to_world,
 )
 from renderer.irradiance_cache.outside import show_sky, sky_about
-from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, ShadeScratch
+from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, ShadeScratch, asks_lamps
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
@@ -49,16 +49,17 @@ _KEY = np.uint32(11)
 
 
 @inlined
-def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
-    """Choose balls that the lanes with ASKS mirror, by how much each adds to the pixel; return the most rays that one is worth.
+def choose_lamps(surfaces: Surfaces, lamps: Lamps, alone: bool, memory: ShadeScratch) -> int:
+    """Choose balls that the lanes with ASKS mirror, by how much each adds to the pixel; return the most rays that one sends.
 
     LAMPLIGHT becomes what all add together, r + g + b, and PICKED which they are; the numbers that choose are evenly apart, and what is
     left of them serves to choose points.  Less than a hundredth of the pixel's light is left out, and what is little asks fewer rays.
+    ``alone``: whether each sends rays of its own; else every second one of those that are little lit by lamps does.
     """
     lanes, gloss, primary = memory.trace.lanes, memory.gloss, memory.primary
     for k in range(LANES):
         gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k] = _lobe(primary, k)
-        gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k] = abs(primary[rec.ALPHA, k]), primary[rec.UNDER_ALPHA, k]
+        gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k] = primary[rec.SHOWN_ALPHA, k], primary[rec.UNDER_ALPHA, k]
         light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
         gloss[rec.LEAST + k] = _LEAST * light if gloss[rec.ASKS + k] > _ZERO else _INFINITE
         gloss[rec.LAMPLIGHT + k] = _ZERO
@@ -79,6 +80,7 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, memory: ShadeScratch) -> int:
         light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
         count = _ray_count(gloss[rec.LAMPLIGHT + k], light)
         gloss[rec.LAMPLIGHT + k] = gloss[rec.LAMPLIGHT + k] if count > _ZERO else _ZERO
+        count = count if alone or count > _ONE or asks_lamps(memory.pixels[0, k], memory.pixels[1, k]) else _ZERO
         gloss[rec.LAMP_RAY_COUNT + k], most = count, max(most, count)
     return int(most)
 
@@ -272,7 +274,7 @@ def _reflect_ball(most: np.float32, lanes: NDArray[np.float32], gloss: NDArray[n
 
 @inlined
 def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
-    """Turn BALL_R to BALL_B into what the ball's part adds to the pixels where nothing stands between.
+    """Turn BALL_R to BALL_B into what the ball's part adds to the pixels where nothing stands between, and fill SENT.
 
     Panes show what is about there of the sky; what each point of them shows is asked with it.
     """
@@ -282,18 +284,18 @@ def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> Non
         for k in range(LANES):
             if gloss[rec.BALL_R + k] + gloss[rec.BALL_G + k] + gloss[rec.BALL_B + k] > _ZERO:
                 x, y, z, facing = gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k], gloss[rec.BALL_FACING + k]
-                if pane:
-                    (r, g, b), through = sky_about(surfaces.sky, x, y, z), pane_transmittance(surfaces, part, facing)
-                    r, g, b = through * r, through * g, through * b
-                else:
-                    r, g, b = surface_le(surfaces, part, x, y, z, facing)
-                gloss[rec.BALL_R + k] *= r
-                gloss[rec.BALL_G + k] *= g
-                gloss[rec.BALL_B + k] *= b
+                r, g, b = sky_about(surfaces.sky, x, y, z) if pane else surface_le(surfaces, part, x, y, z, facing)
+                through = pane_transmittance(surfaces, part, facing) if pane else _ONE
+                for channel, shown in enumerate((r, g, b)):
+                    at = LANES * channel + k
+                    reflected = through * gloss[rec.BALL_R + at]
+                    gloss[rec.BALL_R + at] = reflected * shown
+                    gloss[rec.SENT_R + at] = reflected if pane else reflected * shown
     else:
         for channel in range(3):
             for k in range(LANES):
                 gloss[rec.BALL_R + LANES * channel + k] *= surfaces.materials[row + st.EMISSION + channel]
+                gloss[rec.SENT_R + LANES * channel + k] = gloss[rec.BALL_R + LANES * channel + k]
 
 
 @kernel
@@ -303,8 +305,7 @@ def _pick(ball: np.float32, gloss: NDArray[np.float32]) -> None:
     One number after the other, as in reservoirs: each is used up by the choice and made anew of what is left of it.
     """
     for k in range(LANES):
-        r, g, b = gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k]
-        gain = r + g + b
+        gain = gloss[rec.BALL_R + k] + gloss[rec.BALL_G + k] + gloss[rec.BALL_B + k]
         total = gloss[rec.LAMPLIGHT + k] + gain
         chance = gain / total
         gloss[rec.LAMPLIGHT + k] = total
@@ -315,9 +316,9 @@ def _pick(ball: np.float32, gloss: NDArray[np.float32]) -> None:
             rest = rest if rest < _BELOW_ONE else _BELOW_ONE
             gloss[rec.PICKED_U + j + k] = rest if gain > _ZERO else u
             gloss[rec.PICKED + j + k] = ball if picked else gloss[rec.PICKED + j + k]
-            gloss[rec.PICKED_R + j + k] = r / gain if picked else gloss[rec.PICKED_R + j + k]
-            gloss[rec.PICKED_G + j + k] = g / gain if picked else gloss[rec.PICKED_G + j + k]
-            gloss[rec.PICKED_B + j + k] = b / gain if picked else gloss[rec.PICKED_B + j + k]
+            gloss[rec.PICKED_R + j + k] = gloss[rec.SENT_R + k] / gain if picked else gloss[rec.PICKED_R + j + k]
+            gloss[rec.PICKED_G + j + k] = gloss[rec.SENT_G + k] / gain if picked else gloss[rec.PICKED_G + j + k]
+            gloss[rec.PICKED_B + j + k] = gloss[rec.SENT_B + k] / gain if picked else gloss[rec.PICKED_B + j + k]
 
 
 @inlined
@@ -342,7 +343,7 @@ def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) ->
                 v = noise + np.float32(j) * _GOLDEN
                 _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
                 if is_pane:
-                    show_sky(scene.surfaces.sky, _shown_place(lamps.balls, ball, k, lanes, gloss), k, lanes)
+                    show_sky(scene.surfaces.sky, k, lanes)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:

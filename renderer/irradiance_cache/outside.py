@@ -80,13 +80,11 @@ def sky_about(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
 
 
 @inlined
-def show_sky(sky: Sky, about: Vector, k: int, lanes: NDArray[np.float32]) -> None:
-    """Let LI of lane k, of a pane, be that of the sky to which TO_LIGHT leads, where it is what is shown ``about`` a direction."""
-    x, y, z = about
-    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
-    mean = sky_about(sky, scale * x, scale * y, scale * z)
+def show_sky(sky: Sky, k: int, lanes: NDArray[np.float32]) -> None:
+    """Let LI of lane k, which is over the sky's luminance, be by that to which TO_LIGHT leads."""
     x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
     scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
-    there = sky_le(sky, scale * x, scale * y, scale * z)
-    for channel in range(3):
-        lanes[ln.LI_R + LANES * channel + k] *= there[channel] / max(mean[channel], _TINY)
+    r, g, b = sky_le(sky, scale * x, scale * y, scale * z)
+    lanes[ln.LI_R + k] *= r
+    lanes[ln.LI_G + k] *= g
+    lanes[ln.LI_B + k] *= b

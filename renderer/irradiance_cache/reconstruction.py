@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry, inlined
-from renderer.irradiance_cache.records import MIRROR, ROUGH, SHARP
+from renderer.irradiance_cache.records import MIRROR, ROUGH
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
@@ -28,15 +28,17 @@ class Picture(NamedTuple):
     """What shading leaves, float32.
 
     light: (height, width, 3), cd/m2, at first without what gloss shows.  alpha: (height, width), the width of GGX, 0 where nothing is
-    mirrored by a ray, negative where neighbours' rays serve.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if
+    mirrored by a ray, negative where neighbours' rays serve.  lamplight: (height, width), r + g + b of what gloss would show of lamps and
+    panes if nothing hid them, cd/m2.  guess: (height, width, 3), cd/m2, what the ray found, or the light around if
     none was sent; share: (height, width, 3), how much of it leaves to the camera; under: the same by the lobe under a coat.
     gloss: (height, width, 12), what is mixed: what the ray found and 1, or 0 where it is not mixed or none was sent; what gloss shows of
-    lamps and panes as far as shadow rays reached them, and r + g + b of what it would show if nothing hid them, cd/m2; what the ray found
+    lamps and panes as far as shadow rays reached them, and ``lamplight``, or 0 where none were sent; what the ray found
     and 1 where it was aimed by the lobe under a coat.  sums: (height, width, 12), of those of a row, by weight.
     """
 
     light: NDArray[np.float32]
     alpha: NDArray[np.float32]
+    lamplight: NDArray[np.float32]
     guess: NDArray[np.float32]
     share: NDArray[np.float32]
     under: NDArray[np.float32]
@@ -48,7 +50,8 @@ def make_picture(height: int, width: int) -> Picture:
     """Return room for a picture."""
     light, guess, share, under = (np.empty((height, width, 3), np.float32) for _ in range(4))
     gloss, sums = (np.empty((height, width, _MIXED), np.float32) for _ in range(2))
-    return Picture(light, np.empty((height, width), np.float32), guess, share, under, gloss, sums)
+    alpha, lamplight = (np.empty((height, width), np.float32) for _ in range(2))
+    return Picture(light, alpha, lamplight, guess, share, under, gloss, sums)
 
 
 @inlined
@@ -78,8 +81,9 @@ def _reach(picture: Picture, focal_px: np.float32, x: int, y: int) -> tuple[int,
     """
     width, under = abs(picture.alpha[y, x]), picture.under[y, x]
     mirrored = min(max(int(width * focal_px), _LEAST), _FAR) if width > MIRROR else 0
-    lamps = 0 if picture.gloss[y, x, 7] == _ZERO else _NEAR if SHARP <= width <= ROUGH else _FAR
-    return mirrored, lamps, _FAR if max(under[0], under[1], under[2]) > _ZERO else 0
+    coated = max(under[0], under[1], under[2]) > _ZERO
+    lamps = 0 if picture.lamplight[y, x] == _ZERO else _FAR if coated or width > ROUGH else _NEAR
+    return mirrored, lamps, _FAR if coated else 0
 
 
 @inlined
@@ -159,7 +163,6 @@ def sum_across(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.fl
 @entry
 def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.float32, first: int, step: int) -> None:
     """Add to ``light`` of rows ``first``, ``first + step``, ... of a picture whose ``sums`` are known what its gloss shows."""
-    gloss = picture.gloss
     height, width = picture.alpha.shape
     for y in range(first, height, step):
         for x in range(width):
@@ -167,7 +170,7 @@ def mix_gloss(surfaces: Surfaces, hits: Hits, picture: Picture, focal_px: np.flo
                 continue
             reach = _reach(picture, focal_px, x, y)
             mirrored, lamps, under = _sum_line(surfaces, hits, picture.sums, x, y, False, reach)
-            seen = gloss[y, x, 7] / lamps.over if lamps.over > _ZERO else _ZERO
+            seen = picture.lamplight[y, x] / lamps.over if lamps.over > _ZERO else _ZERO
             _add_mean(picture.light[y, x], picture.share[y, x], mirrored, reach[0] > 0, picture.guess[y, x])
             picture.light[y, x, 0] += seen * lamps.r
             picture.light[y, x, 1] += seen * lamps.g

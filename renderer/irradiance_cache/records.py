@@ -38,10 +38,11 @@ LAMPS = _PRIMARY.field(3)  # what its gloss shows of lamps and panes, as far as 
 BASE = _PRIMARY.field(3)  # what glass or a pane lets through of what it does not reflect
 PANE = _PRIMARY.field()  # 1 for a window pane
 KIND = _PRIMARY.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that goes through
-ALPHA = _PRIMARY.field()
+ALPHA = _PRIMARY.field()  # width of GGX of the surface
+SHOWN_ALPHA = _PRIMARY.field()  # the same as the pixel shows it, across which the surface bends
 UNDER = _PRIMARY.field(3)  # as SHARE, of the lobe under a smooth coat that has a ray of its own, else 0
 UNDER_ALPHA = _PRIMARY.field()  # its width; 1 where there is no such coat, UNSEEN where what lies under it mirrors by no ray
-RAY_ALPHA = _PRIMARY.field()  # width of the lobe by which the gloss ray is aimed: ALPHA or UNDER_ALPHA
+RAY_ALPHA = _PRIMARY.field()  # width of the lobe by which the gloss ray is aimed: SHOWN_ALPHA or UNDER_ALPHA
 SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
@@ -53,19 +54,20 @@ LEFT = _PRIMARY.field()  # 1 where it has left by a window pane
 _GLOSS = Layout(LANES)
 ASKS = _GLOSS.field()  # 1 where they are asked for
 LOBE_R, LOBE_G, LOBE_B = _GLOSS.vector()  # SHARE
-LOBE_ALPHA, LOBE_UNDER_ALPHA = _GLOSS.field(), _GLOSS.field()  # ALPHA, UNDER_ALPHA
+LOBE_ALPHA, LOBE_UNDER_ALPHA = _GLOSS.field(), _GLOSS.field()  # SHOWN_ALPHA, UNDER_ALPHA
 BALL_X, BALL_Y, BALL_Z = _GLOSS.vector()  # unit direction to a ball
 BALL_FACING = _GLOSS.field()  # cosine between that and what is flat, 1 for others
 BALL_OVER, BALL_UNDER = _GLOSS.field(), _GLOSS.field()  # what the lobe mirrors of it, and the one under a coat, over Fresnel's term
 OVER_FRAME, UNDER_FRAME = _GLOSS.field(9), _GLOSS.field(9)  # rows of the matrices that make these lobes cosine lobes, world
 LEAST = _GLOSS.field()  # what a lamp is to add to count, r + g + b, cd/m2
 BALL_HALF, BALL_FACET = _GLOSS.field(), _GLOSS.field()  # cosines of the microfacets that mirror it with the view and the normal
-BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # its luminance, cd/m2; then what it adds to the pixel where nothing stands between
+BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # what the pixel reflects of it; then what it adds to the pixel where nothing stands between
+SENT_R, SENT_G, SENT_B = _GLOSS.vector()  # the same; of panes over the luminance of the sky
 LAMPLIGHT = _GLOSS.field()  # what all add, r + g + b
-LAMP_RAY_COUNT = _GLOSS.field()  # how many shadow rays it is worth, 0 to LAMP_RAYS
+LAMP_RAY_COUNT = _GLOSS.field()  # how many shadow rays it sends, 0 to LAMP_RAYS
 PICKED = _GLOSS.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
 PICKED_U = _GLOSS.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
-PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # colours of their light, of sum 1
+PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # SENT over the sum of what they add
 
 
 class Tables(NamedTuple):
@@ -74,7 +76,8 @@ class Tables(NamedTuple):
     fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
     spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
-    reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.
+    reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.  bend: of triangles, as of
+    :func:`renderer.irradiance_cache.curvature.bend_of_faces`.
     """
 
     fine: Atlas
@@ -88,6 +91,7 @@ class Tables(NamedTuple):
     least_share: np.float32
     roughest: np.float32
     pane_ior: np.float32
+    bend: NDArray[np.float32]
 
 
 class CachedView(NamedTuple):
@@ -139,3 +143,9 @@ def takes_from_others(x: int, y: int, metal: bool, primary: NDArray[np.float32],
     if rough and not metal:
         return bool((x | y) & 1)
     return (rough or (is_faint(primary, k) and not metal)) and (x + y) & 1 == 1
+
+
+@inlined
+def asks_lamps(x: int, y: int) -> bool:
+    """Return whether pixel (x, y) sends shadow rays to lamps that light it little, as half of all do in each row, column and diagonal."""
+    return bool((x + (y >> 1)) & 1 == 0)

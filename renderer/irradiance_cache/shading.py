@@ -28,6 +28,7 @@ from renderer.core.ray_packet import LANES, Packet
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
+from renderer.irradiance_cache.curvature import widened
 from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
 from renderer.irradiance_cache.gloss_rays import aim_gloss, pixel_noise
 from renderer.irradiance_cache.incident import Incident, light_of_stray, read_light
@@ -60,7 +61,10 @@ _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np
 _INVERSE_PI = np.float32(1.0 / np.pi)
 _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
-_FIRST_ORDER = np.float32(1.0)
+_NEVER = np.float32(0.75)
+"""Roughness from which on no lobe sends a ray: it shows light from nearly everywhere."""
+_FIRST_ORDER, _MOST_FIRST_ORDER, _MOST_AROUND = np.float32(0.13), np.float32(1.7), np.float32(2.0)
+"""By how much the light's direction changes what a lobe of GGX with alpha 1 mirrors of it, and that and the whole at most."""
 _SUN_RAYS = 4
 _WHOLE = np.float32(np.sqrt(2.0))
 """Width of a pixel's cone by which textures are averaged over all of the pixel: paths, which are many, see them twice as sharply."""
@@ -142,7 +146,7 @@ def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begi
     if met:
         return False
     if asking > 0:
-        add_lamps(scene, tables.lamps, choose_lamps(scene.surfaces, tables.lamps, memory), memory)
+        add_lamps(scene, tables.lamps, choose_lamps(scene.surfaces, tables.lamps, alone, memory), memory)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
         _add_sun(scene, kinds, frame_key, memory)
     if any_sheet(lanes):
@@ -163,9 +167,9 @@ def _shade_lane(
     glossy, glass, around = _classify(tables, incident, along, kinds, k, memory)
     if not glossy:
         return sunny, 0, 0
-    if primary[rec.ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
+    if primary[rec.SHOWN_ALPHA, k] >= SHARP or primary[rec.UNDER_ALPHA, k] < _ONE:
         memory.gloss[rec.ASKS + k], asking = _ONE, 1
-    primary[rec.RAY_ALPHA, k] = primary[rec.ALPHA, k]
+    primary[rec.RAY_ALPHA, k] = primary[rec.SHOWN_ALPHA, k]
     if not alone and looks_under(x, y, primary, k):
         primary[rec.RAY_ALPHA, k] = primary[rec.UNDER_ALPHA, k]
     elif not (glass or alone) and takes_from_others(x, y, lanes[ln.METALLIC + k] >= _HALF, primary, k):
@@ -191,7 +195,7 @@ def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> No
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     primary = memory.primary
     lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = memory.gloss[rec.LAMPLIGHT + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.SHOWN_ALPHA, k] = _ZERO
     primary[rec.UNDER_ALPHA, k] = _ONE
     primary[rec.LAMPS, k] = primary[rec.LAMPS + 1, k] = primary[rec.LAMPS + 2, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
@@ -227,17 +231,17 @@ def _add_diffuse(
 def _classify(
     tables: Tables, incident: Incident, along: np.float32, kinds: int, k: int, memory: ShadeScratch
 ) -> tuple[bool, bool, np.float32]:
-    """Fill SHARE, ALPHA and UNDER, what lane k mirrors and how wide, where a ray asks for it; add the light around where none does.
+    """Fill SHARE, ALPHA, SHOWN_ALPHA and UNDER, what lane k mirrors and how wide, where a ray asks for it; add the light around where none does.
 
     Return whether one does, whether light goes straight through, and the share of the illuminance that is mirrored by its first order.
     """
     lanes, primary = memory.trace.lanes, memory.primary
     r, g, b, roughness, glass = _boundary(lanes, kinds, k)
-    around = _around_share(incident, along, memory.trace.rays, lanes, k)
+    around = _around_share(incident, along, roughness * roughness, memory.trace.rays, lanes, k)
     coat = coat_albedo(lanes, kinds, k)
     matt_r, matt_g, matt_b = diffuse_albedo(lanes, kinds, k)
-    # What mirrors much beside what it scatters has a ray however rough it is.
-    roughest = _INFINITE if max(r, g, b) > _HALF * max(matt_r, matt_g, matt_b) else tables.roughest
+    # What mirrors much beside what it scatters has a ray though it is rough.
+    roughest = _NEVER if max(r, g, b) > _HALF * max(matt_r, matt_g, matt_b) else tables.roughest
     primary[rec.UNDER, k] = primary[rec.UNDER + 1, k] = primary[rec.UNDER + 2, k] = _ZERO
     coat_roughness = lanes[ln.COAT_ROUGHNESS + k]
     if coat > _ZERO and coat_roughness * coat_roughness > ROUGH and roughness < roughest:
@@ -261,7 +265,9 @@ def _classify(
         _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
         return False, glass, around
     primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k] = r, g, b
-    primary[rec.ALPHA, k] = max(roughness * roughness, _LEAST_ALPHA)
+    alpha = max(roughness * roughness, _LEAST_ALPHA)
+    bend = tables.bend[memory.trace.rays.integer[ray.PRIM_ID + k]]
+    primary[rec.ALPHA, k], primary[rec.SHOWN_ALPHA, k] = alpha, widened(alpha, bend, lanes[ln.WIDTH + k])
     return True, glass, around * (_ONE - incident.lamps)
 
 
@@ -283,15 +289,23 @@ def _boundary(lanes: NDArray[np.float32], kinds: int, k: int) -> tuple[np.float3
 
 
 @inlined
-def _around_share(incident: Incident, along: np.float32, rays: Packet, lanes: NDArray[np.float32], k: int) -> np.float32:
-    """Return the share of the illuminance that comes from where lane k mirrors, by the light's first order."""
+def _around_share(
+    incident: Incident, along: np.float32, alpha: np.float32, rays: Packet, lanes: NDArray[np.float32], k: int
+) -> np.float32:
+    """Return the share of the illuminance that comes from where lane k mirrors by a lobe of width ``alpha``, by the light's first order.
+
+    The wider a lobe is, the less it matters where light comes from: the numbers are fitted to what GGX mirrors of light from one direction,
+    alpha from 0.36 to 1.
+    """
     real = rays.real
     nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
     dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
     cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
     mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
     ahead = incident.x * mx + incident.y * my + incident.z * mz - (mx * nx + my * ny + mz * nz) * along
-    share: np.float32 = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
+    wide = max(alpha, _LEAST_ALPHA)
+    turned = min(_FIRST_ORDER / (wide * wide * wide * np.sqrt(wide)), _MOST_FIRST_ORDER) * ahead
+    share: np.float32 = min(max(_ONE + turned, min(alpha, _ONE)), _MOST_AROUND) * _INVERSE_PI
     return share
 
 
@@ -384,8 +398,9 @@ def _store(column: int, row: int, memory: ShadeScratch, picture: Picture) -> Non
             alpha, coated = primary[rec.ALPHA, k], primary[rec.UNDER_ALPHA, k] < _ONE
             under = _ONE if coated and looks_under(x, y, primary, k) else _ZERO
             sent = _ONE - under if alpha > MIRROR else _ZERO
-            picture.alpha[y, x], picture.gloss[y, x, 3], picture.gloss[y, x, 7] = alpha, sent, memory.gloss[rec.LAMPLIGHT + k]
-            picture.gloss[y, x, 11] = under
+            lamplight, asked = memory.gloss[rec.LAMPLIGHT + k], memory.gloss[rec.LAMP_RAY_COUNT + k] > _ZERO
+            picture.alpha[y, x], picture.lamplight[y, x] = alpha, lamplight
+            picture.gloss[y, x, 3], picture.gloss[y, x, 7], picture.gloss[y, x, 11] = sent, lamplight if asked else _ZERO, under
             for channel in range(3):
                 picture.light[y, x, channel] = primary[rec.LIGHT + channel, k]
                 picture.gloss[y, x, channel] = sent * primary[rec.SEEN + channel, k]
