@@ -42,10 +42,11 @@ class CachedIntegrator:
         """How long computing the nodes of the newest view took (s)."""
         self.strays = 0
         """Places of the newest view that no node knows: light was computed for them alone."""
+        lamps, bend = build_lamps(scene.flat, scene.lit.surfaces.sky), bend_of_faces(scene.flat)
         known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
         parts, ior = scene.flat.parts, scene.flat.materials.ior
         pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
-        self._tables = Tables(*known, build_lamps(scene.flat, scene.lit.surfaces.sky), _LEAST_SHARE, WIDE, pane_ior, bend_of_faces(scene.flat))
+        self._tables = Tables(*known, lamps, _LEAST_SHARE, WIDE, pane_ior, bend)
 
     @property
     def size_bytes(self) -> int:

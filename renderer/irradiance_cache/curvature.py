@@ -1,7 +1,8 @@
 """How surfaces bend across a pixel: what they mirror of all around then is shown by a wider lobe.
 
-The normals within a pixel are a distribution of slopes that adds to that of the microfacets (Kaplanyan, Hill, Patney and Lefohn, "Filtering
-Distributions of Normals for Shading Antialiasing", 2016), so thin rods and rims of glossy things do not break up into bright and dark pixels.
+The normals within a pixel are a distribution of slopes that adds to that of the microfacets (Kaplanyan, Hill, Patney and Lefohn,
+"Filtering Distributions of Normals for Shading Antialiasing", 2016), so thin rods and rims of glossy things do not break up into bright and
+dark pixels.
 """
 
 import numpy as np
@@ -11,8 +12,8 @@ from renderer.core.kernel import inlined
 from renderer.scene.flat_scene import FlatScene
 
 _PER_TURN, _MOST = np.float32(1.0 / 24.0), np.float32(0.03)
-"""Variance of slopes, alpha^2, over the squared turn of the normals, which a cone sees that is sqrt(2) pixels wide, and the most of it: they
-are spread evenly over a pixel, and mostly one way."""
+"""Variance of slopes, alpha^2, over the squared turn of the normals that a cone sees, which is sqrt(2) pixels wide, and the most of it:
+they are spread evenly over a pixel, and mostly one way."""
 
 
 def bend_of_faces(flat: FlatScene) -> NDArray[np.float32]:

@@ -1,19 +1,24 @@
-"""The light at a hit: by the nodes around it, or by what was computed for a stray."""
+"""The light at a hit: by the nodes around it, or by what was computed for a stray; and what of it a wide lobe mirrors."""
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.kernel import inlined
+from renderer.core.ray_packet import Packet
 from renderer.irradiance_cache.nodes import LAMPS, LIGHT, SUN, TOWARD, VALID
 from renderer.irradiance_cache.records import ShadeScratch, Tables
 from renderer.irradiance_cache.strays import Strays
 from renderer.path.light_nodes import GRID, Atlas, find_nodes
 
-_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
-_LEAST_VALID = np.float32(1e-4)
+_ZERO, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
+_INVERSE_PI = np.float32(1.0 / np.pi)
+_LEAST_VALID, _LEAST_ALPHA = np.float32(1e-4), np.float32(1e-4)
+_FIRST_ORDER, _MOST_FIRST_ORDER, _MOST_AROUND = np.float32(0.13), np.float32(1.7), np.float32(2.0)
+"""By how much the light's direction changes what a lobe of GGX with alpha 1 mirrors of it, and that and the whole at most."""
 
 
 class Incident(NamedTuple):
@@ -89,3 +94,22 @@ def _turned(atlas: Atlas, count: int, x: np.float32, y: np.float32, z: np.float3
         nz += weight * atlas.normal[node, 2]
     cosine: np.float32 = (x * nx + y * ny + z * nz) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-6))
     return _ONE - cosine
+
+
+@inlined
+def around_share(incident: Incident, along: np.float32, alpha: np.float32, rays: Packet, lanes: NDArray[np.float32], k: int) -> np.float32:
+    """Return the share of the illuminance that comes from where lane k mirrors by a lobe of width ``alpha``, by the light's first order.
+
+    The wider a lobe is, the less it matters where light comes from: the numbers are fitted to what GGX mirrors of light from one direction,
+    alpha from 0.36 to 1.
+    """
+    real = rays.real
+    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
+    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
+    ahead = incident.x * mx + incident.y * my + incident.z * mz - (mx * nx + my * ny + mz * nz) * along
+    wide = max(alpha, _LEAST_ALPHA)
+    turned = min(_FIRST_ORDER / (wide * wide * wide * np.sqrt(wide)), _MOST_FIRST_ORDER) * ahead
+    share: np.float32 = min(max(_ONE + turned, min(alpha, _ONE)), _MOST_AROUND) * _INVERSE_PI
+    return share

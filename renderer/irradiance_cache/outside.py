@@ -12,8 +12,7 @@ from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
-from renderer.core.ray_packet import LANES, Packet
-from renderer.core.sampling import Vector
+from renderer.core.ray_packet import Packet
 from renderer.path.infinite_light import sky_le
 from renderer.scene.flat_scene import Sky
 

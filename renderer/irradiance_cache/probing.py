@@ -40,9 +40,7 @@ def find_cuts(scene: SceneHandle, atlas: Atlas, grids: NDArray[np.int32], scratc
 
 
 @inlined
-def _find_ways(
-    scene: SceneHandle, atlas: Atlas, grid: NDArray[np.int32], begin: int, above_m: np.float32, scratch: Scratch
-) -> bool:
+def _find_ways(scene: SceneHandle, atlas: Atlas, grid: NDArray[np.int32], begin: int, above_m: np.float32, scratch: Scratch) -> bool:
     """Trace eight ways of a grid, from number ``begin`` on, as far as they are not cut; return whether there are any."""
     packet = scratch.rays
     real, integer, alive = packet.real, packet.integer, packet.alive

@@ -24,14 +24,14 @@ from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.kernel import entry, inlined, kernel
-from renderer.core.ray_packet import LANES, Packet
+from renderer.core.ray_packet import LANES
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.curvature import widened
 from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
 from renderer.irradiance_cache.gloss_rays import aim_gloss, pixel_noise
-from renderer.irradiance_cache.incident import Incident, light_of_stray, read_light
+from renderer.irradiance_cache.incident import Incident, around_share, light_of_stray, read_light
 from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
 from renderer.irradiance_cache.mirrored import add_gloss
 from renderer.irradiance_cache.reconstruction import Picture
@@ -63,8 +63,6 @@ _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _NEVER = np.float32(0.75)
 """Roughness from which on no lobe sends a ray: it shows light from nearly everywhere."""
-_FIRST_ORDER, _MOST_FIRST_ORDER, _MOST_AROUND = np.float32(0.13), np.float32(1.7), np.float32(2.0)
-"""By how much the light's direction changes what a lobe of GGX with alpha 1 mirrors of it, and that and the whole at most."""
 _SUN_RAYS = 4
 _WHOLE = np.float32(np.sqrt(2.0))
 """Width of a pixel's cone by which textures are averaged over all of the pixel: paths, which are many, see them twice as sharply."""
@@ -231,13 +229,13 @@ def _add_diffuse(
 def _classify(
     tables: Tables, incident: Incident, along: np.float32, kinds: int, k: int, memory: ShadeScratch
 ) -> tuple[bool, bool, np.float32]:
-    """Fill SHARE, ALPHA, SHOWN_ALPHA and UNDER, what lane k mirrors and how wide, where a ray asks for it; add the light around where none does.
+    """Fill SHARE, ALPHA, SHOWN_ALPHA and UNDER, what lane k mirrors and how wide, where a ray asks for it; else add the light around.
 
     Return whether one does, whether light goes straight through, and the share of the illuminance that is mirrored by its first order.
     """
     lanes, primary = memory.trace.lanes, memory.primary
     r, g, b, roughness, glass = _boundary(lanes, kinds, k)
-    around = _around_share(incident, along, roughness * roughness, memory.trace.rays, lanes, k)
+    around = around_share(incident, along, roughness * roughness, memory.trace.rays, lanes, k)
     coat = coat_albedo(lanes, kinds, k)
     matt_r, matt_g, matt_b = diffuse_albedo(lanes, kinds, k)
     # What mirrors much beside what it scatters has a ray though it is rough.
@@ -286,27 +284,6 @@ def _boundary(lanes: NDArray[np.float32], kinds: int, k: int) -> tuple[np.float3
     elif glass:
         r = g = b = fresnel_dielectric(lanes[ln.WO_Z + k], lanes[ln.ETA + k])
     return r, g, b, roughness, glass
-
-
-@inlined
-def _around_share(
-    incident: Incident, along: np.float32, alpha: np.float32, rays: Packet, lanes: NDArray[np.float32], k: int
-) -> np.float32:
-    """Return the share of the illuminance that comes from where lane k mirrors by a lobe of width ``alpha``, by the light's first order.
-
-    The wider a lobe is, the less it matters where light comes from: the numbers are fitted to what GGX mirrors of light from one direction,
-    alpha from 0.36 to 1.
-    """
-    real = rays.real
-    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
-    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
-    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
-    ahead = incident.x * mx + incident.y * my + incident.z * mz - (mx * nx + my * ny + mz * nz) * along
-    wide = max(alpha, _LEAST_ALPHA)
-    turned = min(_FIRST_ORDER / (wide * wide * wide * np.sqrt(wide)), _MOST_FIRST_ORDER) * ahead
-    share: np.float32 = min(max(_ONE + turned, min(alpha, _ONE)), _MOST_AROUND) * _INVERSE_PI
-    return share
 
 
 @inlined

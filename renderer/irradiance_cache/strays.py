@@ -48,7 +48,7 @@ class LitStrays(NamedTuple):
     """The strays of a view for which light is computed.
 
     places: (n, 6) float32, part, face: (n,) int32, as of :class:`Strays`; before: (n,) int32, the one before on the same part, -1 for none;
-    newest: (p,) int32, the last of each part, -1 for none; light: of all of them, or of those of the view's picture while its edges' are new.
+    newest: (p,) int32, the last of each part, -1 for none; light: of all of them, or of those of the picture while its edges' are new.
     """
 
     places: NDArray[np.float32]
@@ -74,11 +74,11 @@ def none_lit(parts: int) -> LitStrays:
 def share_strays(strays: Strays, lit: LitStrays, apart_m: np.float32) -> LitStrays:
     """Return ``lit`` with those of ``strays`` that are not within ``apart_m`` of one there, and fill ``lit_by``."""
     known, room = len(lit.part), len(lit.part) + int(strays.counts.sum())
-    places, numbers = np.empty((room, 6), np.float32), np.empty((3, room), np.int32)
-    places[:known], numbers[:, :known] = lit.places, (lit.part, lit.face, lit.before)
-    shared = LitStrays(places, *numbers, lit.newest.copy(), lit.light)
-    count = _share(strays, shared, known, apart_m)
-    return LitStrays(places[:count], *numbers[:, :count], shared.newest, lit.light)
+    places, (part, face, before) = np.empty((room, 6), np.float32), np.empty((3, room), np.int32)
+    places[:known], part[:known], face[:known], before[:known] = lit.places, lit.part, lit.face, lit.before
+    newest = lit.newest.copy()
+    count = _share(strays, LitStrays(places, part, face, before, newest, lit.light), known, apart_m)
+    return LitStrays(places[:count], part[:count], face[:count], before[:count], newest, lit.light)
 
 
 @entry

@@ -88,7 +88,8 @@ def test_strays_close_to_each_other_have_their_light_in_common(apart_m, turn, pa
 def test_strays_of_other_rows_and_of_edges_have_their_light_in_common_too():
     apart_m, up = np.float32(0.03), (0.0, 0.0, 1.0)
     picture, edges = make_strays(3, 16), make_strays(3, 16)
-    for strays_, row, x, part in ((picture, 0, 0.0, 1), (picture, 2, 0.02, 1), (picture, 2, 0.02, 0), (edges, 1, -0.02, 1), (edges, 1, 0.5, 1)):
+    of_picture = (picture, 0, 0.0, 1), (picture, 2, 0.02, 1), (picture, 2, 0.02, 0)
+    for strays_, row, x, part in (*of_picture, (edges, 1, -0.02, 1), (edges, 1, 0.5, 1)):
         i = strays_.counts[row]
         strays_.places[row, i], strays_.part[row, i], strays_.face[row, i] = (x, 0.0, 0.0, *up), part, 7
         strays_.counts[row] = i + 1
