@@ -174,7 +174,7 @@ STAGES = {
     ),
     "shading: materials, light, sun and mirror rays": (("renderer.irradiance_cache.cached_integrator", "shade_hits"),),
     "gloss shared by neighbours": tuple(("renderer.irradiance_cache.cached_integrator", name) for name in ("sum_across", "mix_gloss")),
-    "edges": tuple(("renderer.irradiance_cache.cached_integrator", name) for name in ("smooth_edges", "lift_lone")),
+    "edges": tuple(("renderer.irradiance_cache.cached_integrator", name) for name in ("look_between", "smooth_edges", "lift_lone")),
     "exposure and tone": (("renderer.renderer", "to_display"),),
 }
 """Stage -> (module, name) of what it calls, as the callers know it."""
