@@ -22,9 +22,9 @@ from renderer.camera.rig import is_in_the_middle
 from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.color_sensor import read_color
-from renderer.core.arrays import empty_together
 from renderer.core.embree import SceneHandle
 from renderer.core.errors import RenderError
+from renderer.core.image_memory import ImageMemory
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.ray_packet import make_packet
 from renderer.core.workers import Workers, thread_count
@@ -117,6 +117,7 @@ class Renderer:
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
+        self._memory = ImageMemory()
         self._packets = [make_packet() for _ in range(self._workers.count)]
         self._light: IrradianceCache | None = None
         self._integrator: CachedIntegrator | None = None
@@ -128,7 +129,7 @@ class Renderer:
         lights = self._tables.lights
         scratch = [make_scratch(len(lights.groups.area), len(lights.patches)) for _ in range(self._workers.count)]
         label = np.ascontiguousarray(self.flat.parts.label)
-        return TracedScene(self.flat, label, self._tables.surfaces, lights, self.tree, self._workers, scratch)
+        return TracedScene(self.flat, label, self._tables.surfaces, lights, self.tree, self._workers, scratch, self._memory)
 
     def _find_room_light(self, like: "Renderer | None", same: "Renderer | None") -> RoomLight:
         """Return the light of ``same``, which is of the same scene, if it is computed in the same way, else with the nodes of ``like``."""
@@ -327,7 +328,7 @@ class Renderer:
     def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
         """Return the basic layers, and the hit record if it is asked for."""
         shapes = [(LAYERS[name].shape(view.height, view.width), LAYERS[name].dtype) for name in GEOMETRIC_LAYERS]
-        memory = empty_together([*shapes, *hit_record_shapes(view.height if recorded else 0, view.width)])
+        memory = self._memory.empty([*shapes, *hit_record_shapes(view.height if recorded else 0, view.width)])
         images = GeometricImages(**dict(zip(GEOMETRIC_LAYERS, memory, strict=False)))
         hits = Hits(*memory[len(shapes) :])
         step = self._workers.count

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera
 from renderer.core import ray_packet as ray
-from renderer.core.kernel import kernel
+from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.tiles import EDGE
 
@@ -23,7 +23,7 @@ CENTRE = np.zeros(2 * LANES, np.float32)
 """Offsets of rays through pixel centres."""
 
 
-@kernel
+@inlined
 def aim_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
     """Aim 16 rays through the tile whose first pixel is (column, row); lanes where the lens sees nothing are off.
 

@@ -19,7 +19,7 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.camera.rig import CarriedPath
 from renderer.core import ray_packet as ray
-from renderer.core.kernel import kernel
+from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES, Packet
 from scene_description.poses import conjugate_quaternion, multiply_quaternions, rotation_from_quaternion
 from scene_description.products import matmul
@@ -109,7 +109,7 @@ def move_rays(camera: PosedCamera, row: int, u: NDArray[np.float32], packet: Pac
             real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
 
 
-@kernel
+@inlined
 def aim_exposed_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
     """Aim as :func:`renderer.camera.camera_rays.aim_tile` does, from where the camera is in the middle of each row's exposure."""
     aim_tile(camera, column, row, jitter, packet)

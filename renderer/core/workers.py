@@ -20,21 +20,21 @@ def thread_count(asked: int) -> int:
 
 
 class Workers:
-    """A fixed set of threads, numbered from 0, each with its own scratch memory elsewhere."""
+    """A fixed set of threads, numbered from 0, each with its own scratch memory elsewhere; a single one is the calling thread."""
 
     def __init__(self, count: int) -> None:
         self.count = count
         self._pool = ThreadPoolExecutor(count, "renderer")
-        self._alone = False
+        self._alone = count == 1
 
     @contextmanager
     def in_this_thread(self) -> Iterator[None]:
         """Let :meth:`run` work in the calling thread alone, as worker 0, so that others keep the processors."""
-        self._alone = True
+        self._alone, before = True, self._alone
         try:
             yield
         finally:
-            self._alone = False
+            self._alone = before
 
     def run(self, work: Callable[[int, Piece], None], pieces: Iterable[Piece], cancelled: Callable[[], bool] | None = None) -> None:
         """Call ``work(worker, piece)`` for every piece, in any order.

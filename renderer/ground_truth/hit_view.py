@@ -12,6 +12,7 @@ from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig
 from renderer.camera.shutter import in_motion
 from renderer.core.embree import SceneHandle
+from renderer.core.image_memory import ImageMemory
 from renderer.core.workers import Workers
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView
 from renderer.path.lights import Lights
@@ -25,7 +26,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class TracedScene:
-    """A scene as rays and look-ups take it, and the threads that work on it, each with its scratch memory.
+    """A scene as rays and look-ups take it, the threads that work on it, each with its scratch memory, and memory for images.
 
     label: (p,) uint8, semantic id of each part, as the basic layers hold it.
     """
@@ -37,6 +38,7 @@ class TracedScene:
     tree: SceneHandle
     workers: Workers
     scratch: Sequence[Scratch]
+    memory: ImageMemory
 
     @property
     def lit(self) -> LitScene:

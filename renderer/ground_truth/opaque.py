@@ -9,7 +9,6 @@ from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_rays
 from renderer.core import ray_packet as ray
-from renderer.core.arrays import empty_together
 from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
@@ -47,7 +46,7 @@ def opaque_images(view: HitView) -> OpaqueImages:
         return first_surfaces
     first: dict[str, NDArray[Any]] = first_surfaces._asdict()
     needed = [image if f"{name}_opaque" in view.names else image[:0] for name, image in first.items()]
-    copies = empty_together([(image.shape, image.dtype) for image in needed])
+    copies = scene.memory.empty([(image.shape, image.dtype) for image in needed])
     for copy, image in zip(copies, needed, strict=True):
         np.copyto(copy, image)
     images = OpaqueImages(*copies)

@@ -10,7 +10,6 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_vectors
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
-from renderer.core.arrays import empty_together
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.core.tiles import load_numbers, store_numbers, store_vectors
@@ -52,7 +51,7 @@ def surface_images(view: HitView) -> SurfaceImages:
     """Return the images that the view's layers need, textures included."""
     height, width = view.hits.face.shape
     shapes = [(height if name in view.names else 0, width, *_CHANNELS.get(name, ())) for name in SurfaceImages._fields]
-    images = SurfaceImages(*empty_together([(shape, np.float32) for shape in shapes[:-1]] + [(shapes[-1], np.uint16)]))
+    images = SurfaceImages(*view.scene.memory.empty([(shape, np.float32) for shape in shapes[:-1]] + [(shapes[-1], np.uint16)]))
     scene, flat, step = view.scene, view.scene.flat, view.scene.workers.count
     lights = flat.light_id if len(flat.light_id) else np.zeros(len(flat.part_names), np.uint16)
     inputs = (scene.lit, view.traced, lights)

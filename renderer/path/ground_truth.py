@@ -76,26 +76,21 @@ def label_scene(tree: SceneHandle, face_part: NDArray[np.int32], label: NDArray[
 
 
 @kernel
-def _face_camera(r: NDArray[np.float32], real: NDArray[np.float32]) -> None:
-    """Turn the packet's geometric normals into unit normals of the optical frame, rotation ``r``, that look towards the camera."""
+def _measure(r: NDArray[np.float32], lens: bool, real: NDArray[np.float32], alive: NDArray[np.int32]) -> None:
+    """Replace the packet's geometric normals by unit normals of the optical frame, rotation ``r``, that look towards the camera.
+
+    Replace TFAR by the depth, and DIR_X by the distance; NaN for rays that are off.
+    """
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     for k in range(LANES):
         x, y, z = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
-        away = x * real[ray.DIR_X + k] + y * real[ray.DIR_Y + k] + z * real[ray.DIR_Z + k]
+        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         length = np.sqrt(x * x + y * y + z * z)
         scale = _ONE / (length if length > _TINY else _TINY)
-        scale = -scale if away > _ZERO else scale
+        scale = -scale if x * dx + y * dy + z * dz > _ZERO else scale
         real[ray.NG_X + k] = (r00 * x + r10 * y + r20 * z) * scale
         real[ray.NG_Y + k] = (r01 * x + r11 * y + r21 * z) * scale
         real[ray.NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
-
-
-@kernel
-def _measure(r: NDArray[np.float32], lens: bool, real: NDArray[np.float32], alive: NDArray[np.int32]) -> None:
-    """Replace TFAR by the depth, and DIR_X by the distance; NaN for rays that are off."""
-    r02, r12, r22 = r[0, 2], r[1, 2], r[2, 2]
-    for k in range(LANES):
-        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         t = real[ray.TFAR + k]
         t = t if alive[k] != 0 else _NAN
         real[ray.TFAR + k] = t * (r02 * dx + r12 * dy + r22 * dz) if lens else t
@@ -106,9 +101,18 @@ def _measure(r: NDArray[np.float32], lens: bool, real: NDArray[np.float32], aliv
 def _look_up_ids(ids: NDArray[np.uint32], integer: NDArray[np.uint32]) -> None:
     """Replace GEOM_ID by the ids of the triangles that were hit, 0 for none."""
     nothing = np.uint32(len(ids) - 1)
+    first = integer[ray.PRIM_ID]
+    others = np.uint32(0)
     for k in range(LANES):
-        face = integer[ray.PRIM_ID + k]
-        integer[ray.GEOM_ID + k] = ids[face if integer[ray.GEOM_ID + k] != INVALID_ID else nothing]
+        others |= (integer[ray.PRIM_ID + k] ^ first) | integer[ray.GEOM_ID + k]
+    if others == 0:
+        value = ids[first]
+        for k in range(LANES):
+            integer[ray.GEOM_ID + k] = value
+    else:
+        for k in range(LANES):
+            face = integer[ray.PRIM_ID + k]
+            integer[ray.GEOM_ID + k] = ids[face if integer[ray.GEOM_ID + k] != INVALID_ID else nothing]
 
 
 @inlined
@@ -151,7 +155,6 @@ def trace_geometry(
                 unturn_rays(camera, row, packet)
             if recorded:
                 _record_hits(packet, column, row, hits)
-            _face_camera(r, real)
             _measure(r, lens, real, packet.alive)
             _look_up_ids(scene.ids, integer)
             store_numbers(real, ray.TFAR, column, row, images.depth)

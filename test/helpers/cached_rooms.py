@@ -8,6 +8,7 @@ import numpy as np
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.core.embree import EmbreeScene
+from renderer.core.image_memory import ImageMemory
 from renderer.core.workers import Workers
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
@@ -29,7 +30,7 @@ def solved(
     scratch = [make_scratch(len(lights.groups.area), 0) for _ in range(threads)]
     panes = flat.parts.portal[flat.face_part]
     with EmbreeScene(flat.mesh.vertices, flat.mesh.faces, panes=panes, watertight=False) as tree:
-        room = TracedScene(flat, flat.parts.label, build_surfaces(flat), lights, tree.handle, workers, scratch)
+        room = TracedScene(flat, flat.parts.label, build_surfaces(flat), lights, tree.handle, workers, scratch, ImageMemory())
         cache = IrradianceCache(room, key, config, geometry)
         if is_solved:
             cache.solve()
