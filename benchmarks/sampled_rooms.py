@@ -168,13 +168,13 @@ def _digest(pose: CameraPose) -> str:
 
 STAGES = {
     "primary rays: hit record, depth, normals, ids": (("renderer.renderer", "trace_geometry"),),
-    "which nodes the view reads": (("renderer.irradiance_cache.cached_integrator", "want_nodes"),),
+    "which nodes the view reads": (("renderer.cached_frames.cached_integrator", "want_nodes"),),
     "light of new nodes": tuple(
         ("renderer.irradiance_cache.cache", name) for name in ("widen", "light_nodes", "gather_nodes", "smooth_nodes")
     ),
-    "shading: materials, light, sun and mirror rays": (("renderer.irradiance_cache.cached_integrator", "shade_hits"),),
-    "gloss shared by neighbours": tuple(("renderer.irradiance_cache.cached_integrator", name) for name in ("sum_across", "mix_gloss")),
-    "edges": tuple(("renderer.irradiance_cache.cached_integrator", name) for name in ("look_between", "smooth_edges", "lift_lone")),
+    "shading: materials, light, sun and mirror rays": (("renderer.cached_frames.cached_integrator", "shade_hits"),),
+    "gloss shared by neighbours": tuple(("renderer.cached_frames.cached_integrator", name) for name in ("sum_across", "mix_gloss")),
+    "edges": tuple(("renderer.cached_frames.cached_integrator", name) for name in ("look_between", "smooth_edges", "lift_lone")),
     "exposure and tone": (("renderer.renderer", "to_display"),),
 }
 """Stage -> (module, name) of what it calls, as the callers know it."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
+from renderer.cached_frames.cached_integrator import CachedIntegrator
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -39,7 +40,6 @@ from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache, RoomLight
 from renderer.irradiance_cache.cache_geometry import CacheConfig
-from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_sums import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, label_scene, trace_geometry

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel_cache.compiling import is_kept
+from renderer.cached_frames.shading import shade_hits
 from renderer.camera.config import CameraConfig
 from renderer.core.random_numbers import make_frame_key
 from renderer.film.layers import GEOMETRIC_LAYERS, PICTURES, SAMPLED_LAYERS
@@ -26,7 +27,6 @@ from renderer.irradiance_cache.gathering import CoarseLight
 from renderer.irradiance_cache.lamp_images import NO_IMAGES
 from renderer.irradiance_cache.nodes import ROW
 from renderer.irradiance_cache.panes import NO_PANES
-from renderer.irradiance_cache.shading import shade_hits
 from renderer.lidar.config import NO_SCAN, ScanConfig
 from renderer.lidar.lidar import Lidar
 from renderer.lidar.scanner import Scanner

@@ -54,7 +54,8 @@ FOLDERS = {
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},
-        "irradiance_cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
+        "irradiance_cache": {"bsdf", "core", "geometry", "ground_truth", "path", "scene"},
+        "cached_frames": {"bsdf", "camera", "core", "ground_truth", "irradiance_cache", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
     "evaluation": {

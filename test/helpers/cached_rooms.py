@@ -1,4 +1,4 @@
-"""Irradiance caches of small scenes, for the tests of renderer/irradiance_cache."""
+"""Irradiance caches of small scenes, for the tests of renderer/irradiance_cache and renderer/cached_frames."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -4,10 +4,10 @@ import subprocess
 import sys
 
 from renderer import warming
-from renderer.irradiance_cache.corners import look_between
-from renderer.irradiance_cache.edges import lift_lone, smooth_edges
-from renderer.irradiance_cache.reconstruction import mix_gloss, sum_across
-from renderer.irradiance_cache.shading import shade_hits, want_nodes
+from renderer.cached_frames.corners import look_between
+from renderer.cached_frames.edges import lift_lone, smooth_edges
+from renderer.cached_frames.reconstruction import mix_gloss, sum_across
+from renderer.cached_frames.shading import shade_hits, want_nodes
 from renderer.warming import warm_up, warm_up_frames
 
 KERNELS = (want_nodes, shade_hits, sum_across, mix_gloss, look_between, smooth_edges, lift_lone)

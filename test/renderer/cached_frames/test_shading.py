@@ -6,11 +6,11 @@ from box_room import DARK, box, hollow_sphere, pose, quad, scene
 from cached_rooms import CACHED, look_up
 
 from renderer import CameraConfig, Renderer
+from renderer.cached_frames.gloss_rays import pixel_noise
+from renderer.cached_frames.lamp_shapes import build_lamps
+from renderer.cached_frames.mirrored import limit_seen
+from renderer.cached_frames.records import EVEN, KIND, RAY_ALPHA, SEEN, SHARP, make_shade_scratch
 from renderer.core.kernel import from_python
-from renderer.irradiance_cache.gloss_rays import pixel_noise
-from renderer.irradiance_cache.lamp_shapes import build_lamps
-from renderer.irradiance_cache.mirrored import limit_seen
-from renderer.irradiance_cache.records import EVEN, KIND, RAY_ALPHA, SEEN, SHARP, make_shade_scratch
 from renderer.path.records import make_scratch
 from renderer.scene.flat_scene import Sky
 

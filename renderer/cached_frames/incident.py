@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cached_frames.records import ShadeScratch, Tables
+from renderer.cached_frames.strays import Strays
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.kernel import inlined
 from renderer.core.ray_packet import Packet
 from renderer.irradiance_cache.nodes import LAMPS, LIGHT, SUN, TOWARD, VALID
-from renderer.irradiance_cache.records import ShadeScratch, Tables
-from renderer.irradiance_cache.strays import Strays
 from renderer.path.light_nodes import GRID, Atlas, find_nodes
 
 _ZERO, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-20)

@@ -6,9 +6,9 @@ from box_room import box, pose, quad, scene
 from cached_rooms import look_up
 
 from renderer import CameraConfig
+from renderer.cached_frames.edges import FEW, MANY, OFFSETS, _is_lone, lift_lone
 from renderer.core.kernel import from_python
 from renderer.core.ray_packet import LANES
-from renderer.irradiance_cache.edges import FEW, MANY, OFFSETS, _is_lone, lift_lone
 
 CAMERA = CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)
 AHEAD = pose((0, 0, 0), (0, 1, 0))

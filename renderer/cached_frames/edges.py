@@ -9,6 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cached_frames import records as rec
+from renderer.cached_frames.corners import BEND, NEAR, hit_distance, is_one_surface
+from renderer.cached_frames.reconstruction import Picture, aligned
+from renderer.cached_frames.records import CachedView, ShadeScratch
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -17,11 +21,7 @@ from renderer.core.color import LUMINANCE
 from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
-from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.atlas import mark_nodes
-from renderer.irradiance_cache.corners import BEND, NEAR, hit_distance, is_one_surface
-from renderer.irradiance_cache.reconstruction import Picture, aligned
-from renderer.irradiance_cache.records import CachedView, ShadeScratch
 from renderer.irradiance_cache.specular import is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.ground_truth import Hits, TracedView
@@ -190,7 +190,7 @@ def smooth_edges(
 
     Each of these takes its share of the light of the pixel nearby that sees the same surface; where none does, on mirrors and glass, and in
     pixels that are much darker than all around them, it becomes one of ``samples``, and the nodes around it are marked there.  ``missed``:
-    what lies between pixels, as of :func:`renderer.irradiance_cache.corners.look_between`.
+    what lies between pixels, as of :func:`renderer.cached_frames.corners.look_between`.
     """
     scene, view, image = shown.scene, shown.traced, picture.light
     height, width, _ = image.shape

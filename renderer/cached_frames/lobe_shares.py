@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
+from renderer.cached_frames import records as rec
+from renderer.cached_frames.records import SHARP
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
-from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.records import SHARP
 
 _TURN = np.float32(1.2)
 """By how much a slope turns what is mirrored, over its angle: twice in the plane of incidence, 2 cos theta across; in the mean of both."""

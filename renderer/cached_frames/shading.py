@@ -9,7 +9,7 @@ A tile of 4 x 4 pixels goes through these stages; between them its hits lie in t
     lamps      some of the lamps and panes that rough gloss shows, as balls                             lane by lane, then shadow rays
     sun        sampled where the nodes around have any
     behind     what sheets let through: matt light and sun again, from their other side; what shows through holes has a ray
-    gloss      mirrored rays and those through glass (:mod:`renderer.irradiance_cache.mirrored`)
+    gloss      mirrored rays and those through glass (:mod:`renderer.cached_frames.mirrored`)
     store      into the picture
 """
 
@@ -19,23 +19,15 @@ from numpy.typing import NDArray
 from renderer.bsdf.bsdf import evaluate_bsdf
 from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
 from renderer.bsdf.reflectance import coat_albedo, diffuse_albedo, specular_albedo
-from renderer.camera.camera_rays import CENTRE, TILE
-from renderer.camera.shutter import aim_exposed_tile
-from renderer.core import lanes as ln
-from renderer.core import ray_packet as ray
-from renderer.core.kernel import entry, inlined, kernel
-from renderer.core.ray_packet import LANES
-from renderer.ground_truth.surface_images import restore_hits
-from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.atlas import mark_nodes
-from renderer.irradiance_cache.curvature import widened
-from renderer.irradiance_cache.edges import EdgeSamples, add_samples, load_samples
-from renderer.irradiance_cache.gloss_rays import aim_gloss, pixel_noise
-from renderer.irradiance_cache.incident import Incident, around_share, light_of_stray, read_light
-from renderer.irradiance_cache.lamps import add_lamps, choose_lamps
-from renderer.irradiance_cache.mirrored import add_gloss
-from renderer.irradiance_cache.reconstruction import Picture
-from renderer.irradiance_cache.records import (
+from renderer.cached_frames import records as rec
+from renderer.cached_frames.curvature import widened
+from renderer.cached_frames.edges import EdgeSamples, add_samples, load_samples
+from renderer.cached_frames.gloss_rays import aim_gloss, pixel_noise
+from renderer.cached_frames.incident import Incident, around_share, light_of_stray, read_light
+from renderer.cached_frames.lamps import add_lamps, choose_lamps
+from renderer.cached_frames.mirrored import add_gloss
+from renderer.cached_frames.reconstruction import Picture
+from renderer.cached_frames.records import (
     MIRROR,
     ROUGH,
     SHARP,
@@ -46,8 +38,16 @@ from renderer.irradiance_cache.records import (
     looks_under,
     takes_from_others,
 )
+from renderer.cached_frames.strays import Strays, add_stray, expect_none, has_strays
+from renderer.camera.camera_rays import CENTRE, TILE
+from renderer.camera.shutter import aim_exposed_tile
+from renderer.core import lanes as ln
+from renderer.core import ray_packet as ray
+from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.ray_packet import LANES
+from renderer.ground_truth.surface_images import restore_hits
+from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.specular import pass_glass
-from renderer.irradiance_cache.strays import Strays, add_stray, expect_none, has_strays
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits
 from renderer.path.light_nodes import STRIP, Atlas

@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.reflectance import WIDE
+from renderer.cached_frames.corners import look_between
+from renderer.cached_frames.curvature import bend_of_faces
+from renderer.cached_frames.edges import EdgeSamples, lift_lone, make_edge_samples, smooth_edges
+from renderer.cached_frames.lamp_shapes import build_lamps
+from renderer.cached_frames.reconstruction import Picture, make_picture, mix_gloss, sum_across
+from renderer.cached_frames.records import CachedView, Tables, make_shade_scratch
+from renderer.cached_frames.shading import shade_hits, want_nodes
+from renderer.cached_frames.strays import LitStrays, make_strays, none_lit, places_of, share_strays
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
-from renderer.irradiance_cache.corners import look_between
-from renderer.irradiance_cache.curvature import bend_of_faces
-from renderer.irradiance_cache.edges import EdgeSamples, lift_lone, make_edge_samples, smooth_edges
-from renderer.irradiance_cache.lamp_shapes import build_lamps
 from renderer.irradiance_cache.nodes import NodeLight
-from renderer.irradiance_cache.reconstruction import Picture, make_picture, mix_gloss, sum_across
-from renderer.irradiance_cache.records import CachedView, Tables, make_shade_scratch
-from renderer.irradiance_cache.shading import shade_hits, want_nodes
-from renderer.irradiance_cache.strays import LitStrays, make_strays, none_lit, places_of, share_strays
 from renderer.path.ground_truth import Hits, TracedView
 
 _LEAST_SHARE = np.float32(0.02)

@@ -4,15 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import schlick_weight
-from renderer.core import lanes as ln
-from renderer.core.color import Rgb
-from renderer.core.kernel import inlined, kernel
-from renderer.core.ray_packet import LANES
-from renderer.core.sampling import Vector
-from renderer.irradiance_cache import records as rec
-from renderer.irradiance_cache.gloss_rays import base_fresnel, lobe_fresnel, pixel_noise
-from renderer.irradiance_cache.lamp_shapes import Lamps
-from renderer.irradiance_cache.lobe_shares import (
+from renderer.cached_frames import records as rec
+from renderer.cached_frames.gloss_rays import base_fresnel, lobe_fresnel, pixel_noise
+from renderer.cached_frames.lamp_shapes import Lamps
+from renderer.cached_frames.lobe_shares import (
     build_frames,
     cosines_along,
     ggx_reflected,
@@ -26,8 +21,13 @@ from renderer.irradiance_cache.lobe_shares import (
     to_local,
     to_world,
 )
+from renderer.cached_frames.records import LAMP_RAYS, SHARP, ShadeScratch, asks_lamps
+from renderer.core import lanes as ln
+from renderer.core.color import Rgb
+from renderer.core.kernel import inlined, kernel
+from renderer.core.ray_packet import LANES
+from renderer.core.sampling import Vector
 from renderer.irradiance_cache.outside import show_sky, sky_about
-from renderer.irradiance_cache.records import LAMP_RAYS, SHARP, ShadeScratch, asks_lamps
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le

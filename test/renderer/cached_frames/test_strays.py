@@ -7,12 +7,12 @@ from cached_rooms import CACHED, look_up
 from model_rooms import furnace, lit_room, views
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.cached_frames import strays
+from renderer.cached_frames.strays import make_strays, none_lit, places_of, share_strays
 from renderer.core import lanes as ln
 from renderer.core.kernel import from_python
 from renderer.core.ray_packet import LANES
-from renderer.irradiance_cache import strays
 from renderer.irradiance_cache.nodes import make_node_light
-from renderer.irradiance_cache.strays import make_strays, none_lit, places_of, share_strays
 from renderer.path.records import make_scratch
 
 add_stray = from_python(strays.add_stray)

@@ -9,9 +9,9 @@ from cached_rooms import CACHED
 from numpy.testing import assert_allclose
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.cached_frames import curvature as cv
+from renderer.cached_frames.curvature import bend_of_faces
 from renderer.core.kernel import from_python
-from renderer.irradiance_cache import curvature as cv
-from renderer.irradiance_cache.curvature import bend_of_faces
 
 RADIUS_M, SIDES = 0.02, 24
 widened = from_python(cv.widened)

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cached_frames.records import MIRROR, ROUGH
 from renderer.core.kernel import entry, inlined
-from renderer.irradiance_cache.records import MIRROR, ROUGH
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 

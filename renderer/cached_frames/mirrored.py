@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.reflectance import rough_shares
+from renderer.cached_frames import records as rec
+from renderer.cached_frames.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
@@ -11,9 +13,7 @@ from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
-from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.outside import mirrored_sky, outside_light
-from renderer.irradiance_cache.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
 from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, metal_lobe, mirror_by_facet, ray_cosine
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance

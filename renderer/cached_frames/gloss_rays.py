@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.layers import COAT_F0
 from renderer.bsdf.microfacet import sample_ggx_wm, schlick_weight, visible_share
+from renderer.cached_frames import records as rec
 from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits, unit_of
-from renderer.irradiance_cache import records as rec
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _LEAST_SHARE, _MOST_GAIN, _LOBES = np.float32(1e-6), np.float32(4.0), np.uint32(23)

@@ -6,14 +6,14 @@ Every second corner, as on a chessboard, is enough: each row and column of pixel
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cached_frames.reconstruction import aligned
+from renderer.cached_frames.records import CachedView, ShadeScratch
 from renderer.camera.camera_rays import TILE
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import ray_packet as ray
 from renderer.core.embree import intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
-from renderer.irradiance_cache.reconstruction import aligned
-from renderer.irradiance_cache.records import CachedView, ShadeScratch
 from renderer.path.ground_truth import TracedView
 from renderer.path.surface_tables import Surfaces
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from renderer.cached_frames.lobe_shares import cosines_along, lobe_frame, mirrored_reach, place_in_span, slopes_in_disc
 from renderer.core.kernel import from_python
-from renderer.irradiance_cache.lobe_shares import cosines_along, lobe_frame, mirrored_reach, place_in_span, slopes_in_disc
 
 
 def slopes_of_ggx(alpha, count=1_000_000):

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cached_frames.lamp_shapes import Lamps
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.ray_packet import LANES, aligned_floats
 from renderer.irradiance_cache.gathering import CoarseLight
-from renderer.irradiance_cache.lamp_shapes import Lamps
 from renderer.path.ground_truth import TracedView
 from renderer.path.light_nodes import Atlas
 from renderer.path.records import LitScene, Scratch
@@ -17,7 +17,7 @@ from renderer.path.records import LitScene, Scratch
 MIRROR = np.float32(1e-3)
 """Width of GGX up to which each pixel shows what its own ray sees."""
 SHARP = np.float32(0.01)
-"""Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
+"""Width of GGX from which on lamps are shown by :mod:`renderer.cached_frames.lamps`, not by the ray."""
 ROUGH = np.float32(0.03)
 """Width of GGX from which on what gloss shows is mixed over twice the distance."""
 LAMP_RAYS = 2
@@ -77,7 +77,7 @@ class Tables(NamedTuple):
     of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
     spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
     reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.  bend: of triangles, as of
-    :func:`renderer.irradiance_cache.curvature.bend_of_faces`.
+    :func:`renderer.cached_frames.curvature.bend_of_faces`.
     """
 
     fine: Atlas

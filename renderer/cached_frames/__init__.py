@@ -1,0 +1,1 @@
+"""Pictures by the light of an irradiance cache."""
