@@ -1,7 +1,8 @@
 """Tiles of 4 x 4 pixels between images and the fields of a packet or of lanes, which hold 16 numbers each, row by row.
 
 Whole tiles go four neighbours of a row at a time, by vector instructions that numba would not make of such short runs; at the image's edge
-number by number.
+number by number.  A tile is written to four rows that lie far apart, of many images, more than processors see coming: memory that the next
+tiles are written to is asked for beforehand.
 """
 
 from collections.abc import Iterable
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
@@ -18,6 +20,8 @@ from renderer.core.ray_packet import LANES
 
 EDGE = 4
 """Edge of a tile."""
+_LINE = 64
+"""Bytes of a line of the processor's cache."""
 
 
 @inlined
@@ -149,6 +153,7 @@ def _store_whole(typing: Any, lanes: Any, field: Any, image: Any, at: Any, strid
             for i in range(count):
                 places = [EDGE * (number % count) + number // count for number in range(EDGE * i, EDGE * i + EDGE)]
                 _store(builder, _chosen(builder, fields, places), begin, EDGE * i)
+            _fetch(builder, begin, _LINE // 4 * count)
         return context.get_dummy_value()
 
     return types.void(lanes, types.intp, image, types.intp, types.intp, channels), generate
@@ -169,7 +174,9 @@ def _store_whole_bits(typing: Any, lanes: Any, field: Any, shift: Any, image: An
                 shifts = builder.insert_element(shifts, by, ir.Constant(ir.IntType(32), x))
             bits = builder.lshr(words, shifts)
             bits = bits if kind == words.type.element else builder.trunc(bits, ir.VectorType(kind, EDGE))
-            _store(builder, bits, builder.gep(target, [builder.mul(arguments[5], _index(row))]), 0)
+            begin = builder.gep(target, [builder.mul(arguments[5], _index(row))])
+            _store(builder, bits, begin, 0)
+            _fetch(builder, begin, _LINE)
         return context.get_dummy_value()
 
     return types.void(lanes, types.intp, types.intp, image, types.intp, types.intp), generate
@@ -190,6 +197,15 @@ def _load(builder: Any, begin: Any, at: int, align: int) -> Any:
 def _store(builder: Any, values: Any, begin: Any, at: int) -> None:
     """Write four numbers from ``begin[at]`` on."""
     builder.store(values, builder.bitcast(builder.gep(begin, [_index(at)]), values.type.as_pointer()), align=1)
+
+
+def _fetch(builder: Any, begin: Any, at: int) -> None:
+    """Have the processor fetch the memory at ``begin[at]``, which is to be written, if there is such."""
+    place, word = builder.bitcast(builder.gep(begin, [_index(at)]), ir.IntType(8).as_pointer()), ir.IntType(32)
+    kind = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
+    prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+    for_writing, keep, data = 1, 3, 1
+    builder.call(prefetch, [place, *(ir.Constant(word, number) for number in (for_writing, keep, data))])
 
 
 def _chosen(builder: Any, runs: list[Any], places: list[int]) -> Any:
