@@ -14,7 +14,7 @@ from renderer.irradiance_cache.atlas import build_atlas, measure_nodes, stand_in
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
 from renderer.irradiance_cache.lamp_images import find_images
-from renderer.irradiance_cache.nodes import find_neighbours
+from renderer.irradiance_cache.nodes import Neighbours, find_neighbours
 from renderer.irradiance_cache.outside import UnderSky
 from renderer.irradiance_cache.panes import Panes, before_panes, find_panes
 from renderer.irradiance_cache.probing import NOTHING, OWN_BACK, Looks, find_cuts, probe, reflect_nodes
@@ -99,11 +99,16 @@ class CacheGeometry:
         one_sided |= hidden & ~sheets[flat.face_part]
         self.panes = find_panes(flat)
         coarse_m = np.where(_near_panes(flat, charts, self.panes), _BY_PANES, 1.0) * config.coarse_spacing_m
-        self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, coarse_m, self.panes)
-        self.fine = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m, self.panes)
-        self.beside_coarse, self.beside_fine = find_neighbours(self.coarse), find_neighbours(self.fine)
-        for atlas, beside in ((self.coarse, self.beside_coarse), (self.fine, self.beside_fine)):
-            _cut_at_panes(self.panes, atlas, beside.grids)
+        laid: dict[int, tuple[Atlas, Neighbours]] = {}
+
+        def lay(_: int, level: int) -> None:
+            spacing_m = (coarse_m, config.spacing_m)[level]
+            atlas = build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing_m, self.panes)
+            laid[level] = atlas, find_neighbours(atlas)
+            _cut_at_panes(self.panes, atlas, laid[level][1].grids)
+
+        scene.workers.run(lay, range(2))
+        (self.coarse, self.beside_coarse), (self.fine, self.beside_fine) = laid[0], laid[1]
         measure_nodes(self.coarse, charts.area)
         # Fine nodes are only lit.
         self.fine = self.fine._replace(area=np.zeros(0, np.float32))

@@ -159,7 +159,8 @@ def find_neighbours(atlas: Atlas) -> Neighbours:
     pairs = np.concatenate([*(corners[:, [a, b]] for a in range(3) for b in range(3)), _pairs_along(atlas)])
     behind = atlas.back[pairs]
     pairs = np.concatenate([pairs, behind[(behind >= 0).all(axis=1)]])
-    node, near = np.divmod(np.unique(pairs[:, 0] * count + pairs[:, 1]), count)
+    keys = np.sort(pairs[:, 0] * count + pairs[:, 1])
+    node, near = np.divmod(keys[np.diff(keys, prepend=-1) > 0], count)
     start = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=count))])
     return Neighbours(atlas.grid, atlas.back, place, np.ascontiguousarray(grids), start.astype(np.int32), near.astype(np.int32))
 
