@@ -160,7 +160,7 @@ def _sampled_rooms() -> list[Row]:
         ratios[room_type] = _geometry(flat, 1, scene.camera_path[0], time.process_time)[2]
     least = min(ratios, key=lambda name: ratios[name])
     name = f"{len(ratios)} sampled rooms of {min(faces) // 1000}k to {max(faces) // 1000}k triangles, 1 thread"
-    return [at_least(f"{name}: median", float(np.median(list(ratios.values()))), "", 0.85), Row(f"  least, {least}", ratios[least], "")]
+    return [at_least(f"{name}: median", float(np.median(list(ratios.values()))), "", 0.9), Row(f"  least, {least}", ratios[least], "")]
 
 
 @njit(nogil=True)

@@ -372,6 +372,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth convert BAG --to tum --out DIR --layers color_sensed,depth_sensed": Parsed(_CONVERT),
     "evo_traj tum DIR/room_0000/groundtruth.txt": Listed("another program; test_tum.py reads with its library"),
     "evo_traj kitti DIR/poses/00.txt": Listed("another program; test_kitti.py reads with its library"),
+    ".venv/bin/python -m benchmarks --only ground_truth layers": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only convert": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python examples/web_dataset.py DIR": Listed("needs a converted bag; its reading is that of test_webdataset.py"),
     # evaluation

@@ -56,6 +56,33 @@ def test_cancelling_finishes_what_has_begun_and_drops_the_rest(workers):
     assert sorted(begun) == [0, 1, 2]
 
 
+def test_one_worker_is_the_calling_thread_before_and_after_a_context_that_asks_for_it():
+    workers, seen = Workers(1), set()
+
+    def note(worker, piece):
+        seen.add((worker, threading.get_ident()))
+
+    workers.run(note, range(3))
+    with workers.in_this_thread():
+        workers.run(note, range(3))
+    workers.run(note, range(3))
+    assert seen == {(0, threading.get_ident())}
+    workers.close()
+
+
+def test_many_workers_are_other_threads_but_within_a_context_that_asks_for_the_calling_one(workers):
+    seen = set()
+    workers.run(lambda worker, piece: seen.add(threading.get_ident()), range(9))
+    assert threading.get_ident() not in seen
+    seen.clear()
+    with workers.in_this_thread():
+        workers.run(lambda worker, piece: seen.add(threading.get_ident()), range(9))
+    assert seen == {threading.get_ident()}
+    seen.clear()
+    workers.run(lambda worker, piece: seen.add(threading.get_ident()), range(9))
+    assert threading.get_ident() not in seen
+
+
 def test_threads_are_as_asked_or_all():
     assert thread_count(7) == 7
     assert thread_count(0) >= 1

@@ -119,6 +119,15 @@ def test_incidence_on_a_wall_ahead_is_the_angle_to_the_optical_axis():
     np.testing.assert_allclose(seen["incidence"], np.arctan(away / CAMERA.focal_length_px), atol=2e-3)
 
 
+def test_incidence_is_the_arc_cosine_of_normal_and_way():
+    seen = layers(furnished_room(), VIEW, "incidence", "normals_world", "position")
+    way = np.array(VIEW.position_m) - seen["position"]
+    expected = np.arccos((way * seen["normals_world"]).sum(axis=-1) / np.linalg.norm(way, axis=-1))
+    oblique = expected > 0.2  # the cosine of less has too few digits for the angle
+    assert expected.max() > 1.3 and oblique.mean() > 0.9
+    np.testing.assert_allclose(seen["incidence"][oblique], expected[oblique], atol=2e-6)
+
+
 def test_texture_coordinates_are_the_meshs_own():
     seen = layers(furnished_room(), VIEW, "uv", "position")
     np.testing.assert_allclose(seen["uv"], seen["position"][..., :2], atol=1e-5)
