@@ -10,8 +10,9 @@ from numpy.typing import DTypeLike, NDArray
 
 _LINE, _HUGE = 64, 1 << 21
 """Bytes of a line of the processor's cache, and of a large page of memory."""
-_OURS = 3
-"""References to a block that has no images: from the list, from the loop over it, and from the call that counts them."""
+_OURS, _MOST = 3, 16
+"""References to a block that has no images, from the list, from the loop over it, and from the call that counts them; and blocks that are
+kept at most."""
 
 
 class ImageMemory:
@@ -40,10 +41,10 @@ class ImageMemory:
 
     def _block(self, size: int) -> NDArray[np.uint8]:
         """Return a block of so many bytes; where none is free, those of other sizes that are free are given back."""
-        free = [block for block in self._blocks if sys.getrefcount(block) == _OURS]
-        for block in free:
-            if block.size == size:
+        is_free = [sys.getrefcount(block) <= _OURS for block in self._blocks]
+        for block, free in zip(self._blocks, is_free, strict=True):
+            if free and block.size == size:
                 return block
-        self._blocks = [block for block in self._blocks if not any(block is other for other in free)]
-        self._blocks.append(np.empty(size, np.uint8))
+        in_use = [block for block, free in zip(self._blocks, is_free, strict=True) if not free]
+        self._blocks = [*in_use[1 - _MOST :], np.empty(size, np.uint8)]
         return self._blocks[-1]

@@ -32,7 +32,8 @@ _LANES = Layout(LANES)
 _P_X, _P_Y, _P_Z = _LANES.vector()  # the point, world
 _N_X, _N_Y, _N_Z = _LANES.vector()  # its unit normal towards the camera, world
 _C_X, _C_Y, _C_Z = _LANES.vector()  # the point, optical frame
-_ANGLE = _LANES.field()  # of incidence, rad; before that the distance along the ray
+_DISTANCE = _LANES.field()  # along the ray
+_ANGLE = _LANES.field()  # of incidence, rad
 _FLOW = _LANES.field(2)  # optical flow, right and down
 assert _LANES.size <= LANES_SIZE
 
@@ -127,7 +128,7 @@ def measure_points(
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, CENTRE, rays)
-            load_numbers(inputs.distance, column, row, _ANGLE, lanes)
+            load_numbers(inputs.distance, column, row, _DISTANCE, lanes)
             _place(rays, lanes)
             if len(images.position):
                 store_vectors(lanes, _P_X, column, row, images.position)
@@ -159,11 +160,11 @@ def measure_points(
 
 @kernel
 def _place(rays: Packet, lanes: NDArray[np.float32]) -> None:
-    """Write the points at the distances that ``_ANGLE`` holds; NaN where one is not finite."""
+    """Write the points at the distances that ``_DISTANCE`` holds; NaN where one is not finite."""
     real = rays.real
     for k in range(LANES):
         dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
-        t = lanes[_ANGLE + k] / np.sqrt(dx * dx + dy * dy + dz * dz)
+        t = lanes[_DISTANCE + k] / np.sqrt(dx * dx + dy * dy + dz * dz)
         t = t if abs(t) < np.float32(np.inf) else _NAN
         lanes[_P_X + k], lanes[_P_Y + k], lanes[_P_Z + k] = real[ORG_X + k] + t * dx, real[ORG_Y + k] + t * dy, real[ORG_Z + k] + t * dz
 

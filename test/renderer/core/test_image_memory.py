@@ -49,3 +49,11 @@ def test_what_lives_is_never_handed_out_and_other_sizes_are_given_back():
     assert len(memory._blocks) == 2  # the small one that is free is gone
     memory.empty(small)[0].fill(3)
     assert (kept == 1).all() and len(memory._blocks) == 2
+
+
+def test_few_blocks_are_kept_however_many_images_live():
+    memory = ImageMemory()
+    images = [memory.empty([((8, 8), np.uint8)])[0] for _ in range(40)]
+    for number, image in enumerate(images):
+        image.fill(number)
+    assert len(memory._blocks) == 16 and all((image == number).all() for number, image in enumerate(images))
