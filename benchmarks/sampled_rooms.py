@@ -168,7 +168,7 @@ def _digest(pose: CameraPose) -> str:
 
 STAGES = {
     "primary rays: hit record, depth, normals, ids": (("renderer.renderer", "trace_geometry"),),
-    "which nodes the view reads": (("renderer.cached_frames.cached_integrator", "want_nodes"),),
+    "which nodes the view reads": tuple(("renderer.cached_frames.cached_integrator", name) for name in ("want_nodes", "want_shown")),
     "light of new nodes": tuple(
         ("renderer.irradiance_cache.cache", name) for name in ("widen", "light_nodes", "gather_nodes", "smooth_nodes")
     ),

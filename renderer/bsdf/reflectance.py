@@ -11,7 +11,7 @@ from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
 
-_ZERO, _ONE, _BOUNDARY, _LEAST_ALBEDO = np.float32(0.0), np.float32(1.0), np.float32(0.06), np.float32(1e-4)
+_ZERO, _ONE, _LEAST_ALBEDO = np.float32(0.0), np.float32(1.0), np.float32(1e-4)
 WIDE = np.float32(0.6)
 """Roughness from which on a lobe counts as matt: it shows light from all around, and no mirror image."""
 
@@ -131,18 +131,28 @@ def coat_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> np.float32:
 
 
 @inlined
-def rough_shares(lanes: NDArray[np.float32], k: int) -> tuple[Rgb, Rgb]:
-    """Return about what a surface scatters, and what it mirrors, from its material only: enough for what is seen in a mirror.
+def rough_shares(lanes: NDArray[np.float32], reflected: NDArray[np.float32], k: int) -> tuple[Rgb, Rgb]:
+    """Return what a surface scatters, and what it mirrors, towards where it is seen from, by its material: for what is seen in a mirror.
 
-    Opaque dielectrics and coats send back some 6 % at their boundary (the hemisphere's mean for an index of 1.5, rough), and the rest by
-    their colour; metals all by it.  What is so rough that it shows no image scatters all.
+    Opaque dielectrics and coats send back at their boundary what microfacets do at that angle (``reflected``, their albedo table), and of
+    the rest, by their colour, what it lets in from everywhere; metals all by it.  What is so rough that it shows no image scatters all.
     """
-    metallic, coat = lanes[ln.METALLIC + k], lanes[ln.COAT + k]
-    boundary = _BOUNDARY * (_ONE - metallic) if lanes[ln.IOR + k] > _ONE else _ZERO
-    boundary = max(boundary, _BOUNDARY * coat)
-    inner = _ONE - boundary
-    colored = metallic if lanes[ln.ROUGHNESS + k] < WIDE else _ZERO
-    plain = boundary if lanes[ln.ROUGHNESS + k] < WIDE or coat > _ZERO else _ZERO
+    metallic, coat, roughness = lanes[ln.METALLIC + k], lanes[ln.COAT + k], lanes[ln.ROUGHNESS + k]
+    cosine, boundary, kept = abs(lanes[ln.COS_FRONT + k]), _ZERO, _ZERO
+    if lanes[ln.IOR + k] > _ONE:
+        f0, f90 = boundary_reflectance(lanes[ln.IOR + k])
+        albedo, schlick = look_up_albedo(reflected, roughness, cosine)
+        boundary = (_ONE - metallic) * schlick_albedo(f0, f90, albedo, schlick)
+        albedo, schlick = look_up_mean(reflected, roughness)
+        kept = (_ONE - metallic) * schlick_albedo(f0, f90, albedo, schlick)
+    if coat > _ZERO:
+        albedo, schlick = look_up_albedo(reflected, lanes[ln.COAT_ROUGHNESS + k], cosine)
+        boundary = max(boundary, coat * schlick_albedo(COAT_F0, _ONE, albedo, schlick))
+        albedo, schlick = look_up_mean(reflected, lanes[ln.COAT_ROUGHNESS + k])
+        kept = max(kept, coat * schlick_albedo(COAT_F0, _ONE, albedo, schlick))
+    inner = _ONE - kept
+    colored = metallic if roughness < WIDE else _ZERO
+    plain = boundary if roughness < WIDE or coat > _ZERO else _ZERO
     r, g, b = lanes[ln.BASE_R + k] * inner, lanes[ln.BASE_G + k] * inner, lanes[ln.BASE_B + k] * inner
     matt, scattered = _ONE - colored, boundary - plain
     return (

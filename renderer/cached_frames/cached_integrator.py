@@ -13,8 +13,9 @@ from renderer.cached_frames.edges import EdgeSamples, lift_lone, make_edge_sampl
 from renderer.cached_frames.lamp_shapes import build_lamps
 from renderer.cached_frames.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.cached_frames.records import CachedView, Tables, make_shade_scratch
-from renderer.cached_frames.shading import shade_hits, want_nodes
+from renderer.cached_frames.shading import shade_hits
 from renderer.cached_frames.strays import LitStrays, make_strays, none_lit, places_of, share_strays
+from renderer.cached_frames.wanted import want_nodes, want_shown
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache import IrradianceCache
@@ -43,10 +44,10 @@ class CachedIntegrator:
         self.strays = 0
         """Places of the newest view that no node knows: light was computed for them alone."""
         lamps, bend = build_lamps(scene.flat, scene.lit.surfaces.sky), bend_of_faces(scene.flat)
-        known = (store.atlas, store.rows, store.source, store.even, store.around, store.leaving, np.float32(store.config.spacing_m))
+        light = (store.rows, store.light.sun, store.source, store.even, store.around, store.leaving)
         parts, ior = scene.flat.parts, scene.flat.materials.ior
         pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
-        self._tables = Tables(*known, lamps, _LEAST_SHARE, WIDE, pane_ior, bend)
+        self._tables = Tables(store.atlas, *light, np.float32(store.config.spacing_m), lamps, _LEAST_SHARE, WIDE, pane_ior, bend)
 
     @property
     def size_bytes(self) -> int:
@@ -59,13 +60,15 @@ class CachedIntegrator:
         Raises:
             RenderCancelled: ``cancelled`` returned True.
         """
-        self.prepare(view.hits, cancelled)
         scene, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != (height, width):
             samples = make_edge_samples(height, width, len(self._store.atlas.face))
             self._images = make_picture(height, width), samples, make_strays(*samples.hits.shape[::2])
         picture, samples, _ = self._images
-        shown = CachedView(scene, self._tables, view, frame_key)
+        step, self.filling_s = self._scene.workers.count, 0.0
+        shown = CachedView(scene, self._tables, view, frame_key, self._nodes_of(view.hits))
+        self._scene.workers.run(lambda worker, first: want_shown(shown, self._memory[worker], shown.is_read, first, step), range(step))
+        self._fill(shown.is_read, cancelled)
         lit = self._shade(shown, self._none, picture, none_lit(len(self._scene.flat.part_names)), cancelled)
         for mix in (sum_across, mix_gloss):
             self._scene.in_rows(mix, scene.surfaces, view.hits, picture, view.camera.focal_px)
@@ -88,6 +91,7 @@ class CachedIntegrator:
         self._scene.workers.run(lambda worker, first: look_between(shown, self._memory[worker], missed, first, step), range(step))
         self._scene.workers.run(smooth_rows, range(step))
         self._fill(samples.is_read, cancelled)
+        np.logical_or(shown.is_read, samples.is_read, out=shown.is_read)
         smoothed = picture._replace(light=smooth)
         self.strays = len(self._shade(shown, samples, smoothed, lit, cancelled).part)
         return smoothed
@@ -112,12 +116,14 @@ class CachedIntegrator:
 
     def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes that a view reads, as far as they are not known; return how many those were."""
-        scene, step = self._scene, self._scene.workers.count
-        is_read = np.zeros(len(self._store.atlas.face), np.bool_)
-
-        scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, is_read, first, step), range(step))
         self.filling_s = 0.0
-        return self._fill(is_read, cancelled)
+        return self._fill(self._nodes_of(hits), cancelled)
+
+    def _nodes_of(self, hits: Hits) -> NDArray[np.bool_]:
+        """Return which nodes (n,) lie around some hits."""
+        step, is_read = self._scene.workers.count, np.zeros(len(self._store.atlas.face), np.bool_)
+        self._scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, is_read, first, step), range(step))
+        return is_read
 
     def _fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None) -> int:
         began = time.perf_counter()

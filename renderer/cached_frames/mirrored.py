@@ -1,4 +1,7 @@
-"""What hits mirror and what is seen through glass: one ray each, shaded by the light of the coarse nodes."""
+"""What hits mirror and what is seen through glass: one ray each, shaded by the light of the coarse nodes.
+
+What smooth mirrors and clear glass show is lit by fine ones, as what is seen itself, so that it has its shadows.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,6 +9,7 @@ from numpy.typing import NDArray
 from renderer.bsdf.reflectance import rough_shares
 from renderer.cached_frames import records as rec
 from renderer.cached_frames.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
+from renderer.cached_frames.wanted import DEEPEST
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
@@ -13,6 +17,7 @@ from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
+from renderer.irradiance_cache.nodes import LIGHT, VALID
 from renderer.irradiance_cache.outside import mirrored_sky, outside_light
 from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, metal_lobe, mirror_by_facet, ray_cosine
 from renderer.path import surface_tables as st
@@ -24,8 +29,9 @@ from renderer.path.surfaces import evaluate_surfaces
 
 _ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 _INFINITE = np.float32(np.inf)
-_DEEPEST, _MOST_BRUSHED = 8, 3
+_MOST_BRUSHED = 3
 _MOST_TIMES = np.float32(8.0)
+_INVERSE_PI, _LEAST_VALID = np.float32(1.0 / np.pi), np.float32(1e-4)
 _FACE = np.float32(0.04)
 """What a face of glass mirrors."""
 _BOTH_WAYS = np.float32(1.5)
@@ -33,13 +39,13 @@ _BOTH_WAYS = np.float32(1.5)
 
 
 @inlined
-def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: ShadeScratch) -> None:
-    """Trace the rays that are sent, on by mirrors and through glass, and add what they see by light of the coarse nodes."""
+def add_gloss(scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], spread: np.float32, memory: ShadeScratch) -> None:
+    """Trace the rays that are sent, on by mirrors and through glass, and add what they see.  ``is_read``: as of ``CachedView``."""
     scratch, primary = memory.trace, memory.primary
     _aim_mirrored(scratch, primary)
     _trace_on(scene, tables, False, memory)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
-        _see_surfaces(scene, tables, spread, False, memory)
+        _see_surfaces(scene, tables, is_read, spread, False, memory)
     limit_seen(primary)
     for k in range(LANES):
         if primary[rec.KIND, k] > _ZERO:
@@ -48,7 +54,7 @@ def add_gloss(scene: LitScene, tables: Tables, spread: np.float32, memory: Shade
                 primary[rec.SEEN + channel, k] *= primary[rec.GAIN + channel, k]
     if _aim_through(scratch, primary) > 0:
         _trace_on(scene, tables, True, memory)
-        _see_surfaces(scene, tables, spread, True, memory)
+        _see_surfaces(scene, tables, is_read, spread, True, memory)
         for k in range(LANES):
             if primary[rec.KIND, k] > _BOTH_WAYS:
                 for channel in range(3):
@@ -128,7 +134,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
         primary[rec.GLASS, k] = primary[rec.GLASS + 1, k] = primary[rec.GLASS + 2, k] = _ZERO
         lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
         waiting += alive[k] != 0
-    for depth in range(_DEEPEST):
+    for depth in range(DEEPEST):
         if waiting == 0:
             break
         intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
@@ -141,7 +147,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
                 continue
             part = surfaces.face_part[integer[ray.PRIM_ID + k]]
             table, at = surfaces.materials, part * st.ROW_SIZE
-            if table[at + st.PORTAL] > _ZERO and primary[rec.LEFT, k] == _ZERO and depth + 1 < _DEEPEST:
+            if table[at + st.PORTAL] > _ZERO and primary[rec.LEFT, k] == _ZERO and depth + 1 < DEEPEST:
                 # Out of a window.
                 share = pane_transmittance(surfaces, part, ray_cosine(rays, k))
                 for channel in range(0, 3 * LANES, LANES):
@@ -151,7 +157,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
                 waiting += 1
                 continue
             clear, mirror = is_clear(table, at), is_mirror(table, at)
-            if (clear or mirror) and depth + 1 < _DEEPEST:
+            if (clear or mirror) and depth + 1 < DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
                     if clear:
                         _add_from_glass(table, at, tables, through, k, memory)
@@ -268,8 +274,36 @@ def _look_up(
 
 
 @inlined
-def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: bool, memory: ShadeScratch) -> None:
-    """Add what the rays that are left see: textures and emission of what they hit, lit by the coarse nodes.
+def _light_on(
+    tables: Tables, is_read: NDArray[np.bool_], sharp: bool, front: bool, k: int, memory: ShadeScratch
+) -> tuple[np.float32, np.float32, np.float32, bool]:
+    """Return the illuminance over pi where ray k ends, and whether a node knows it.
+
+    If the ray is ``sharp`` that is by fine nodes, where the view reads all that lie around and one of these knows it; else by coarse ones.
+    """
+    nodes, weights, rows, rays = memory.trace.nodes, memory.trace.weights, tables.rows, memory.trace.rays
+    if sharp:
+        face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
+        count = find_nodes(tables.fine, face, u, v, front, nodes, weights)
+        r = g = b = total = _ZERO
+        for i in range(count):
+            node = nodes[i]
+            weight = weights[i] * rows[node, VALID] if is_read[node] else -_INFINITE
+            total += weight
+            r += weight * (rows[node, LIGHT] + tables.sun[node, 0])
+            g += weight * (rows[node, LIGHT + 1] + tables.sun[node, 1])
+            b += weight * (rows[node, LIGHT + 2] + tables.sun[node, 2])
+        if total > _LEAST_VALID and r + g + b > _ZERO:
+            scale = _INVERSE_PI / total
+            return scale * r, scale * g, scale * b, True
+    return _look_up(tables, tables.even, front, k, memory)
+
+
+@inlined
+def _see_surfaces(
+    scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], spread: np.float32, through: bool, memory: ShadeScratch
+) -> None:
+    """Add what the rays that are left see: textures and emission of what they hit, lit by the nodes around.
 
     Where none of these knows any, what lights the pixel's own surface does: such places are narrow gaps, as between a mirror and its frame.
     """
@@ -292,9 +326,10 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
                     primary[rec.SEEN + channel, k] = sky
             continue
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
-        matt, mirrored = rough_shares(lanes, k)
+        matt, mirrored = rough_shares(lanes, scene.surfaces.albedos.reflected, k)
         front, outside = lanes[ln.COS_FRONT + k] > _ZERO, lanes[ln.OUTSIDE + k] > _ZERO
-        lit_r, lit_g, lit_b, found = _look_up(tables, tables.even, front, k, memory)
+        sharp = (through | (primary[rec.RAY_ALPHA, k] < SHARP)) & (primary[rec.BRUSHED, k] == _ZERO) & (not outside)
+        lit_r, lit_g, lit_b, found = _light_on(tables, is_read, sharp, front, k, memory)
         around_r, around_g, around_b, _ = _look_up(tables, tables.around, front, k, memory)
         if outside and (not found or lit_r + lit_g + lit_b == _ZERO):
             # What no node outside knows is lit by all of the sky.
@@ -310,7 +345,7 @@ def _see_surfaces(scene: LitScene, tables: Tables, spread: np.float32, through: 
         passes = lanes[ln.DIFFUSE_TRANSMISSION + k]
         if passes > _ZERO:
             # A sheet sends on what falls on its other side, too.
-            back_r, back_g, back_b, _ = _look_up(tables, tables.even, not front, k, memory)
+            back_r, back_g, back_b, _ = _light_on(tables, is_read, sharp, not front, k, memory)
             lit_r, lit_g, lit_b = (
                 lit_r + passes * (back_r - lit_r),
                 lit_g + passes * (back_g - lit_g),

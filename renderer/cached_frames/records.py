@@ -73,8 +73,8 @@ PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # SE
 class Tables(NamedTuple):
     """What frames look up.
 
-    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  source: coarse nodes; even, around, leaving: as
-    of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
+    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light; sun: (n, 4), that by the sun, as of
+    ``NodeLight``.  source: coarse nodes; even, around, leaving: as of :class:`renderer.irradiance_cache.cache.IrradianceCache`.
     spacing_m: of nodes.  least_share, roughest: hits send a ray whose microfacets reflect more than this and are less rough, or
     reflect half as much as is scattered.  pane_ior: of windows' panes, 1 without any.  bend: of triangles, as of
     :func:`renderer.cached_frames.curvature.bend_of_faces`.
@@ -82,6 +82,7 @@ class Tables(NamedTuple):
 
     fine: Atlas
     rows: NDArray[np.float32]
+    sun: NDArray[np.float32]
     source: CoarseLight
     even: NDArray[np.float32]
     around: NDArray[np.float32]
@@ -95,12 +96,16 @@ class Tables(NamedTuple):
 
 
 class CachedView(NamedTuple):
-    """A view that is shaded: the scene and its cache, the hits, and the key of the frame's random numbers."""
+    """A view that is shaded: the scene and its cache, the hits, the key of the frame's random numbers, and which fine nodes it reads.
+
+    is_read: (n,) bool.
+    """
 
     scene: LitScene
     tables: Tables
     traced: TracedView
     frame_key: np.uint32
+    is_read: NDArray[np.bool_]
 
 
 class ShadeScratch(NamedTuple):

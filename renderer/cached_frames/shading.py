@@ -46,11 +46,8 @@ from renderer.core import ray_packet as ray
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.ray_packet import LANES
 from renderer.ground_truth.surface_images import restore_hits
-from renderer.irradiance_cache.atlas import mark_nodes
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.direct_light import wi_to_lights
-from renderer.path.ground_truth import Hits
-from renderer.path.light_nodes import STRIP, Atlas
 from renderer.path.light_sampling import sample_sun
 from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
@@ -69,20 +66,6 @@ _WHOLE = np.float32(np.sqrt(2.0))
 _LEAST_ALPHA = np.float32(1e-4)
 _LEAST_COAT = np.float32(0.033)
 """Roughness of coats, at least, whose rays neighbours share."""
-
-
-@entry
-def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int, step: int) -> None:
-    """Mark the nodes around the hits of rows ``first``, ``first + step``, ..., on both sides where there are two."""
-    height, width = hits.face.shape
-    for y in range(first, height, step):
-        last_face = last_cell = -1
-        for x in range(width):
-            # Neighbours often read the same nodes.
-            face = hits.face[y, x]
-            if face < 0 or (face == last_face and atlas.cells[face, 3] < STRIP):
-                continue
-            last_face, last_cell = face, mark_nodes(atlas, face, hits.u[y, x], hits.v[y, x], last_cell, is_read)
 
 
 @entry
@@ -150,7 +133,7 @@ def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begi
     if any_sheet(lanes):
         _add_from_behind(scene, tables, frame_key, memory)
     if traced > 0:
-        add_gloss(scene, tables, spread, memory)
+        add_gloss(scene, tables, shown.is_read, spread, memory)
     return True
 
 

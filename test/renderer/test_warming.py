@@ -7,10 +7,11 @@ from renderer import warming
 from renderer.cached_frames.corners import look_between
 from renderer.cached_frames.edges import lift_lone, smooth_edges
 from renderer.cached_frames.reconstruction import mix_gloss, sum_across
-from renderer.cached_frames.shading import shade_hits, want_nodes
+from renderer.cached_frames.shading import shade_hits
+from renderer.cached_frames.wanted import want_nodes, want_shown
 from renderer.warming import warm_up, warm_up_frames
 
-KERNELS = (want_nodes, shade_hits, sum_across, mix_gloss, look_between, smooth_edges, lift_lone)
+KERNELS = (want_nodes, want_shown, shade_hits, sum_across, mix_gloss, look_between, smooth_edges, lift_lone)
 
 
 def test_a_picture_of_nothing_needs_the_kernels_of_a_room_with_nodes():

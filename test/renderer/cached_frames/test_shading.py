@@ -51,6 +51,25 @@ def test_a_mirror_shows_a_wall_as_bright_as_it_is():
     np.testing.assert_allclose(seen(mirror, room), 10 / 0.97, rtol=0.03)
 
 
+@pytest.mark.parametrize(("color", "roughness"), [((0.8, 0.8, 0.8), 1.0), ((0.4, 0.1, 0.04), 0.9), ((0.4, 0.1, 0.04), 0.7)])
+def test_a_mirror_shows_a_wall_with_its_shadows_as_it_is_seen_itself(color, roughness):
+    """The camera sees the same piece of wall ahead, in a mirror, and behind itself, three times as near."""
+    wall = quad((-2, -2, -2), (0, 0, 4), (4, 0, 0), color=color, roughness=roughness, ior=1.5 if roughness < 1.0 else 1.0)
+    shelf = box((-0.15, -2, 0.05), (0.15, -1.9, 0.07), color=(0.5, 0.5, 0.5), roughness=1.0)
+    lamp = quad((-0.1, -1.4, 1.5), (0, 0.2, 0), (0.2, 0, 0), emission=(500, 500, 500), color=(0, 0, 0))
+    room = box((-4, -4, -4), (4, 4, 4), inside=True, color=(0.5, 0.5, 0.5), roughness=1.0, object_id=0)
+    mirror = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9, 0.9, 0.9), metallic=1.0, roughness=0.0)
+    flat, near = (
+        scene(wall, shelf, lamp, room, mirror, sky=DARK),
+        CameraConfig(width=32, height=24, horizontal_fov_rad=2 * np.arctan(3 * np.tan(0.05))),
+    )
+    shown = look_up(flat, AHEAD, camera=NARROW).radiance
+    itself = 0.9 * look_up(flat, pose((0, 0, 0), (0, -1, 0)), camera=near).radiance[:, ::-1]
+    assert itself[..., 0].min() < 0.4 * itself[..., 0].max()
+    np.testing.assert_allclose(shown.mean(axis=(0, 1)), itself.mean(axis=(0, 1)), rtol=0.04)
+    assert (abs(shown - itself).max(axis=2) < 0.1 * itself.max(axis=2)).mean() > 0.93
+
+
 @pytest.mark.parametrize("roughness", [0.0, 0.1, 0.3])
 def test_metal_shows_the_light_on_itself_where_all_that_it_mirrors_lies_beside_black_nodes(roughness):
     """Nodes within gaps are black, and the rays that end between them and the gap's end tell nothing."""
@@ -59,7 +78,8 @@ def test_metal_shows_the_light_on_itself_where_all_that_it_mirrors_lies_beside_b
     lamp = quad((-2, -1, 1.5), (0, 4, 0), (4, 0, 0), emission=(100, 100, 100), color=(0, 0, 0))
     with Renderer(scene(metal, room, lamp, sky=DARK), NARROW, CACHED, 5) as renderer:
         lit = renderer.render(AHEAD, 0, ("radiance",)).radiance[..., 1].mean()
-        for table in renderer.cached()._tables[3:6]:
+        tables = renderer.cached()._tables
+        for table in (tables.rows, tables.sun, tables.even, tables.around, tables.leaving):
             table[:] = 0.0
         assert 0.3 * lit < renderer.render(AHEAD, 0, ("radiance",)).radiance[..., 1].mean() < 3.0 * lit
 
