@@ -50,7 +50,7 @@ def want_shown(shown: CachedView, memory: ShadeScratch, is_read: NDArray[np.bool
                 y, x = row + (k >> 2), column + (k & 3)
                 face = view.hits.face[y, x] if y < height and x < width else np.int32(-1)
                 if face >= 0 and face != last_face:
-                    last_face, last_shows = face, sends_on(surfaces, face)
+                    last_face, last_shows = face, sends_on(surfaces, int(face))
                 if face >= 0 and last_shows:
                     packet.alive[k] = -1
                     waiting += 1
