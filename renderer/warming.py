@@ -25,7 +25,7 @@ from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.gathering import CoarseLight
 from renderer.irradiance_cache.lamp_images import NO_IMAGES
-from renderer.irradiance_cache.nodes import ROW
+from renderer.irradiance_cache.nodes import ROW, make_node_light
 from renderer.irradiance_cache.panes import NO_PANES
 from renderer.lidar.config import NO_SCAN, ScanConfig
 from renderer.lidar.lidar import Lidar
@@ -118,6 +118,7 @@ class _NoNodes(IrradianceCache):
         self.atlas, self.config, self._key = NOTHING_KNOWN.atlas, CacheConfig(), make_frame_key(0, 0, ())
         none = np.zeros((0, 3), np.float32)
         self.rows, self.even, self.around, self.leaving = np.zeros((0, ROW), np.float32), none, none, none
+        self.light = make_node_light(0)
         bright = choose_bright(none, none, self.atlas, 1.0, 1, 0.0, np.zeros(0, np.int32), NO_PANES)
         self.source = CoarseLight(
             self.atlas, none, none[:, 0].copy(), np.zeros(0, np.bool_), bright, bright, NO_IMAGES, np.zeros((0, 6), np.float32)
