@@ -14,7 +14,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
 from renderer.irradiance_cache.panes import NO_PANES, Panes, before_panes
 from renderer.irradiance_cache.places import INSET, find_lattices, find_strips
-from renderer.path.light_nodes import CORNERS, GRID, NONE, STRIP, Atlas, find_cell, find_nodes
+from renderer.path.light_nodes import CORNERS, GRID, STRIP, Atlas, find_cell
 from scene_description.products import matmul
 
 _INSET_M = 2e-3
@@ -48,9 +48,7 @@ def build_atlas(
     face = np.concatenate([chart_face, corner_face]).astype(np.int32)
     weight = np.concatenate([chart_weight, corner_weight]).astype(np.float32)
     normal = np.concatenate([chart_normal, corner_normal]).astype(np.float32)
-    corners = mesh.vertices.astype(np.float64)[mesh.faces[face]]
-    shares = np.column_stack([1.0 - weight.sum(axis=1, dtype=np.float64), weight])
-    position = matmul(shares[:, None], corners)[:, 0].astype(np.float32)
+    position = place_nodes(mesh, face, weight)
     two_sided = np.flatnonzero(~one_sided[face])
     back = np.full(len(face) + len(two_sided), -1, np.int32)
     back[two_sided] = len(face) + np.arange(len(two_sided))
@@ -68,37 +66,10 @@ def build_atlas(
     )
 
 
-@entry
-def spread_area(
-    atlas: Atlas, face_area: NDArray[np.float64], nodes: NDArray[np.int32], weights: NDArray[np.float32], area: NDArray[np.float64]
-) -> None:
-    """Add the area of triangles, (m,), m2, to the nodes, (n,), that their points read, by weight: at 4 points for each of their cells.
-
-    ``nodes``, ``weights``: (4,), memory.
-    """
-    affine = atlas.affine
-    for face in range(len(face_area)):
-        if atlas.cells[face, 3] == NONE:
-            continue
-        widest = max(abs(affine[face, 1]), abs(affine[face, 2]), abs(affine[face, 4]), abs(affine[face, 5]))
-        steps = 2 * int(widest) + 2 if atlas.cells[face, 3] >= STRIP else 1
-        share = face_area[face] / (steps * steps)
-        for i in range(steps):
-            for j in range(steps):
-                u, v = (i + 0.5) / steps, (j + 0.5) / steps
-                u, v = (u, v) if u + v < 1.0 else (1.0 - u, 1.0 - v)
-                if steps == 1:
-                    u = v = 1.0 / 3.0
-                for k in range(find_nodes(atlas, face, np.float32(u), np.float32(v), True, nodes, weights)):
-                    area[nodes[k]] += share * weights[k]
-
-
-def measure_nodes(atlas: Atlas, face_area: NDArray[np.float64]) -> None:
-    """Fill ``area`` with each node's share of the surface, by the areas of triangles (m,), m2; both sides of one have the same."""
-    area, fronts = np.zeros(len(atlas.face)), np.flatnonzero(atlas.back >= 0)
-    spread_area(atlas, face_area, np.zeros(4, np.int32), np.zeros(4, np.float32), area)
-    area[atlas.back[fronts]] = area[fronts]
-    atlas.area[:] = area
+def place_nodes(mesh: Mesh, face: NDArray[np.int32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the points (n, 3), metres, of triangles (n,) that have such barycentric weights of their second and third corners, (n, 2)."""
+    shares = np.column_stack([1.0 - weight.sum(axis=1, dtype=np.float64), weight])
+    return np.asarray(matmul(shares[:, None], mesh.vertices.astype(np.float64)[mesh.faces[face]])[:, 0].astype(np.float32))
 
 
 def _cross_panes(mesh: Mesh, charts: Charts, panes: Panes) -> NDArray[np.bool_]:

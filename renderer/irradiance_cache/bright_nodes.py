@@ -87,9 +87,9 @@ def light_from_bright(
         lux[node, 0], lux[node, 1], lux[node, 2] = lux[node, 0] + r, lux[node, 1] + g, lux[node, 2] + b
 
 
-def links_to_bright(atlas: Atlas, bright: Bright, links: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return which links (n, s) end at bright nodes whose light :func:`light_from_bright` finds."""
-    found = (links >= 0) & bright.chosen[links]
+def links_to_bright(atlas: Atlas, bright: Bright, links: NDArray[np.int32], straight: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which links (n, s) end at bright nodes whose light :func:`light_from_bright` finds: those that are ``straight``."""
+    found = straight & (links >= 0) & bright.chosen[links]
     node, i = np.nonzero(found)
     between = atlas.position[links[node, i]] - atlas.position[node]
     found[node, i] = (between * between).sum(axis=1) > bright.near_m * bright.near_m

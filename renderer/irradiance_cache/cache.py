@@ -202,7 +202,7 @@ class IrradianceCache:
         geometry, luminance = self.geometry, settled.luminance.copy()
         sheets = settled.sheets._replace(light=settled.sheets.light.copy())
         if any(len(nodes.point) for nodes in settled.bright):
-            sampled = [links_to_bright(self.coarse, nodes, geometry.links) for nodes in settled.bright]
+            sampled = [links_to_bright(self.coarse, nodes, geometry.links, geometry.straight) for nodes in settled.bright]
             links = np.where(sampled[0] | sampled[1], np.int32(DARK), geometry.links)
             solve_links(links, settled.given, settled.by_mirrors, geometry.looks.albedo, settled.shining, sheets, _MOST_SWEEPS, luminance)
         return luminance, sheets.light

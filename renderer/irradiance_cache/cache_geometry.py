@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from renderer.core.sampling import even_points
 from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.irradiance_cache.atlas import build_atlas, measure_nodes, stand_in
+from renderer.irradiance_cache.atlas import build_atlas, stand_in
 from renderer.irradiance_cache.charts import DEGENERATE, Charts, find_charts, seen_from_behind
+from renderer.irradiance_cache.footprints import changes_within, measure_nodes
 from renderer.irradiance_cache.hemisphere import BEHIND, DARK, UNKNOWN, GatherScratch, Rays, find_mirrors
 from renderer.irradiance_cache.lamp_images import find_images
 from renderer.irradiance_cache.nodes import Neighbours, find_neighbours
@@ -66,7 +67,8 @@ class CacheGeometry:
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
         beside_coarse, beside_fine: which of these lie beside each other.
-        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN.
+        links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK, ESCAPED, BEHIND or UNKNOWN; straight: (n, s) bool, whether
+            they do by no mirror or pane that mirrors.
         images: lamps as flat mirrors and panes show them; sightings: rays that see other lights by mirrors.
         sky: what coarse nodes that are seen outside by panes see of the sky; others see nothing of it.
         worth: (n,) float32, 0 for coarse nodes that :attr:`known` rules out, little where nearly all is close by.
@@ -98,7 +100,8 @@ class CacheGeometry:
         one_sided = ((flat.parts.object_id == 0) | (_is_hollow(scene, charts) & ~sheets))[flat.face_part]
         one_sided |= hidden & ~sheets[flat.face_part]
         self.panes = find_panes(flat)
-        coarse_m = np.where(_near_panes(flat, charts, self.panes), _BY_PANES, 1.0) * config.coarse_spacing_m
+        near = _near_panes(flat, charts, self.panes)
+        coarse_m = np.where(near, _BY_PANES, 1.0) * config.coarse_spacing_m
         laid: dict[int, tuple[Atlas, Neighbours]] = {}
 
         def lay(_: int, level: int) -> None:
@@ -109,7 +112,7 @@ class CacheGeometry:
 
         scene.workers.run(lay, range(2))
         (self.coarse, self.beside_coarse), (self.fine, self.beside_fine) = laid[0], laid[1]
-        measure_nodes(self.coarse, charts.area)
+        measure_nodes(self.coarse, flat.mesh, charts.area, changes_within(self.coarse, near), key)
         # Fine nodes are only lit.
         self.fine = self.fine._replace(area=np.zeros(0, np.float32))
         count, rays = len(self.coarse.face), config.coarse_rays
@@ -117,9 +120,11 @@ class CacheGeometry:
         self.behind = self.coarse.back.copy()
         front = np.flatnonzero(self.behind >= 0)
         self.behind[self.behind[front]] = front
-        self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
+        self.links, self.straight = np.zeros((count, rays), np.int32), np.zeros((count, rays), np.bool_)
+        self.far = np.zeros(count, np.float32)
         self.sky = UnderSky(np.zeros(count, np.float32), np.zeros((count, 3), np.float32))
-        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), np.zeros((count, rays), np.bool_), self.far, self.sky)
+        at, outdoors = np.zeros((count, 3, rays), np.float32), np.zeros((count, rays), np.bool_)
+        self._links = Links(self.links, at, outdoors, self.straight, self.far, self.sky)
         self._sightings: dict[int, Sightings] = {}
         mirrors, panes = find_mirrors(scene.surfaces, self.coarse)
         self.images = find_images(flat, self._shines, mirrors | panes, self.coarse.cells[:, 0])
@@ -191,7 +196,7 @@ class CacheGeometry:
     @property
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
-        tables = (*self.coarse, *self.fine, *self.beside_coarse[2:], *self.beside_fine[2:], self.links, *self.sightings)
+        tables = (*self.coarse, *self.fine, *self.beside_coarse[2:], *self.beside_fine[2:], self.links, self.straight, *self.sightings)
         known = (self.behind, self.far, self.worth, self.other, self.known, self.lit, self.shining_area, *self.sky, self.pane)
         return sum(array.nbytes for array in (*tables, *self.looks, *known))
 

@@ -13,7 +13,7 @@ from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.bright_nodes import Bright, light_of_bright
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
-    INDOORS,
+    NO_MIRROR,
     OUTDOORS,
     UNKNOWN,
     GatherScratch,
@@ -185,9 +185,8 @@ def _light_of_ray(surfaces: Surfaces, source: CoarseLight, k: int, memory: Gathe
         link = UNKNOWN
     if link >= 0:
         way, far = memory.trace.sampled[k], memory.trace.rays.real[ray.TFAR + k] > source.bright.near_m
-        sampled = far & (way == INDOORS) & source.bright.chosen[link]
-        sampled |= far & (way == OUTDOORS) & (memory.mirror[k] == -1) & source.outside.chosen[link]
-        if not sampled:
+        bright = source.outside if way == OUTDOORS else source.bright
+        if not (far and memory.mirror[k] == NO_MIRROR and bright.chosen[link]):
             red, green, blue = red + source.luminance[link, 0], green + source.luminance[link, 1], blue + source.luminance[link, 2]
     return red, green, blue, link
 

@@ -36,7 +36,8 @@ What arrives by the last two is not known, and the other rays of a node stand fo
 
 INDOORS, MIRRORED, OUTDOORS = range(3)
 """``Scratch.sampled`` of rays: straight ones, those that have met a mirror, and those that have left by a pane."""
-_OTHER = -2
+NO_MIRROR, _OTHER = -1, -2
+"""``mirror`` of rays that nothing has mirrored, and of those that more than one flat mirror has, or a pane by chance, or one's back."""
 
 # A row of sights: how a ray sees a lamp or the sky by way of a mirror.
 _SIGHT = Layout()
@@ -136,12 +137,12 @@ def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch
     """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK, ESCAPED or BEHIND.
 
     ``sighted``: the part whose light only such rays find, or -1: lamps and the sky by way of a mirror; ``mirror``: where the
-    nodes of the only mirror on its way begin in ``grid``, negative if there is none, or more than one, or its back.
+    nodes of the only mirror on its way begin in ``grid``, NO_MIRROR if there is none, another negative number if all that is not known.
     """
     scratch, rays = memory.trace, memory.trace.rays
     real, integer, alive = rays.real, rays.integer, rays.alive
     for k in range(LANES):
-        memory.links[k], scratch.sampled[k], memory.sighted[k], memory.mirror[k] = DARK, INDOORS, -1, -1
+        memory.links[k], scratch.sampled[k], memory.sighted[k], memory.mirror[k] = DARK, INDOORS, -1, NO_MIRROR
     going = LANES
     for depth in range(_DEEPEST):
         if going == 0:
@@ -188,8 +189,9 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
         if table[row + st.PORTAL] > _ZERO:
             mirrored = fresnel_thin_dielectric(cosine, table[row + st.IOR])
             if certain or u < mirrored:
-                if certain:
-                    memory.mirror[k], ways[k] = (atlas.cells[face, 0] if ways[k] == INDOORS else _OTHER), MIRRORED
+                # Lamps that panes show by chance are sampled as their images are.
+                memory.mirror[k] = atlas.cells[face, 0] if certain and memory.mirror[k] == NO_MIRROR else _OTHER
+                ways[k] = MIRRORED if certain else ways[k]
                 go_on(rays, k, True)
                 return 1
             return _leave(bool(u < mirrored + pane_transmittance(surfaces, part, cosine)), k, memory)
@@ -209,7 +211,7 @@ def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: Gather
             return 0
         go_on(rays, k, mirror)
         if mirror:
-            memory.mirror[k] = atlas.cells[face, 0] if front and ways[k] == INDOORS else _OTHER
+            memory.mirror[k] = atlas.cells[face, 0] if front and memory.mirror[k] == NO_MIRROR else _OTHER
             ways[k] = MIRRORED
         return 1
     # All else: a node near the hit, which is chosen later.

@@ -94,15 +94,18 @@ def share_flux(
 ) -> NDArray[np.float32]:
     """Return illuminance (n, c), lux, by the flux (n, c) that photons have left at nodes; ``hits``: (n,), how many they were.
 
-    What nodes have for which an ``other`` (n,) stands in is that one's.  Nodes in a cube of space of that width that face the same of six
-    ways share what they have where photons are few, as on small things.
+    What nodes have for which an ``other`` (n,) stands in is that one's, and so is as much of their area as photons meet as densely as
+    there: the rest is hidden.  Nodes in a cube of space of that width that face the same of six ways share what they have where photons
+    are few, as on small things.
     """
     nodes = np.arange(len(other))
     cube, major = np.floor(atlas.position / width_m).astype(np.int64), np.abs(atlas.normal).argmax(axis=1)
     facing = 2 * major + (np.take_along_axis(atlas.normal, major[:, None], axis=1)[:, 0] < 0.0)
     x, y, z = (cube - cube.min(axis=0, initial=0)).T
     _, group = np.unique(((x * (y.max(initial=0) + 1) + y) * (z.max(initial=0) + 1) + z) * 6 + facing, return_inverse=True)
-    own = atlas.area * (other == nodes)
+    per_m2 = np.maximum(hits / np.maximum(atlas.area, _LEAST_M2), 1e-12)
+    met = np.where(other == nodes, atlas.area, np.minimum(atlas.area, hits / per_m2[other]))
+    own = np.bincount(other, met, len(nodes)) * (other == nodes)
     shares = (np.bincount(group[other], hits, len(nodes)) < _ENOUGH * np.bincount(group, own > 0.0, len(nodes)))[group]
     group = np.where(shares, group, len(nodes) + nodes)
     least = np.repeat([_LEAST_SHARE * width_m * width_m, _LEAST_M2], len(nodes))

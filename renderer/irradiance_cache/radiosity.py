@@ -11,6 +11,7 @@ from renderer.core.ray_packet import LANES
 from renderer.irradiance_cache.hemisphere import (
     BEHIND,
     ESCAPED,
+    NO_MIRROR,
     OUTDOORS,
     SIGHT,
     GatherScratch,
@@ -35,13 +36,15 @@ _SETTLED = 1e-6
 class Links(NamedTuple):
     """Where the s rays of n nodes end.
 
-    ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; outdoors: (n, s) bool, those that have left by a
-    pane; far: (n,) float32, the share of rays that end far away; escaped: those that meet nothing.
+    ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; outdoors, straight: (n, s) bool, those that have
+    left by a pane, and those that nothing has mirrored; far: (n,) float32, the share of rays that end far away; escaped: those that meet
+    nothing.
     """
 
     ends: NDArray[np.int32]
     at: NDArray[np.float32]
     outdoors: NDArray[np.bool_]
+    straight: NDArray[np.bool_]
     far: NDArray[np.float32]
     escaped: UnderSky
 
@@ -100,6 +103,7 @@ def link_nodes(
                     for axis in range(3):
                         links.escaped.way[node, axis] += traced.real[ray.DIR_X + LANES * axis + k] / np.float32(count)
                 links.outdoors[node, begin + k] = memory.trace.sampled[k] == OUTDOORS
+                links.straight[node, begin + k] = memory.mirror[k] == NO_MIRROR
                 for axis in range(3):
                     links.at[node, axis, begin + k] = memory.at[LANES * axis + k]
                 if memory.sighted[k] >= 0 and not is_image(images, k, memory):

@@ -7,6 +7,7 @@ from box_room import Piece, box, hollow_sphere, quad, scene
 from renderer.core.kernel import from_python
 from renderer.irradiance_cache import atlas as at
 from renderer.irradiance_cache.charts import DEGENERATE, find_charts
+from renderer.irradiance_cache.footprints import measure_nodes
 from renderer.path import light_nodes as nd
 
 find_nodes, has_back = from_python(nd.find_nodes), from_python(nd.has_back)
@@ -24,7 +25,7 @@ def built(*pieces, spacing=0.1, one_sided=None):
 
 def measured(flat, charts, one_sided, spacing):
     atlas = at.build_atlas(flat.mesh, flat.face_part, charts, one_sided, spacing)
-    at.measure_nodes(atlas, charts.area)
+    measure_nodes(atlas, flat.mesh, charts.area, np.zeros(len(charts.area), np.bool_), np.uint32(0))
     return atlas
 
 

@@ -6,10 +6,14 @@ from box_room import box, pierced, pose, quad, scene
 from cached_rooms import COARSE, look_up, nodes_of, solved
 from sunny_window import MATT, PANE, SUNNY
 
+from renderer.bsdf import microfacet
+from renderer.core.kernel import from_python
 from renderer.irradiance_cache.bright_nodes import BRIGHT_RAYS, choose_bright
 from renderer.irradiance_cache.cache_geometry import CacheConfig
 from renderer.irradiance_cache.panes import NO_PANES
 from renderer.path.light_nodes import Atlas
+
+fresnel_thin_dielectric = from_python(microfacet.fresnel_thin_dielectric)
 
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5), object_id=0)
 
@@ -84,3 +88,47 @@ def test_what_the_sun_lights_outside_is_sampled_by_the_window(size):
     known = look_up(flat, view, cache_spacing_m=0.1).radiance
     traced = look_up(flat, view, integrator="path", samples_per_pixel=2048).radiance
     assert known.mean() == pytest.approx(traced.mean(), rel=0.03)
+
+
+MIRROR = {"metallic": 1.0, "roughness": 0.02, "color": (0.8, 0.8, 0.8)}
+GLASS = {"portal": True, "transmission": 0.8, "ior": 1.5}
+
+
+def mirrored_patch(shows):
+    """A black room with a grey floor, behind a patch that glows toward a mirror or a pane, and the lux that its image sends to places."""
+    patch = quad((0.0, -0.3, 0.8), (0, 0.6, 0), (0, 0, 0.6), glow_cd_m2=50000.0, color=(1.0, 1.0, 1.0), object_id=2)
+    behind = quad((-0.02, -0.4, 0.7), (0, 0.8, 0), (0, 0, 0.8), color=(0.0, 0.0, 0.0), object_id=5, **MATT)
+    shown = quad((1.0, -1.5, 0.1), (0, 0, 2.2), (0, 3.0, 0), object_id=3, **shows)
+    black = box((-2, -2, -0.5), (2, 2, 2.5), inside=True, object_id=0, color=(0.0, 0.0, 0.0), **MATT)
+    floor = quad((-1.0, -0.5, 0), (0.9, 0, 0), (0, 1, 0), color=(0.5, 0.5, 0.5), object_id=4, **MATT)
+    middles = 0.6 * (np.arange(12) + 0.5) / 12
+    image = np.stack([np.full((12, 12), 2.0), *np.meshgrid(middles - 0.3, middles + 0.8)], axis=-1).reshape(-1, 3)
+
+    def lux(place, mirrors):
+        away = image - place
+        squared = (away * away).sum(axis=1)
+        across = away[:, 0] / np.sqrt(squared)
+        share = np.array([mirrors(np.float32(cosine)) for cosine in across])
+        return 50000.0 * (0.6 / 12) ** 2 * (share * across * away[:, 2] / squared**1.5).sum()
+
+    return scene(floor, black, patch, behind, shown), lux
+
+
+def test_bright_nodes_that_a_pane_shows_light_by_it():
+    flat, lux = mirrored_patch(GLASS)
+    with solved(flat, CacheConfig(spacing_m=0.1, coarse_spacing_m=0.3, coarse_rays=1024, gather_rays=4096)) as cache:
+        assert cache.source.bright.chosen.any()
+        cache.fill(np.ones(len(cache.atlas.face), np.bool_))
+    nodes = nodes_of(cache, 0, flat)
+    expected = [lux(place, lambda cosine: fresnel_thin_dielectric(cosine, 1.5)) for place in cache.atlas.position[nodes]]
+    # Some 190 rays of all that are sent find the patch.
+    assert cache.light.indirect[nodes, 1].mean() == pytest.approx(np.mean(expected), rel=0.15)
+
+
+def test_bright_nodes_that_a_mirror_shows_light_coarse_nodes_by_it():
+    flat, lux = mirrored_patch(MIRROR)
+    with solved(flat, CacheConfig(spacing_m=0.2, coarse_spacing_m=0.1, coarse_rays=512)) as cache:
+        assert cache.source.bright.chosen.any()
+    nodes = np.flatnonzero((flat.face_part[cache.coarse.face] == 0) & (cache.coarse.normal[:, 2] > 0.5))
+    expected = [0.5 * lux(place, lambda _: 0.8) for place in cache.coarse.position[nodes]]
+    assert np.pi * cache.luminance[nodes, 1].mean() == pytest.approx(np.mean(expected), rel=0.06)

@@ -98,10 +98,23 @@ def test_flux_is_shared_by_neighbours_that_face_alike():
     # Every third has one that stands in for it, its neighbour.
     lumen, other = np.zeros((len(nodes), 3), np.float32), nodes.astype(np.int32)
     lumen[floor], other[floor[:-1:3]] = [1.0, 2.0, 0.0], floor[1::3][: len(floor[:-1:3])]
-    lux = share_flux(coarse, other, lumen, np.ones(len(nodes), np.float32), COARSE.coarse_spacing_m)
+    lux = share_flux(coarse, other, lumen, 50.0 * coarse.area, COARSE.coarse_spacing_m)
     assert (lux[~facing] == 0.0).all() and (lux[facing, 0] > 0.0).any()
-    own = other == nodes
-    np.testing.assert_allclose((lux * (coarse.area * own)[:, None]).sum(axis=0), lumen.sum(axis=0), rtol=1e-5)
+    np.testing.assert_allclose((lux[other] * coarse.area[:, None]).sum(axis=0), lumen.sum(axis=0), rtol=1e-5)
+
+
+def test_flux_falls_on_as_much_of_what_a_node_stands_for_as_photons_meet():
+    with solved(room_of(), is_solved=False) as cache:
+        coarse = cache.coarse
+    nodes = np.arange(len(coarse.face), dtype=np.int32)
+    small, large, hidden = np.argsort(coarse.area)[[0, -1, -2]]
+    area, other = coarse.area.copy(), nodes.copy()
+    area[small], other[large], other[hidden] = 1e-3 * area[large], small, small
+    # 100 lux on what is seen: nearly all of it on the large one's surface, nothing on the hidden one's.
+    hits = np.where(nodes == hidden, np.float32(0.0), 1e6 * area).astype(np.float32)
+    lumen = np.repeat((1e-4 * hits)[:, None], 3, axis=1).astype(np.float32)
+    lux = share_flux(coarse._replace(area=area), other, lumen, hits, COARSE.coarse_spacing_m)
+    np.testing.assert_allclose(lux[other[nodes != hidden]], 100.0, rtol=1e-4)
 
 
 def test_nodes_that_many_photons_meet_keep_what_they_have():
