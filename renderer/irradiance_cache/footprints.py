@@ -1,8 +1,8 @@
 """Footprints of nodes: how much of the surface each stands for, and from which place in it a node sees where light changes within it.
 
 A node stands for the points that read it, by their weights.  On slats, glazing bars and their flanks light changes several times over from
-rim to rim: a node amid them, or two near the rims, would be wrong in the mean, and on all slats of a blind alike.  There a place is drawn by
-weight, so that what falls on it is in expectation what falls on the footprint (a Monte Carlo estimate of one sample).
+rim to rim: a node amid them, or two near the rims, would be wrong in the mean, and on all slats of a blind alike.  There a place is drawn
+by weight: what falls on it is in expectation what falls on the footprint (a Monte Carlo estimate of one sample).
 """
 
 import numpy as np
