@@ -64,7 +64,7 @@ def spread_area(
 ) -> None:
     """Add the area of triangles, (m,), m2, to the nodes, (n,), that their points read, by weight: at 4 points for each of their cells.
 
-    Where ``is_drawn`` (m,) at 16, of which each node keeps one by its share of the area (a weighted reservoir): the triangle in ``drawn``
+    Where ``is_drawn`` (m,) at some 36, anywhere, of which each node keeps one by its share of the area (a weighted reservoir): the triangle in ``drawn``
     (n,), barycentric weights in ``at`` (n, 2).  ``nodes``, ``weights``: (4,), memory.
     """
     affine = atlas.affine
@@ -73,7 +73,9 @@ def spread_area(
             continue
         widest = max(abs(affine[face, 1]), abs(affine[face, 2]), abs(affine[face, 4]), abs(affine[face, 5]))
         steps = 2 * int(widest) + 2 if atlas.cells[face, 3] >= STRIP else 1
-        steps = 2 * steps if is_drawn[face] else steps
+        if is_drawn[face]:
+            cells = 0.5 * abs(affine[face, 1] * affine[face, 5] - affine[face, 2] * affine[face, 4])
+            steps = max(int(np.ceil(6.0 * np.sqrt(cells))), 4) if atlas.cells[face, 3] >= STRIP else 2
         share = face_area[face] / (steps * steps)
         seed = mix_bits(np.uint32(mix_bits(np.uint32(face)) ^ key))
         for i in range(steps):
