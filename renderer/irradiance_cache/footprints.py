@@ -64,8 +64,8 @@ def spread_area(
 ) -> None:
     """Add the area of triangles, (m,), m2, to the nodes, (n,), that their points read, by weight: at 4 points for each of their cells.
 
-    Where ``is_drawn`` (m,) at some 36, anywhere, of which each node keeps one by its share of the area (a weighted reservoir): the triangle in ``drawn``
-    (n,), barycentric weights in ``at`` (n, 2).  ``nodes``, ``weights``: (4,), memory.
+    Where ``is_drawn`` (m,) at some 36, anywhere, of which each node keeps one by its share of the area (a weighted reservoir): the triangle
+    in ``drawn`` (n,), barycentric weights in ``at`` (n, 2).  ``nodes``, ``weights``: (4,), memory.
     """
     affine = atlas.affine
     for face in range(len(face_area)):
