@@ -34,9 +34,13 @@ BEAMS, MOST_PATCHES, SMALL_M = 2048, 24, 0.15
 _START_M = 2e-3
 """How far off its portal a beam begins."""
 _DARKEST = 0.05
+_LEAST_COS = 0.2
+"""Of the sun's incidence, where penumbrae are drawn out."""
 _SHARE = np.float32(0.25)
 """Of a diffuse hit's rays, sampled from the patches' cones."""
-_ZERO, _ONE, _TINY, _TURN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(2.0 * np.pi)
+_ROUNDING_RAD = np.float32(1e-6)
+"""By how much a sampled direction may leave its cone: what is sampled there must have the cone's pdf, or it counts thousandfold."""
+_ZERO, _ONE, _TWO, _TINY, _TURN = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-30), np.float32(2.0 * np.pi)
 _CLEAR = np.float32(1.05)
 """A hit samples the patches from whose sphere it is at least this times the radius away."""
 
@@ -89,8 +93,10 @@ def find_sun_patches(flat: FlatScene, infinite: InfiniteLight, tree: SceneHandle
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     normals *= np.where(matmul(normals, sun) < 0.0, -1.0, 1.0)[:, None]
     power = _DARKEST + matmul(flat.materials.base_color[flat.parts.material[part[met]]], LUMINANCE)
-    spacing = np.sqrt(beams.section_m2 / BEAMS)
-    return np.array([_described(points[i], normals[i], power[i], spacing) for i in _gathered(points, normals)], np.float32)
+    # Between beams, and in the penumbra, which is as wide as the sun's disk is from there.
+    penumbra = distances[met] * math.sqrt(2.0 * float(infinite.sun[3])) / np.maximum(matmul(normals, sun), _LEAST_COS)
+    around = np.sqrt(beams.section_m2 / BEAMS) + penumbra
+    return np.array([_described(points[i], normals[i], power[i], around[i].max()) for i in _gathered(points, normals)], np.float32)
 
 
 def _gathered(points: NDArray[np.float64], normals: NDArray[np.float64]) -> list[NDArray[np.int64]]:
@@ -111,14 +117,14 @@ def _gathered(points: NDArray[np.float64], normals: NDArray[np.float64]) -> list
     return patches
 
 
-def _described(points: NDArray[np.float64], normals: NDArray[np.float64], power: NDArray[np.float64], spacing: float) -> list[float]:
-    """Return the row of a patch; its sphere reaches as far beyond its points as beams are apart."""
+def _described(points: NDArray[np.float64], normals: NDArray[np.float64], power: NDArray[np.float64], around_m: float) -> list[float]:
+    """Return the row of a patch; its sphere reaches so far beyond its points."""
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = np.linalg.norm(points - center, axis=1).max() + spacing
+    radius = np.linalg.norm(points - center, axis=1).max() + around_m
     axis = normals.mean(axis=0)
     axis /= norm(axis)
     angle = el.arccos(np.clip(matmul(normals, axis), -1.0, 1.0)).max() + 0.01
-    slack = ((center - points) * normals).sum(axis=1).max() + spacing
+    slack = ((center - points) * normals).sum(axis=1).max() + around_m
     return [*center, radius, *axis, math.cos(angle), math.sin(angle), slack, power.sum()]
 
 
@@ -241,8 +247,13 @@ def mix_patch_pdf(patches: NDArray[np.float32], weights: NDArray[np.float32], la
             sine_squared = radius * radius / squared
             rest = _ONE - sine_squared
             gap = sine_squared / (_ONE + np.sqrt(rest if rest > _ZERO else _ZERO))
-            along = cx * lanes[ln.TOWARD_X + k] + cy * lanes[ln.TOWARD_Y + k] + cz * lanes[ln.TOWARD_Z + k]
-            within = along >= (_ONE - gap) * np.sqrt(squared)
+            # A cosine as near to 1 as that of a narrow cone has no digits left; half the squared chord is the same gap, with all of them.
+            scale = _ONE / np.sqrt(squared)
+            dx = lanes[ln.TOWARD_X + k] - scale * cx
+            dy = lanes[ln.TOWARD_Y + k] - scale * cy
+            dz = lanes[ln.TOWARD_Z + k] - scale * cz
+            reach = np.sqrt(_TWO * gap) + _ROUNDING_RAD
+            within = dx * dx + dy * dy + dz * dz <= reach * reach
             lanes[ln.PATCH_PDF + k] += row[k] / gap if within else _ZERO
     for k in range(LANES):
         total = _TURN * lanes[ln.PATCHES + k]
