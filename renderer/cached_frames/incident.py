@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.microfacet import schlick_weight
+from renderer.cached_frames.lobe_shares import ggx_reflected
 from renderer.cached_frames.records import ShadeScratch, Tables
 from renderer.cached_frames.strays import Strays
 from renderer.core import lanes as ln
@@ -19,6 +21,10 @@ _INVERSE_PI = np.float32(1.0 / np.pi)
 _LEAST_VALID, _LEAST_ALPHA = np.float32(1e-4), np.float32(1e-4)
 _FIRST_ORDER, _MOST_FIRST_ORDER, _MOST_AROUND = np.float32(0.13), np.float32(1.7), np.float32(2.0)
 """By how much the light's direction changes what a lobe of GGX with alpha 1 mirrors of it, and that and the whole at most."""
+
+_LEAST_LAMPS, _MOST_TANGENT = np.float32(0.5), np.float32(3.0)
+"""The share of lamps at least by which what is theirs of the light's direction is told, and the most tangent of their angle."""
+_LEAST_COSINE, _LEAST_LAMPS_ALPHA = np.float32(0.05), np.float32(0.3)
 
 
 class Incident(NamedTuple):
@@ -113,3 +119,26 @@ def around_share(incident: Incident, along: np.float32, alpha: np.float32, rays:
     turned = min(_FIRST_ORDER / (wide * wide * wide * np.sqrt(wide)), _MOST_FIRST_ORDER) * ahead
     share: np.float32 = min(max(_ONE + turned, min(alpha, _ONE)), _MOST_AROUND) * _INVERSE_PI
     return share
+
+
+@inlined
+def lamps_share(
+    incident: Incident, along: np.float32, alpha: np.float32, rays: Packet, lanes: NDArray[np.float32], k: int
+) -> tuple[np.float32, np.float32]:
+    """Return what a wide lobe of lane k mirrors of lamps over their illuminance and the Fresnel term, and its weight after Schlick.
+
+    Lamps shine from one direction: what the direction of all light has along the surface is theirs.
+    """
+    real = rays.real
+    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+    tx, ty, tz = incident.x - along * nx, incident.y - along * ny, incident.z - along * nz
+    over = _ONE / max(incident.lamps, _LEAST_LAMPS)
+    over = min(over, _MOST_TANGENT / max(np.sqrt(tx * tx + ty * ty + tz * tz), _TINY))
+    tx, ty, tz = over * tx, over * ty, over * tz
+    cosine = _ONE / np.sqrt(_ONE + tx * tx + ty * ty + tz * tz)
+    lx, ly, lz = cosine * (nx + tx), cosine * (ny + ty), cosine * (nz + tz)
+    hx, hy, hz = lx - real[ray.DIR_X + k], ly - real[ray.DIR_Y + k], lz - real[ray.DIR_Z + k]
+    scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
+    facet, half = scale * (hx * nx + hy * ny + hz * nz), scale * (hx * lx + hy * ly + hz * lz)
+    reflected = ggx_reflected(facet, cosine, max(lanes[ln.WO_Z + k], _LEAST_COSINE), max(alpha, _LEAST_LAMPS_ALPHA))
+    return _INVERSE_PI * reflected / cosine, schlick_weight(half)

@@ -22,8 +22,8 @@ from renderer.bsdf.reflectance import coat_albedo, diffuse_albedo, specular_albe
 from renderer.cached_frames import records as rec
 from renderer.cached_frames.curvature import widened
 from renderer.cached_frames.edges import EdgeSamples, add_samples, load_samples
-from renderer.cached_frames.gloss_rays import aim_gloss, pixel_noise
-from renderer.cached_frames.incident import Incident, around_share, light_of_stray, read_light
+from renderer.cached_frames.gloss_rays import aim_gloss, base_fresnel, pixel_noise
+from renderer.cached_frames.incident import Incident, around_share, lamps_share, light_of_stray, read_light
 from renderer.cached_frames.lamps import add_lamps, choose_lamps
 from renderer.cached_frames.mirrored import add_gloss
 from renderer.cached_frames.reconstruction import Picture
@@ -43,6 +43,7 @@ from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
+from renderer.core.color import Rgb
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.ray_packet import LANES
 from renderer.ground_truth.surface_images import restore_hits
@@ -237,19 +238,35 @@ def _classify(
             primary[rec.UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
             coat_roughness = max(coat_roughness, _LEAST_COAT)
         else:
-            _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
+            _add_wide(incident, along, around, (r, g, b), roughness * roughness, k, memory)
             primary[rec.UNDER_ALPHA, k] = UNSEEN
         r = g = b = coat
         roughness = coat_roughness
     most = max(r, g, b)
     if not ((most > tables.least_share) & (roughness < roughest) or glass):
-        _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
+        if coat > _ZERO:
+            _add_light(primary, k, around * r * incident.r, around * g * incident.g, around * b * incident.b)
+        else:
+            _add_wide(incident, along, around, (r, g, b), roughness * roughness, k, memory)
         return False, glass, around
     primary[rec.SHARE, k], primary[rec.SHARE + 1, k], primary[rec.SHARE + 2, k] = r, g, b
     alpha = max(roughness * roughness, _LEAST_ALPHA)
     bend = tables.bend[memory.trace.rays.integer[ray.PRIM_ID + k]]
     primary[rec.ALPHA, k], primary[rec.SHOWN_ALPHA, k] = alpha, widened(alpha, bend, lanes[ln.WIDTH + k])
     return True, glass, around * (_ONE - incident.lamps)
+
+
+@inlined
+def _add_wide(
+    incident: Incident, along: np.float32, around: np.float32, mirrored: Rgb, alpha: np.float32, k: int, memory: ShadeScratch
+) -> None:
+    """Add what a lobe that sends no ray mirrors, ``mirrored`` of even light: of lamps by their direction, of the rest the light around."""
+    lanes = memory.trace.lanes
+    share, schlick = lamps_share(incident, along, alpha, memory.trace.rays, lanes, k)
+    red, green, blue = base_fresnel(schlick, k, lanes)
+    share, rest = incident.lamps * share, (_ONE - incident.lamps) * around
+    r, g, b = share * red + rest * mirrored[0], share * green + rest * mirrored[1], share * blue + rest * mirrored[2]
+    _add_light(memory.primary, k, r * incident.r, g * incident.g, b * incident.b)
 
 
 @inlined

@@ -25,7 +25,7 @@ _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), n
 _PI = np.float32(np.pi)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _STEP_U, _STEP_V = np.float32(0.7548777), np.float32(0.5698403)
-_FREE_SAMPLES = 64
+_FREE_SAMPLES = 128
 _LEAST_SAMPLES = np.float32(2.0)
 _NEAR = np.float32(3.0)
 """In radii of a group of lights: from less far away it is sampled by what it fills of the view, and how much that is is computed."""
