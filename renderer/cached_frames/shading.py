@@ -261,6 +261,8 @@ def _add_wide(
     incident: Incident, along: np.float32, around: np.float32, mirrored: Rgb, alpha: np.float32, k: int, memory: ShadeScratch
 ) -> None:
     """Add what a lobe that sends no ray mirrors, ``mirrored`` of even light: of lamps by their direction, of the rest the light around."""
+    if mirrored[0] + mirrored[1] + mirrored[2] == _ZERO:
+        return
     lanes = memory.trace.lanes
     share, schlick = lamps_share(incident, along, alpha, memory.trace.rays, lanes, k)
     red, green, blue = base_fresnel(schlick, k, lanes)
