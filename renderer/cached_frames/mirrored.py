@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from renderer.bsdf.reflectance import rough_shares
 from renderer.cached_frames import records as rec
 from renderer.cached_frames.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
+from renderer.cached_frames.sunlit_metal import add_sun_on_metal, stand_on_metal
 from renderer.cached_frames.wanted import DEEPEST
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
@@ -50,7 +51,7 @@ def add_gloss(scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], sprea
     for k in range(LANES):
         if primary[rec.KIND, k] > _ZERO:
             for channel in range(3):
-                primary[rec.SEEN + channel, k] += primary[rec.GLASS + channel, k]
+                primary[rec.SEEN + channel, k] += primary[rec.GLASS + channel, k] + primary[rec.SUNLIGHT + channel, k]
                 primary[rec.SEEN + channel, k] *= primary[rec.GAIN + channel, k]
     if _aim_through(scratch, primary) > 0:
         _trace_on(scene, tables, True, memory)
@@ -128,10 +129,11 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
     scratch, primary, surfaces = memory.trace, memory.primary, scene.surfaces
     rays, lanes = scratch.rays, scratch.lanes
     real, integer, alive = rays.real, rays.integer, rays.alive
-    waiting = 0
+    waiting, has_sun = 0, len(scene.lights.infinite.sun) > 0 and len(scene.lights.infinite.part) > 0
     for k in range(LANES):
         primary[rec.BRUSHED, k] = primary[rec.LEFT, k] = _ZERO
         primary[rec.GLASS, k] = primary[rec.GLASS + 1, k] = primary[rec.GLASS + 2, k] = _ZERO
+        primary[rec.SUNLIGHT, k] = primary[rec.SUNLIGHT + 1, k] = primary[rec.SUNLIGHT + 2, k] = _ZERO
         lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
         waiting += alive[k] != 0
     for depth in range(DEEPEST):
@@ -139,8 +141,9 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             break
         intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
         scratch.traced[0] += waiting
-        waiting = 0
+        waiting = metal = 0
         for k in range(LANES):
+            lanes[ln.HIT + k] = _ZERO
             met = alive[k] != 0 and integer[ray.GEOM_ID + k] != INVALID_ID
             alive[k] = 0
             if not met:
@@ -170,9 +173,14 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             elif not through and depth < _MOST_BRUSHED and is_brushed(table, at):
                 # Numbers that have nothing to do with those of the pixel's own lobe.
                 seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
+                if has_sun:
+                    stand_on_metal(scene, metal_lobe(table, at), k, memory)
+                    metal += 1
                 went = mirror_by_facet(surfaces, metal_lobe(table, at), seed, k, scratch)
                 primary[rec.BRUSHED, k] = _ONE if went else primary[rec.BRUSHED, k]
                 waiting += went
+        if metal > 0:
+            add_sun_on_metal(scene, memory)
     # All rays that were sent are to be shaded where they ended.
     for k in range(LANES):
         alive[k] = -1 if primary[rec.KIND, k] > (_BOTH_WAYS if through else _ZERO) else 0

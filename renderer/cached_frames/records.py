@@ -47,6 +47,7 @@ SEEN = _PRIMARY.field(3)  # luminance that the gloss ray finds
 GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 GLASS = _PRIMARY.field(3)  # what clear glass on its way scatters and mirrors towards it
+SUNLIGHT = _PRIMARY.field(3)  # luminance that rough metal on its way mirrors of the sun
 BRUSHED = _PRIMARY.field()  # 1 where rough metal has sent it on
 LEFT = _PRIMARY.field()  # 1 where it has left by a window pane
 

@@ -12,7 +12,7 @@ from renderer.core.embree import intersect16, occluded16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits, unit_of
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
-from renderer.core.sampling import coordinate_system
+from renderer.core.sampling import Vector, coordinate_system
 from renderer.path import surface_tables as st
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
@@ -117,6 +117,21 @@ def metal_lobe(materials: NDArray[np.float32], row: int) -> Lobe:
 
 
 @inlined
+def facing_normal(surfaces: Surfaces, k: int, rays: Packet) -> Vector:
+    """Return the unit shading normal of what ray k has hit, on the side from which the ray comes."""
+    real, normals = rays.real, surfaces.normals
+    at = 9 * np.int64(rays.integer[ray.PRIM_ID + k])
+    v, w = real[ray.BARY_U + k], real[ray.BARY_V + k]
+    u = _ONE - v - w
+    nx = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
+    ny = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
+    nz = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
+    along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
+    scale = (-_ONE if along > _ZERO else _ONE) / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
+    return scale * nx, scale * ny, scale * nz
+
+
+@inlined
 def mirror_by_facet(surfaces: Surfaces, lobe: Lobe, seed: np.uint32, k: int, scratch: Scratch) -> bool:
     """Send ray k on from a surface by one of its microfacets that it sees; return whether it goes.
 
@@ -125,16 +140,8 @@ def mirror_by_facet(surfaces: Surfaces, lobe: Lobe, seed: np.uint32, k: int, scr
     """
     rays, lanes = scratch.rays, scratch.lanes
     real = rays.real
-    at = 9 * np.int64(rays.integer[ray.PRIM_ID + k])
-    v, w = real[ray.BARY_U + k], real[ray.BARY_V + k]
     dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-    u, normals = _ONE - v - w, surfaces.normals
-    nx = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
-    ny = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
-    nz = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
-    along = dx * real[ray.NG_X + k] + dy * real[ray.NG_Y + k] + dz * real[ray.NG_Z + k]
-    scale = (-_ONE if along > _ZERO else _ONE) / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
-    nx, ny, nz = scale * nx, scale * ny, scale * nz
+    nx, ny, nz = facing_normal(surfaces, k, rays)
     wo_z = -(dx * nx + dy * ny + dz * nz)
     if wo_z <= _LEAST_COSINE:
         return False
