@@ -173,10 +173,11 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             elif not through and depth < _MOST_BRUSHED and is_brushed(table, at):
                 # Numbers that have nothing to do with those of the pixel's own lobe.
                 seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
+                lobe = metal_lobe(table, at)
                 if has_sun:
-                    stand_on_metal(scene, metal_lobe(table, at), k, memory)
+                    stand_on_metal(scene, lobe, k, memory)
                     metal += 1
-                went = mirror_by_facet(surfaces, metal_lobe(table, at), seed, k, scratch)
+                went = mirror_by_facet(surfaces, lobe, seed, k, scratch)
                 primary[rec.BRUSHED, k] = _ONE if went else primary[rec.BRUSHED, k]
                 waiting += went
         if metal > 0:
