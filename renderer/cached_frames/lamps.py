@@ -12,12 +12,15 @@ from renderer.cached_frames.lobe_shares import (
     cosines_along,
     ggx_reflected,
     in_frame,
+    lobe_width_m,
     mirrored_reach,
     mirrored_share,
     mirroring_span,
+    nearest_place,
     place_in_span,
     row_length,
     slopes_in_disc,
+    spread_aside,
     to_local,
     to_world,
 )
@@ -26,7 +29,7 @@ from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
-from renderer.core.sampling import Vector
+from renderer.core.sampling import Vector, coordinate_system
 from renderer.irradiance_cache.outside import show_sky, sky_about
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
@@ -36,16 +39,19 @@ from renderer.path.surface_tables import Surfaces
 
 _ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 _LEAST_COSINE, _INFINITE, _TINY = np.float32(0.05), np.float32(np.inf), np.float32(1e-20)
+_INVERSE_PI, _BEFORE_FLAT = np.float32(1.0 / np.pi), np.float32(0.98)
 _BELOW_ONE, _GOLDEN, _DISC = np.float32(1.0 - 2.0**-24), np.float32(0.618034), np.float32(0.5 * np.sqrt(np.pi))
 _LEAST, _LEFT_OUT, _FAINT = np.float32(0.002), np.float32(0.01), np.float32(0.3)
 """Shares of a pixel's other light from which on a lamp in its gloss counts, and from which on all are worth one shadow ray, or more."""
 _SPAN = np.float32(5.0)
-"""How far to the sides of the mirrored direction points are asked, in widths of GGX."""
+"""How far to the sides of the mirrored direction what is flat is looked for, in widths of GGX."""
+_MOST_WEIGHT = np.float32(8.0)
+"""The most that a point counts, over the mean of all."""
 _PER_FLANK, _STEEPEST = np.float32(20.0), np.float32(4.0)
 """One over the share of a lobe below which a rectangle is on its flank, and the most that this is raised to GGX's density."""
 _NEAR, _ASIDE = np.float32(0.7), np.float32(0.15)
 """Where what is flat is taken to be bright and reflected: how much by the place nearest to the mirrored ray, and by each end."""
-_KEY = np.uint32(11)
+_KEY, _FIRST_ASKED = np.uint32(11), np.uint32(13)
 
 
 @inlined
@@ -62,7 +68,7 @@ def choose_lamps(surfaces: Surfaces, lamps: Lamps, alone: bool, memory: ShadeScr
         gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k] = primary[rec.SHOWN_ALPHA, k], primary[rec.UNDER_ALPHA, k]
         light = primary[rec.LIGHT, k] + primary[rec.LIGHT + 1, k] + primary[rec.LIGHT + 2, k]
         gloss[rec.LEAST + k] = _LEAST * light if gloss[rec.ASKS + k] > _ZERO else _INFINITE
-        gloss[rec.LAMPLIGHT + k] = _ZERO
+        gloss[rec.LAMPLIGHT + k] = gloss[rec.ASKED + k] = _ZERO
         noise, _ = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
         for j in range(LAMP_RAYS):
             gloss[rec.PICKED_U + LANES * j + k] = (np.float32(j) + noise) / np.float32(LAMP_RAYS)
@@ -261,13 +267,12 @@ def _reflect_ball(most: np.float32, lanes: NDArray[np.float32], gloss: NDArray[n
     found = _ZERO
     for k in range(LANES):
         over, under, schlick = gloss[rec.BALL_OVER + k], gloss[rec.BALL_UNDER + k], schlick_weight(gloss[rec.BALL_HALF + k])
-        mean = gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k]
-        red, green, blue = lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] != _ONE, k, lanes)
+        red, green, blue = _lobe_fresnel(schlick, k, lanes, gloss)
         base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
         r, g, b = over * red + under * base_r, over * green + under * base_g, over * blue + under * base_b
         counts = (r + g + b) * most > gloss[rec.LEAST + k]
         r, g, b = r if counts else _ZERO, g if counts else _ZERO, b if counts else _ZERO
-        gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k] = r, g, b
+        gloss[rec.BALL_R + k], gloss[rec.BALL_G + k], gloss[rec.BALL_B + k], gloss[rec.REFLECTED + k] = r, g, b, r + g + b
         found = r + g + b if r + g + b > found else found
     return bool(found > _ZERO)
 
@@ -316,70 +321,122 @@ def _pick(ball: np.float32, gloss: NDArray[np.float32]) -> None:
             rest = rest if rest < _BELOW_ONE else _BELOW_ONE
             gloss[rec.PICKED_U + j + k] = rest if gain > _ZERO else u
             gloss[rec.PICKED + j + k] = ball if picked else gloss[rec.PICKED + j + k]
+            gloss[rec.PICKED_REFLECTED + j + k] = gloss[rec.REFLECTED + k] if picked else gloss[rec.PICKED_REFLECTED + j + k]
             gloss[rec.PICKED_R + j + k] = gloss[rec.SENT_R + k] / gain if picked else gloss[rec.PICKED_R + j + k]
             gloss[rec.PICKED_G + j + k] = gloss[rec.SENT_G + k] / gain if picked else gloss[rec.PICKED_G + j + k]
             gloss[rec.PICKED_B + j + k] = gloss[rec.SENT_B + k] / gain if picked else gloss[rec.PICKED_B + j + k]
 
 
 @inlined
-def add_lamps(scene: LitScene, lamps: Lamps, rays: int, memory: ShadeScratch) -> None:
-    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it; ``rays``: the most of any."""
+def add_lamps(scene: LitScene, lamps: Lamps, rays: int, alone: bool, memory: ShadeScratch) -> None:
+    """Add what the balls that were chosen send to the pixels, each where nothing stands before a point of it; ``rays``: the most of any.
+
+    ``alone``: of all LAMPLIGHT each pixel sees the share that its own points do, as no neighbours' take part in the mean.
+    """
     lanes, gloss, primary = memory.trace.lanes, memory.gloss, memory.primary
     for i in range(rays):
         for k in range(LANES):
-            count = int(gloss[rec.LAMP_RAY_COUNT + k])
-            lanes[ln.LIGHT_PDF + k] = _ONE if i < count else _ZERO
-            if i < count:
-                # Those that are asked are evenly apart among the numbers that have chosen.
-                _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
-                j = (int(noise * np.float32(LAMP_RAYS)) + i * LAMP_RAYS // count) % LAMP_RAYS
-                share, at = gloss[rec.LAMPLIGHT + k] / np.float32(count), LANES * j + k
-                lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * gloss[rec.PICKED_R + at], share * gloss[rec.PICKED_G + at]
-                lanes[ln.LI_B + k] = share * gloss[rec.PICKED_B + at]
-                # What hides the sky may stand outside.
-                ball = int(gloss[rec.PICKED + at])
-                is_pane = scene.surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
-                lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
-                v = noise + np.float32(j) * _GOLDEN
-                _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
-                if is_pane:
-                    show_sky(scene.surfaces.sky, k, lanes)
+            lanes[ln.LIGHT_PDF + k] = _ONE if i < int(gloss[rec.LAMP_RAY_COUNT + k]) else _ZERO
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                _ask_ball(scene.surfaces, lamps, i, k, memory)
         pass_glass(scene, memory.trace)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
                 for channel in range(3):
                     primary[rec.LAMPS + channel, k] += lanes[ln.LI_R + LANES * channel + k]
+    if alone:
+        for k in range(LANES):
+            scale = gloss[rec.LAMPLIGHT + k] / gloss[rec.ASKED + k] if gloss[rec.ASKED + k] > _ZERO else _ZERO
+            for channel in range(3):
+                primary[rec.LAMPS + channel, k] *= scale
 
 
 @inlined
-def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, memory: ShadeScratch) -> None:
+def _ask_ball(surfaces: Surfaces, lamps: Lamps, i: int, k: int, memory: ShadeScratch) -> None:
+    """Aim shadow ray ``i`` of lane k at a point of a ball that was chosen, and fill LI with what comes from there if nothing hides it.
+
+    A point counts by what the lobes reflect of its light, over the density of such points (importance sampling).
+    """
+    lanes, gloss = memory.trace.lanes, memory.gloss
+    _, noise = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _KEY)
+    first, _ = pixel_noise(memory.pixels[0, k], memory.pixels[1, k], _FIRST_ASKED)
+    # Those that are asked are evenly apart among the numbers that have chosen.
+    count = int(gloss[rec.LAMP_RAY_COUNT + k])
+    j = (int(first * np.float32(LAMP_RAYS)) + i * LAMP_RAYS // count) % LAMP_RAYS
+    at = LANES * j + k
+    ball, v = int(gloss[rec.PICKED + at]), noise + np.float32(j) * _GOLDEN
+    area = _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
+    weight = area * _reflected_along(k, lanes, gloss) / gloss[rec.PICKED_REFLECTED + at]
+    share = min(weight, _MOST_WEIGHT) * gloss[rec.LAMPLIGHT + k] / np.float32(count)
+    gloss[rec.ASKED + k] += share
+    lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * gloss[rec.PICKED_R + at], share * gloss[rec.PICKED_G + at]
+    lanes[ln.LI_B + k], lanes[ln.LIGHT_PDF + k] = share * gloss[rec.PICKED_B + at], share
+    # What hides the sky may stand outside.
+    is_pane = surfaces.materials[lamps.part[ball] * st.ROW_SIZE + st.PORTAL] > _ZERO
+    lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
+    if is_pane:
+        show_sky(surfaces.sky, k, lanes)
+
+
+@inlined
+def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, memory: ShadeScratch) -> np.float32:
     """Fill TO_LIGHT of lane k: to a point of ball i, chosen by (u, v) near the mirrored ray, as far as the lobe is wide.
 
     Of what is flat it is a point of its rectangle, so that it never lies in a wall or bar; of others one of a square across the ball.
+    Return the solid angle that stands for the point: one over the density of such directions.
     """
     balls, lanes, gloss = lamps.balls, memory.trace.lanes, memory.gloss
     cx, cy, cz = _from_hit(balls, i, k, lanes)
     distance = np.sqrt(max(cx * cx + cy * cy + cz * cz, _TINY))
-    reach = np.float32(0.98)
+    reach = _BEFORE_FLAT
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
     if balls[i, 7] == _ZERO:
         side = _DISC * np.sqrt(_shown_radius_squared(balls, i, (cx, cy, cz), distance * distance))
         reach = max((distance - balls[i, 3]) / distance, _HALF)
-        toward = cx / distance, cy / distance, cz / distance
-        first = _across((lanes[ln.TANGENT_X + k], lanes[ln.TANGENT_Y + k], lanes[ln.TANGENT_Z + k]), toward, side)
-        second = _across((lanes[ln.BITANGENT_X + k], lanes[ln.BITANGENT_Y + k], lanes[ln.BITANGENT_Z + k]), toward, side)
+        ux, uy, uz, vx, vy, vz = coordinate_system(cx / distance, cy / distance, cz / distance)
+        first, second = (side * ux, side * uy, side * uz), (side * vx, side * vy, side * vz)
     middle, wo = to_local((cx, cy, cz), k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
-    along, aside, width_m = to_local(first, k, lanes), to_local(second, k, lanes), distance * _lobe_width(k, gloss)
-    way = mirrored_reach(middle, wo, along, aside)
-    s = place_in_span(mirroring_span(middle, wo, way, along, _SPAN * width_m), along, width_m, u)
-    t = place_in_span(mirroring_span(middle, wo, way, aside, _SPAN * width_m), aside, width_m, v)
-    lanes[ln.TO_LIGHT_X + k] = reach * (cx + s * first[0] + t * second[0])
-    lanes[ln.TO_LIGHT_Y + k] = reach * (cy + s * first[1] + t * second[1])
-    lanes[ln.TO_LIGHT_Z + k] = reach * (cz + s * first[2] + t * second[2])
+    along, aside = to_local(first, k, lanes), to_local(second, k, lanes)
+    way, width = mirrored_reach(middle, wo, along, aside), _lobe_width(k, gloss)
+    near_s, near_t = nearest_place(middle, wo, way, along), nearest_place(middle, wo, way, aside)
+    nearest = (
+        middle[0] + near_s * along[0] + near_t * aside[0],
+        middle[1] + near_s * along[1] + near_t * aside[1],
+        middle[2] + near_s * along[2] + near_t * aside[2],
+    )
+    width_s_m, width_t_m = lobe_width_m(nearest, along, width), lobe_width_m(nearest, aside, width)
+    s, per_s = place_in_span((near_s, -_ONE, _ONE), along, width_s_m, u)
+    # Far out along one side slopes are as far apart along the other, so that none has a density that is much too small.
+    width_t_m *= spread_aside(s - near_s, along, width_s_m)
+    t, per_t = place_in_span((near_t, -_ONE, _ONE), aside, width_t_m, v)
+    x, y, z = cx + s * first[0] + t * second[0], cy + s * first[1] + t * second[1], cz + s * first[2] + t * second[2]
+    lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * x, reach * y, reach * z
+    nx, ny, nz = (
+        first[1] * second[2] - first[2] * second[1],
+        first[2] * second[0] - first[0] * second[2],
+        first[0] * second[1] - first[1] * second[0],
+    )
+    squared = max(x * x + y * y + z * z, _TINY)
+    solid: np.float32 = per_s * per_t * abs(x * nx + y * ny + z * nz) / (squared * np.sqrt(squared))
+    return solid
 
 
 @inlined
-def _across(axis: Vector, toward: Vector, length: np.float32) -> Vector:
-    """Return the part of an axis that is at right angles to a direction, times a length."""
-    along = axis[0] * toward[0] + axis[1] * toward[1] + axis[2] * toward[2]
-    return length * (axis[0] - along * toward[0]), length * (axis[1] - along * toward[1]), length * (axis[2] - along * toward[2])
+def _reflected_along(k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> np.float32:
+    """Return what the lobes of lane k reflect of light that comes along TO_LIGHT, r + g + b, a steradian."""
+    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    facet, _ = _aim_facets((x, y, z), np.sqrt(max(x * x + y * y + z * z, _TINY)), k, lanes, gloss)
+    cosine, height, schlick = _cosine(k, lanes, gloss), lanes[ln.WO_Z + k], schlick_weight(gloss[rec.BALL_HALF + k])
+    alpha, under_alpha = gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
+    over = ggx_reflected(facet, cosine, height, alpha) if alpha >= SHARP else _ZERO
+    under = ggx_reflected(facet, cosine, height, under_alpha) if under_alpha < _ONE else _ZERO
+    red, green, blue = _lobe_fresnel(schlick, k, lanes, gloss)
+    base_r, base_g, base_b = base_fresnel(schlick, k, lanes)
+    return _INVERSE_PI * (over * (red + green + blue) + under * (base_r + base_g + base_b))
+
+
+@inlined
+def _lobe_fresnel(schlick: np.float32, k: int, lanes: NDArray[np.float32], gloss: NDArray[np.float32]) -> Rgb:
+    """Return what microfacets of lane k's outer lobe reflect at a weight after Schlick."""
+    mean = gloss[rec.LOBE_R + k], gloss[rec.LOBE_G + k], gloss[rec.LOBE_B + k]
+    return lobe_fresnel(schlick, mean, gloss[rec.LOBE_UNDER_ALPHA + k] != _ONE, k, lanes)

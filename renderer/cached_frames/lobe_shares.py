@@ -19,6 +19,7 @@ _TURN = np.float32(1.2)
 """By how much a slope turns what is mirrored, over its angle: twice in the plane of incidence, 2 cos theta across; in the mean of both."""
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.4), np.float32(0.38), np.float32(1.33), np.float32(1e-3)
+_LEAST_SINE_SQUARED = np.float32(0.01)
 _TAN_EIGHTH, _PER_TURN = np.float32(np.sqrt(2.0) - 1.0), np.float32(0.5 / np.pi)
 _TURN_8, _TURN_4, _TURN_2 = np.float32(np.pi / 4.0), np.float32(np.pi / 2.0), np.float32(np.pi)
 
@@ -159,6 +160,12 @@ def _place_at(middle: Vector, wo: Vector, reach: np.float32, axis: Vector) -> np
 
 
 @inlined
+def nearest_place(middle: Vector, wo: Vector, reach: np.float32, axis: Vector) -> np.float32:
+    """Return which place in [-1, 1] along half a side is nearest to the mirrored ray at ``reach``, of :func:`mirrored_reach`."""
+    return min(max(_place_at(middle, wo, reach, axis), -_ONE), _ONE)
+
+
+@inlined
 def mirroring_span(
     middle: Vector, wo: Vector, reach: np.float32, axis: Vector, width_m: np.float32
 ) -> tuple[np.float32, np.float32, np.float32]:
@@ -166,16 +173,30 @@ def mirroring_span(
 
     ``reach``: of :func:`mirrored_reach`.  Far from the ray a lobe changes slowly: half the way to it counts as width.
     """
-    place = _place_at(middle, wo, reach, axis)
-    nearest = min(max(place, -_ONE), _ONE)
+    place, nearest = _place_at(middle, wo, reach, axis), nearest_place(middle, wo, reach, axis)
     squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
     width = width_m / np.sqrt(max(squared, _TINY)) + _HALF * abs(place - nearest)
     return nearest, max(nearest - width, -_ONE), min(nearest + width, _ONE)
 
 
 @inlined
-def place_in_span(span: tuple[np.float32, np.float32, np.float32], axis: Vector, width_m: np.float32, u: np.float32) -> np.float32:
-    """Return a place of a span (nearest, least, greatest) of half a side, chosen by u as GGX's slopes are distributed along one axis.
+def lobe_width_m(place: Vector, axis: Vector, width: np.float32) -> np.float32:
+    """Return over how many metres along an axis a lobe of a ``width``, radians, spreads about a place that is seen from 0."""
+    squared = place[0] * place[0] + place[1] * place[1] + place[2] * place[2]
+    length = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
+    along = place[0] * axis[0] + place[1] * axis[1] + place[2] * axis[2]
+    sine_squared = _ONE - along * along / max(squared * length, _TINY)
+    width_m: np.float32 = width * np.sqrt(squared / max(sine_squared, _LEAST_SINE_SQUARED))
+    return width_m
+
+
+@inlined
+def place_in_span(
+    span: tuple[np.float32, np.float32, np.float32], axis: Vector, width_m: np.float32, u: np.float32
+) -> tuple[np.float32, np.float32]:
+    """Return a place of a span (nearest, least, greatest) of half a side, chosen by u, and one over the density of such places.
+
+    They are distributed as GGX's slopes are along one axis.
 
     ``width_m``: the width of GGX at the distance of the place.
     """
@@ -184,8 +205,18 @@ def place_in_span(span: tuple[np.float32, np.float32, np.float32], axis: Vector,
     low, high, deviation = low - nearest, high - nearest, _TURN * width_m / np.sqrt(squared if squared > _TINY else _TINY)
     a, b = low / np.sqrt(deviation * deviation + low * low), high / np.sqrt(deviation * deviation + high * high)
     g = a + u * (b - a)
-    place: np.float32 = nearest + min(max(deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), low), high)
-    return place
+    away = min(max(deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), low), high)
+    root = np.sqrt(deviation * deviation + away * away)
+    return nearest + away, (b - a) * root * root * root / (deviation * deviation)
+
+
+@inlined
+def spread_aside(away: np.float32, axis: Vector, width_m: np.float32) -> np.float32:
+    """Return how many times as wide GGX's slopes are distributed across an axis so far along it, in half sides, as they are at its 0."""
+    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
+    deviation = _TURN * width_m
+    spread: np.float32 = np.sqrt(_ONE + away * away * squared / max(deviation * deviation, _TINY))
+    return spread
 
 
 @inlined

@@ -3,8 +3,9 @@
 Neighbours sample their lobes, and points of lamps, by different numbers of one sequence (Keller and Heidrich, "Interleaved Sampling",
 2001).  Weights fall off as a tent, which is separable: rows are summed up, then columns.
 
-How much a pixel shows of lamps where nothing hides them is known in closed form; mixed is what of that is seen, a ratio of sums (Heitz,
-Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", 2018), so that its outlines stay.
+How much a pixel shows of lamps where nothing hides them is known in closed form, if not exactly; mixed is what points of them bring, over
+that, a ratio of sums (Heitz, Hill and McGuire, "Combining Analytic Direct Illumination and Stochastic Shadows", 2018), so that its outlines
+stay.
 """
 
 from typing import NamedTuple

@@ -63,11 +63,14 @@ OVER_FRAME, UNDER_FRAME = _GLOSS.field(9), _GLOSS.field(9)  # rows of the matric
 LEAST = _GLOSS.field()  # what a lamp is to add to count, r + g + b, cd/m2
 BALL_HALF, BALL_FACET = _GLOSS.field(), _GLOSS.field()  # cosines of the microfacets that mirror it with the view and the normal
 BALL_R, BALL_G, BALL_B = _GLOSS.vector()  # what the pixel reflects of it; then what it adds to the pixel where nothing stands between
-SENT_R, SENT_G, SENT_B = _GLOSS.vector()  # the same; of panes over the luminance of the sky
+REFLECTED = _GLOSS.field()  # what the pixel reflects of it, r + g + b
+SENT_R, SENT_G, SENT_B = _GLOSS.vector()  # as BALL_R to BALL_B; of panes over the luminance of the sky
 LAMPLIGHT = _GLOSS.field()  # what all add, r + g + b
 LAMP_RAY_COUNT = _GLOSS.field()  # how many shadow rays it sends, 0 to LAMP_RAYS
+ASKED = _GLOSS.field()  # LAMPLIGHT by the points to which these go, hidden or not
 PICKED = _GLOSS.field(LAMP_RAYS)  # rows of ``Lamps.balls`` to which a shadow ray goes each
 PICKED_U = _GLOSS.field(LAMP_RAYS)  # numbers in [0, 1) for points of these
+PICKED_REFLECTED = _GLOSS.field(LAMP_RAYS)  # REFLECTED of these rows
 PICKED_R, PICKED_G, PICKED_B = (_GLOSS.field(LAMP_RAYS) for _ in range(3))  # SENT over the sum of what they add
 
 

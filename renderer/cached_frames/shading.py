@@ -128,7 +128,7 @@ def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begi
     if met:
         return False
     if asking > 0:
-        add_lamps(scene, tables.lamps, choose_lamps(scene.surfaces, tables.lamps, alone, memory), memory)
+        add_lamps(scene, tables.lamps, choose_lamps(scene.surfaces, tables.lamps, alone, memory), alone, memory)
     if len(scene.lights.infinite.part) > 0 and sunny > 0:
         _add_sun(scene, kinds, frame_key, memory)
     if any_sheet(lanes):

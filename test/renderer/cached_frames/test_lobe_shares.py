@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from renderer.cached_frames.lobe_shares import cosines_along, lobe_frame, mirrored_reach, place_in_span, slopes_in_disc
+from renderer.cached_frames.lobe_shares import cosines_along, lobe_frame, lobe_width_m, mirrored_reach, place_in_span, slopes_in_disc
 from renderer.core.kernel import from_python
 
 
@@ -77,8 +77,21 @@ def test_places_are_distributed_as_slopes_of_ggx_are_along_one_axis(span):
     nearest, low, high = span
     width_m, u = 0.2, np.linspace(0, 1, 2001, dtype=np.float32)
     axis = tuple(np.float32([0, 2, 0]))
-    places = np.array([from_python(place_in_span)(tuple(np.float32(span)), axis, np.float32(width_m), x) for x in u])
+    places, per_density = np.array([from_python(place_in_span)(tuple(np.float32(span)), axis, np.float32(width_m), x) for x in u]).T
     assert places[0] == pytest.approx(low, abs=1e-3) and places[-1] == pytest.approx(high, abs=1e-3)
     x, _ = slopes_of_ggx(1.2 * width_m / 2, 400_000)
     within = np.sort(x[(x > low - nearest) & (x < high - nearest)] + nearest)
     np.testing.assert_allclose(places[200:-200], within[(u[200:-200] * (len(within) - 1)).astype(int)], atol=0.01)
+    np.testing.assert_allclose(np.gradient(places, u)[200:-200], per_density[200:-200], rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("place", "axis"), [((0.0, 0.0, 3.0), (2.0, 0.0, 0.0)), ((0.0, 1.5, 2.0), (0.0, 4.0, 0.0)), ((1.0, 0.5, 1.0), (0.6, 0.0, 0.8))]
+)
+def test_a_lobe_spreads_over_an_axis_by_how_aslant_it_is_seen(place, axis):
+    """By differences: what a small step along the axis turns the direction by."""
+    place, axis, step_m = np.array(place), np.array(axis), 1e-4
+    moved = place + step_m * axis / np.linalg.norm(axis)
+    turned_rad = np.arcsin(np.linalg.norm(np.cross(place, moved)) / np.linalg.norm(place) / np.linalg.norm(moved))
+    width_m = from_python(lobe_width_m)(tuple(np.float32(place)), tuple(np.float32(axis)), np.float32(0.01))
+    assert width_m == pytest.approx(0.01 * step_m / turned_rad, rel=1e-3)

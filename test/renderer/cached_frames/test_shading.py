@@ -238,8 +238,23 @@ def test_panes_with_a_bar_between_show_in_a_rough_floor_as_the_path_tracer_has_t
     assert np.abs(found[0] - found[1]).mean() < 0.06 * found[1].mean()
 
 
+@pytest.mark.parametrize("hidden", ["near", "far"])
+def test_what_a_board_leaves_of_a_lamp_shows_as_much_as_the_lobe_has_of_it(hidden):
+    """Not as much as it has of the lamp's middle: where the mirrored ray meets the board, the lobe's flank sees the rest."""
+    floor = quad((-1, -0.5, 0), (2, 0, 0), (0, 4.5, 0), color=(0.9, 0.9, 0.9), metallic=1.0, roughness=0.45)
+    lamp = quad((-0.5, 4, 0.05), (1, 0, 0), (0, 0, 2.4), emission=(100, 100, 100), color=(0, 0, 0))
+    low_m, high_m = (0.0, 1.2) if hidden == "near" else (1.2, 2.8)
+    board = quad((-1.5, 3.9, low_m), (3, 0, 0), (0, 0, high_m - low_m), color=(0, 0, 0), roughness=1.0)
+    view, camera = pose((0, 0, 0.9), (0, 2.4, 0)), CameraConfig(width=32, height=24, horizontal_fov_rad=0.2)
+    cached, traced = (
+        look_up(scene(floor, lamp, board), view, camera=camera, **settings).radiance.mean()
+        for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
+    )
+    assert traced > 0.5 and cached == pytest.approx(traced, rel=0.04)
+
+
 def test_rough_gloss_shows_all_that_a_pane_shows_of_the_sky():
-    """A red wall stands outside where the floor mirrors the window, bright sky beside it: the lobe's flanks see that, if not exactly."""
+    """A red wall stands outside where the floor mirrors the window, bright sky beside it: the lobe's flanks see that."""
     table = np.tile(np.array([300, 400, 500], np.float32), (16, 64, 1))
     table[:, 13:20] = (200, 20, 20)
     floor = quad((-2, -0.5, 0), (4, 0, 0), (0, 4.4, 0), color=(0, 0, 0), roughness=0.4, ior=1.5)
@@ -250,7 +265,7 @@ def test_rough_gloss_shows_all_that_a_pane_shows_of_the_sky():
         look_up(flat, view, camera=camera, **settings).radiance[4:].mean(axis=(0, 1))
         for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
     )
-    assert (np.abs(cached / traced - 1.0) < (0.08, 0.65, 0.65)).all()
+    assert (np.abs(cached / traced - 1.0) < 0.08).all()
 
 
 def test_milky_glass_lets_through_what_is_clear_of_it():
@@ -281,7 +296,7 @@ def test_slats_right_before_a_window_mirror_its_sky_as_the_path_tracer_says():
         look_up(scene(slat, pane, sky=sky), view, camera=camera, **settings).radiance.mean()
         for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
     )
-    assert traced > 10.0 and cached == pytest.approx(traced, rel=0.15)
+    assert traced > 10.0 and cached == pytest.approx(traced, rel=0.05)
 
 
 @pytest.mark.parametrize("roughness", [0.2, 0.42])
