@@ -17,7 +17,8 @@ from renderer.cached_frames.lobe_shares import (
     mirrored_share,
     mirroring_span,
     nearest_place,
-    place_in_span,
+    place_density,
+    place_near,
     row_length,
     slopes_in_disc,
     spread_aside,
@@ -209,6 +210,13 @@ def _lobe_width(k: int, gloss: NDArray[np.float32]) -> np.float32:
 
 
 @inlined
+def _coat_width(k: int, gloss: NDArray[np.float32]) -> np.float32:
+    """Return the width of GGX of lane k's outer lobe, or that of the one under it where that one alone shows lamps."""
+    alpha = gloss[rec.LOBE_ALPHA + k]
+    return alpha if alpha >= SHARP else _lobe_width(k, gloss)
+
+
+@inlined
 def _from_hit(balls: NDArray[np.float32], i: int, k: int, lanes: NDArray[np.float32]) -> Vector:
     return balls[i, 0] - lanes[ln.P_X + k], balls[i, 1] - lanes[ln.P_Y + k], balls[i, 2] - lanes[ln.P_Z + k]
 
@@ -365,8 +373,8 @@ def _ask_ball(surfaces: Surfaces, lamps: Lamps, i: int, k: int, memory: ShadeScr
     j = (int(first * np.float32(LAMP_RAYS)) + i * LAMP_RAYS // count) % LAMP_RAYS
     at = LANES * j + k
     ball, v = int(gloss[rec.PICKED + at]), noise + np.float32(j) * _GOLDEN
-    area = _aim_at_ball(lamps, ball, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
-    weight = area * _reflected_along(k, lanes, gloss) / gloss[rec.PICKED_REFLECTED + at]
+    solid = _aim_at_ball(lamps, ball, j, k, gloss[rec.PICKED_U + at], v - np.floor(v), memory)
+    weight = solid * _reflected_along(k, lanes, gloss) / gloss[rec.PICKED_REFLECTED + at]
     share = min(weight, _MOST_WEIGHT) * gloss[rec.LAMPLIGHT + k] / np.float32(count)
     gloss[rec.ASKED + k] += share
     lanes[ln.LI_R + k], lanes[ln.LI_G + k] = share * gloss[rec.PICKED_R + at], share * gloss[rec.PICKED_G + at]
@@ -379,8 +387,10 @@ def _ask_ball(surfaces: Surfaces, lamps: Lamps, i: int, k: int, memory: ShadeScr
 
 
 @inlined
-def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, memory: ShadeScratch) -> np.float32:
+def _aim_at_ball(lamps: Lamps, i: int, number: int, k: int, u: np.float32, v: np.float32, memory: ShadeScratch) -> np.float32:
     """Fill TO_LIGHT of lane k: to a point of ball i, chosen by (u, v) near the mirrored ray, as far as the lobe is wide.
+
+    Points of odd ``number`` are chosen by the lobe of the coat, if there is one (multiple importance sampling, the balance heuristic).
 
     Of what is flat it is a point of its rectangle, so that it never lies in a wall or bar; of others one of a square across the ball.
     Return the solid angle that stands for the point: one over the density of such directions.
@@ -397,18 +407,23 @@ def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, mem
         first, second = (side * ux, side * uy, side * uz), (side * vx, side * vy, side * vz)
     middle, wo = to_local((cx, cy, cz), k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
     along, aside = to_local(first, k, lanes), to_local(second, k, lanes)
-    way, width = mirrored_reach(middle, wo, along, aside), _lobe_width(k, gloss)
+    way = mirrored_reach(middle, wo, along, aside)
     near_s, near_t = nearest_place(middle, wo, way, along), nearest_place(middle, wo, way, aside)
     nearest = (
         middle[0] + near_s * along[0] + near_t * aside[0],
         middle[1] + near_s * along[1] + near_t * aside[1],
         middle[2] + near_s * along[2] + near_t * aside[2],
     )
-    width_s_m, width_t_m = lobe_width_m(nearest, along, width), lobe_width_m(nearest, aside, width)
-    s, per_s = place_in_span((near_s, -_ONE, _ONE), along, width_s_m, u)
-    # Far out along one side slopes are as far apart along the other, so that none has a density that is much too small.
-    width_t_m *= spread_aside(s - near_s, along, width_s_m)
-    t, per_t = place_in_span((near_t, -_ONE, _ONE), aside, width_t_m, v)
+    widths = _lobe_width(k, gloss), _coat_width(k, gloss)
+    chosen_s_m, chosen_t_m = lobe_width_m(nearest, along, widths[number & 1]), lobe_width_m(nearest, aside, widths[number & 1])
+    s = place_near(near_s, along, chosen_s_m, u)
+    t = place_near(near_t, aside, chosen_t_m * spread_aside(s - near_s, along, chosen_s_m), v)
+    density = _ZERO
+    for width in widths:
+        width_s_m, width_t_m = lobe_width_m(nearest, along, width), lobe_width_m(nearest, aside, width)
+        # Far out along one side slopes are as far apart along the other, so that none has a density that is much too small.
+        width_t_m *= spread_aside(s - near_s, along, width_s_m)
+        density += _HALF * place_density(near_s, along, width_s_m, s) * place_density(near_t, aside, width_t_m, t)
     x, y, z = cx + s * first[0] + t * second[0], cy + s * first[1] + t * second[1], cz + s * first[2] + t * second[2]
     lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * x, reach * y, reach * z
     nx, ny, nz = (
@@ -417,7 +432,7 @@ def _aim_at_ball(lamps: Lamps, i: int, k: int, u: np.float32, v: np.float32, mem
         first[0] * second[1] - first[1] * second[0],
     )
     squared = max(x * x + y * y + z * z, _TINY)
-    solid: np.float32 = per_s * per_t * abs(x * nx + y * ny + z * nz) / (squared * np.sqrt(squared))
+    solid: np.float32 = abs(x * nx + y * ny + z * nz) / (density * squared * np.sqrt(squared))
     return solid
 
 

@@ -191,23 +191,33 @@ def lobe_width_m(place: Vector, axis: Vector, width: np.float32) -> np.float32:
 
 
 @inlined
-def place_in_span(
-    span: tuple[np.float32, np.float32, np.float32], axis: Vector, width_m: np.float32, u: np.float32
-) -> tuple[np.float32, np.float32]:
-    """Return a place of a span (nearest, least, greatest) of half a side, chosen by u, and one over the density of such places.
-
-    They are distributed as GGX's slopes are along one axis.
+def place_near(nearest: np.float32, axis: Vector, width_m: np.float32, u: np.float32) -> np.float32:
+    """Return a place in [-1, 1] along half a side, chosen by u as GGX's slopes are distributed along one axis about the ``nearest``.
 
     ``width_m``: the width of GGX at the distance of the place.
     """
-    nearest, low, high = span
-    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    low, high, deviation = low - nearest, high - nearest, _TURN * width_m / np.sqrt(squared if squared > _TINY else _TINY)
-    a, b = low / np.sqrt(deviation * deviation + low * low), high / np.sqrt(deviation * deviation + high * high)
+    deviation, a, b = _bounds(nearest, axis, width_m)
     g = a + u * (b - a)
-    away = min(max(deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), low), high)
+    place: np.float32 = min(max(nearest + deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), -_ONE), _ONE)
+    return place
+
+
+@inlined
+def place_density(nearest: np.float32, axis: Vector, width_m: np.float32, place: np.float32) -> np.float32:
+    """Return the density of a place that is chosen by :func:`place_near`."""
+    deviation, a, b = _bounds(nearest, axis, width_m)
+    away = place - nearest
     root = np.sqrt(deviation * deviation + away * away)
-    return nearest + away, (b - a) * root * root * root / (deviation * deviation)
+    density: np.float32 = deviation * deviation / ((b - a) * root * root * root)
+    return density
+
+
+@inlined
+def _bounds(nearest: np.float32, axis: Vector, width_m: np.float32) -> tuple[np.float32, np.float32, np.float32]:
+    """Return how far slopes spread along half a side, in half sides, and the sines of the angles to its ends, seen from so far away."""
+    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
+    low, high, deviation = -_ONE - nearest, _ONE - nearest, _TURN * width_m / np.sqrt(squared if squared > _TINY else _TINY)
+    return deviation, low / np.sqrt(deviation * deviation + low * low), high / np.sqrt(deviation * deviation + high * high)
 
 
 @inlined

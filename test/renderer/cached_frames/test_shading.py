@@ -370,10 +370,18 @@ def test_what_lies_under_a_smooth_coat_mirrors_what_is_before_it_and_not_the_lig
 
 
 @pytest.mark.parametrize("light", ["lamp", "pane"])
-def test_a_light_shows_in_a_coat_and_under_it(light):
+@pytest.mark.parametrize("coat_roughness", [0.08, 0.12])
+def test_a_light_shows_in_a_coat_and_under_it(light, coat_roughness):
     sky = Sky(*(np.full(3, 500, np.float32) for _ in range(3)))
     wall = quad(
-        (-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.02, 0.02, 0.02), roughness=0.35, ior=1.5, clearcoat=0.9, clearcoat_roughness=0.08
+        (-1, 2, -1),
+        (2, 0, 0),
+        (0, 0, 2),
+        color=(0.02, 0.02, 0.02),
+        roughness=0.35,
+        ior=1.5,
+        clearcoat=0.9,
+        clearcoat_roughness=coat_roughness,
     )
     what = {"portal": True, "transmission": 0.9} if light == "pane" else {"emission": (500,) * 3, "color": (0, 0, 0)}
     square = quad((0.35, -1, -0.15), (-0.3, 0, 0), (0, 0, 0.3), **what)
