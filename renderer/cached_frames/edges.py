@@ -37,9 +37,11 @@ _LONE = np.float32(0.6)
 _STEP = np.float32(0.85)
 """Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
+_BEHIND = np.float32(4 * 0.25**2)
+"""Four times the squared sine of the angle between a surface and the way to another point, from which on that is behind it."""
 FEW, MANY = 3, 6
 """How many more points a pixel sees at edges, and where one side has less than _STEP of the other's light."""
-_TRIANGLE = np.array([[-0.26, 0.26], [-0.1, -0.36], [0.36, 0.1]], np.float32)
+_TRIANGLE = np.array([[-0.29, 0.29], [-0.12, -0.42], [0.41, 0.13]], np.float32)
 OFFSETS = np.repeat(np.concatenate([_TRIANGLE, -_TRIANGLE]), LANES, axis=1)
 """Where pixels are sampled beside their centre, (6, 32), as offsets of tiles' rays, in pixels: an even triangle, turned, about the centre,
 and the one opposite."""
@@ -77,12 +79,14 @@ def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
 
 
 @inlined
-def _points_beside(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> int:
+def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float32], x: int, y: int) -> int:
     """Return how many more points a pixel is to see.
 
     It is some if one beside, above or below sees another part, or the same bent or farther away, in other light.  A gap in something is no
-    farther away than its depth: there it is so that much less light comes from one of them.
+    farther away than its depth: there it is so that much less light comes from one of them.  Between slats and other things before each
+    other something else may show, however alike their light.
     """
+    hits, distance = view.hits, view.distance
     height, width = distance.shape
     here, points = hits.face[y, x], 0
     if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
@@ -92,15 +96,51 @@ def _points_beside(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32]
         if u < 0 or v < 0 or u >= width or v >= height:
             continue
         there = hits.face[v, u]
-        if here == there or not _differ(image, x, y, u, v):
+        if here == there:
             continue
-        least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
-        apart = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]
-        if not apart:
-            apart = aligned(surfaces, here, there) < BEND or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
-        if apart or least < _LONE * most:
-            points = MANY if least < _STEP * most else max(points, FEW)
+        bent = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there] or aligned(surfaces, here, there) < BEND
+        if not bent and _is_behind(surfaces, view, x, y, u, v):
+            points = MANY
+        elif _differ(image, x, y, u, v):
+            least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
+            apart = bent or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
+            if apart or least < _LONE * most:
+                points = MANY if least < _STEP * most else max(points, FEW)
     return points
+
+
+@inlined
+def _is_behind(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: int) -> bool:
+    """Return whether one of two pixels sees what lies behind the surface at the other.
+
+    On one surface, flat or an arc, the way between two points is at right angles to the sum of the normals there.
+    """
+    here, there = _seen_point(surfaces, view, x, y), _seen_point(surfaces, view, u, v)
+    along = across = _ZERO
+    for axis in range(3):
+        way = there[axis] - here[axis]
+        along += way * way
+        across += way * (here[3 + axis] + there[3 + axis])
+    return bool(across * across > _BEHIND * along)
+
+
+@inlined
+def _seen_point(
+    surfaces: Surfaces, view: TracedView, x: int, y: int
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return the point of a triangle that a pixel sees, and the normal there, not of unit length."""
+    face, u, v = view.hits.face[y, x], view.hits.u[y, x], view.hits.v[y, x]
+    w = _ONE - u - v
+    a, b, c = view.faces[face, 0], view.faces[face, 1], view.faces[face, 2]
+    vertices, normals, n = view.vertices, surfaces.normals, 9 * np.int64(face)
+    return (
+        w * vertices[a, 0] + u * vertices[b, 0] + v * vertices[c, 0],
+        w * vertices[a, 1] + u * vertices[b, 1] + v * vertices[c, 1],
+        w * vertices[a, 2] + u * vertices[b, 2] + v * vertices[c, 2],
+        w * normals[n] + u * normals[n + 3] + v * normals[n + 6],
+        w * normals[n + 1] + u * normals[n + 4] + v * normals[n + 7],
+        w * normals[n + 2] + u * normals[n + 5] + v * normals[n + 8],
+    )
 
 
 @inlined
@@ -241,7 +281,7 @@ def _copy_tile(
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
             many = _is_lone(image, x, y) or _has_missed(missed, x, y)
-            points = MANY if many else _points_beside(surfaces, view.hits, view.distance, image, x, y)
+            points = MANY if many else _points_beside(surfaces, view, image, x, y)
             if points > 0:
                 edges |= 1 << ((y - row) * TILE + x - column)
             if points == MANY:

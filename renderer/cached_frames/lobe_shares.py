@@ -15,11 +15,8 @@ from renderer.core.kernel import inlined
 from renderer.core.ray_packet import LANES
 from renderer.core.sampling import Vector
 
-_TURN = np.float32(1.2)
-"""By how much a slope turns what is mirrored, over its angle: twice in the plane of incidence, 2 cos theta across; in the mean of both."""
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.4), np.float32(0.38), np.float32(1.33), np.float32(1e-3)
-_LEAST_SINE_SQUARED = np.float32(0.01)
 _TAN_EIGHTH, _PER_TURN = np.float32(np.sqrt(2.0) - 1.0), np.float32(0.5 / np.pi)
 _TURN_8, _TURN_4, _TURN_2 = np.float32(np.pi / 4.0), np.float32(np.pi / 2.0), np.float32(np.pi)
 
@@ -130,103 +127,6 @@ def to_local(v: Vector, k: int, lanes: NDArray[np.float32]) -> Vector:
         v[0] * lanes[ln.BITANGENT_X + k] + v[1] * lanes[ln.BITANGENT_Y + k] + v[2] * lanes[ln.BITANGENT_Z + k],
         v[0] * lanes[ln.NS_X + k] + v[1] * lanes[ln.NS_Y + k] + v[2] * lanes[ln.NS_Z + k],
     )
-
-
-@inlined
-def mirrored_reach(middle: Vector, wo: Vector, first: Vector, second: Vector) -> np.float32:
-    """Return how far along the mirrored ray a rectangle is: where the ray meets it, else where it is nearest to the ``middle``.
-
-    ``first``, ``second``: half its sides; all in the frame of the hit, where the mirrored direction is (-x, -y, z) of ``wo``.
-    """
-    nx, ny, nz = (
-        first[1] * second[2] - first[2] * second[1],
-        first[2] * second[0] - first[0] * second[2],
-        first[0] * second[1] - first[1] * second[0],
-    )
-    away, rate = middle[0] * nx + middle[1] * ny + middle[2] * nz, wo[2] * nz - wo[0] * nx - wo[1] * ny
-    reach = away / (rate if abs(rate) > _TINY else _TINY)
-    meets = (reach > _ZERO) & (abs(_place_at(middle, wo, reach, first)) < _ONE) & (abs(_place_at(middle, wo, reach, second)) < _ONE)
-    nearest: np.float32 = middle[2] * wo[2] - middle[0] * wo[0] - middle[1] * wo[1]
-    return reach if meets else nearest
-
-
-@inlined
-def _place_at(middle: Vector, wo: Vector, reach: np.float32, axis: Vector) -> np.float32:
-    """Return where the mirrored ray is at ``reach``, along half a side from the middle, in half sides."""
-    aside = -reach * wo[0] - middle[0], -reach * wo[1] - middle[1], reach * wo[2] - middle[2]
-    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    place: np.float32 = (aside[0] * axis[0] + aside[1] * axis[1] + aside[2] * axis[2]) / (squared if squared > _TINY else _TINY)
-    return place
-
-
-@inlined
-def nearest_place(middle: Vector, wo: Vector, reach: np.float32, axis: Vector) -> np.float32:
-    """Return which place in [-1, 1] along half a side is nearest to the mirrored ray at ``reach``, of :func:`mirrored_reach`."""
-    return min(max(_place_at(middle, wo, reach, axis), -_ONE), _ONE)
-
-
-@inlined
-def mirroring_span(
-    middle: Vector, wo: Vector, reach: np.float32, axis: Vector, width_m: np.float32
-) -> tuple[np.float32, np.float32, np.float32]:
-    """Return which place in [-1, 1] along half a side is nearest to the mirrored ray, and from where to where it is within a width of that.
-
-    ``reach``: of :func:`mirrored_reach`.  Far from the ray a lobe changes slowly: half the way to it counts as width.
-    """
-    place, nearest = _place_at(middle, wo, reach, axis), nearest_place(middle, wo, reach, axis)
-    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    width = width_m / np.sqrt(max(squared, _TINY)) + _HALF * abs(place - nearest)
-    return nearest, max(nearest - width, -_ONE), min(nearest + width, _ONE)
-
-
-@inlined
-def lobe_width_m(place: Vector, axis: Vector, width: np.float32) -> np.float32:
-    """Return over how many metres along an axis a lobe of a ``width``, radians, spreads about a place that is seen from 0."""
-    squared = place[0] * place[0] + place[1] * place[1] + place[2] * place[2]
-    length = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    along = place[0] * axis[0] + place[1] * axis[1] + place[2] * axis[2]
-    sine_squared = _ONE - along * along / max(squared * length, _TINY)
-    width_m: np.float32 = width * np.sqrt(squared / max(sine_squared, _LEAST_SINE_SQUARED))
-    return width_m
-
-
-@inlined
-def place_near(nearest: np.float32, axis: Vector, width_m: np.float32, u: np.float32) -> np.float32:
-    """Return a place in [-1, 1] along half a side, chosen by u as GGX's slopes are distributed along one axis about the ``nearest``.
-
-    ``width_m``: the width of GGX at the distance of the place.
-    """
-    deviation, a, b = _bounds(nearest, axis, width_m)
-    g = a + u * (b - a)
-    place: np.float32 = min(max(nearest + deviation * g / np.sqrt(max(_ONE - g * g, _TINY)), -_ONE), _ONE)
-    return place
-
-
-@inlined
-def place_density(nearest: np.float32, axis: Vector, width_m: np.float32, place: np.float32) -> np.float32:
-    """Return the density of a place that is chosen by :func:`place_near`."""
-    deviation, a, b = _bounds(nearest, axis, width_m)
-    away = place - nearest
-    root = np.sqrt(deviation * deviation + away * away)
-    density: np.float32 = deviation * deviation / ((b - a) * root * root * root)
-    return density
-
-
-@inlined
-def _bounds(nearest: np.float32, axis: Vector, width_m: np.float32) -> tuple[np.float32, np.float32, np.float32]:
-    """Return how far slopes spread along half a side, in half sides, and the sines of the angles to its ends, seen from so far away."""
-    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    low, high, deviation = -_ONE - nearest, _ONE - nearest, _TURN * width_m / np.sqrt(squared if squared > _TINY else _TINY)
-    return deviation, low / np.sqrt(deviation * deviation + low * low), high / np.sqrt(deviation * deviation + high * high)
-
-
-@inlined
-def spread_aside(away: np.float32, axis: Vector, width_m: np.float32) -> np.float32:
-    """Return how many times as wide GGX's slopes are distributed across an axis so far along it, in half sides, as they are at its 0."""
-    squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]
-    deviation = _TURN * width_m
-    spread: np.float32 = np.sqrt(_ONE + away * away * squared / max(deviation * deviation, _TINY))
-    return spread
 
 
 @inlined

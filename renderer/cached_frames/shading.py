@@ -24,7 +24,8 @@ from renderer.cached_frames.curvature import widened
 from renderer.cached_frames.edges import EdgeSamples, add_samples, load_samples
 from renderer.cached_frames.gloss_rays import aim_gloss, base_fresnel, pixel_noise
 from renderer.cached_frames.incident import Incident, around_share, lamps_share, light_of_stray, read_light
-from renderer.cached_frames.lamps import add_lamps, choose_lamps
+from renderer.cached_frames.lamp_points import add_lamps
+from renderer.cached_frames.lamps import choose_lamps
 from renderer.cached_frames.mirrored import add_gloss
 from renderer.cached_frames.reconstruction import Picture
 from renderer.cached_frames.records import (

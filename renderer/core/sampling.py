@@ -20,6 +20,19 @@ Vector = tuple[np.float32, np.float32, np.float32]
 
 
 @inlined
+def dot(a: Vector, b: Vector) -> np.float32:
+    """Return the dot product."""
+    product: np.float32 = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return product
+
+
+@inlined
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the cross product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined
 def cos_sin_two_pi(u: np.float32) -> tuple[np.float32, np.float32]:
     """Return cosine and sine of the angle 2 pi u, by polynomials over an eighth of a turn; u in [0, 1)."""
     # Reduce to an eighth of a turn on either side of the nearest quarter.

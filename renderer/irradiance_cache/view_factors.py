@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
-from renderer.core.sampling import Vector, cos_sin_two_pi
+from renderer.core.sampling import Vector, cos_sin_two_pi, cross, dot
 from renderer.path.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, EMITTER_SIZE, clamp_unit, sample_triangle
 from renderer.path.surfaces import lift_height
 
@@ -40,7 +40,7 @@ def view_factor(emitters: NDArray[np.float32], first: int, last: int, point: Vec
 def _share(emitters: NDArray[np.float32], e: int, point: Vector, normal: Vector) -> np.float32:
     row, share = EMITTER_SIZE * e, _ZERO
     a = _offset(emitters, row + EMITTER_CORNER, point)
-    if _dot(a, _vector(emitters, row + EMITTER_NORMAL)) < _ZERO:
+    if dot(a, _vector(emitters, row + EMITTER_NORMAL)) < _ZERO:
         share = abs(_fill(a, _from(emitters, row + EMITTER_EDGE_1, a), _from(emitters, row + EMITTER_EDGE_2, a), normal))
     return share
 
@@ -74,14 +74,14 @@ def sample_view(
         b, c = _from(emitters, row + EMITTER_EDGE_1, a), _from(emitters, row + EMITTER_EDGE_2, a)
         way, steradians = _sample_solid_angle(a, b, c, clamp_unit(lanes[ln.U_REMAPPED + k] / share), lanes[ln.U_LIGHT_1 + k])
         shining = _vector(emitters, row + EMITTER_NORMAL)
-        facing = _dot(way, shining)
-        reach = _dot(a, shining) / facing if facing < _ZERO else _ZERO
+        facing = dot(way, shining)
+        reach = dot(a, shining) / facing if facing < _ZERO else _ZERO
         # The ray ends off the surface that shines.
         lift = lift_height(point[0] + reach * way[0], point[1] + reach * way[1], point[2] + reach * way[2])
         lanes[ln.TO_LIGHT_X + k] = reach * way[0] + lift * shining[0]
         lanes[ln.TO_LIGHT_Y + k] = reach * way[1] + lift * shining[1]
         lanes[ln.TO_LIGHT_Z + k] = reach * way[2] + lift * shining[2]
-        arrives = (reach > _ZERO) & (_dot(way, normal) > _ZERO) & (steradians > _ZERO)
+        arrives = (reach > _ZERO) & (dot(way, normal) > _ZERO) & (steradians > _ZERO)
         lanes[ln.LIGHT_PDF + k] = share / (whole * steradians) if arrives else _ZERO
 
 
@@ -94,31 +94,31 @@ def _sample_solid_angle(a: Vector, b: Vector, c: Vector, u: np.float32, v: np.fl
         a[1] + s * (b[1] - a[1]) + t * (c[1] - a[1]),
         a[2] + s * (b[2] - a[2]) + t * (c[2] - a[2]),
     )
-    volume = abs(_dot(a, _cross(b, c)))
+    volume = abs(dot(a, cross(b, c)))
     a, b, c = _unit(a), _unit(b), _unit(c)
-    along = _dot(a, b)
-    triple = abs(_dot(a, _cross(b, c)))
-    steradians = _TWO * np.float32(np.arctan2(triple, _ONE + along + _dot(b, c) + _dot(c, a)))
+    along = dot(a, b)
+    triple = abs(dot(a, cross(b, c)))
+    steradians = _TWO * np.float32(np.arctan2(triple, _ONE + along + dot(b, c) + dot(c, a)))
     if steradians < _EVEN_SR:
         # Area times cosine over squared distance, as half the volume over the cubed distance.
-        squared = max(_dot(even, even), _TINY)
+        squared = max(dot(even, even), _TINY)
         return _unit(even), np.float32(0.5) * volume / (squared * np.sqrt(squared))
     # The angle at a, and the sub-triangle of the wanted area, of which the third corner lies between a and c.
-    n, m = _cross(a, b), _cross(a, c)
-    scale = _ONE / max(np.sqrt(_dot(n, n) * _dot(m, m)), _TINY)
-    cosine, sine = _dot(n, m) * scale, triple * scale
+    n, m = cross(a, b), cross(a, c)
+    scale = _ONE / max(np.sqrt(dot(n, n) * dot(m, m)), _TINY)
+    cosine, sine = dot(n, m) * scale, triple * scale
     turn_x, turn_y = cos_sin_two_pi(clamp_unit(u * steradians * _PER_VIEW))
     p, q = turn_y * cosine - turn_x * sine, turn_x * cosine + turn_y * sine
     x, y = q - cosine, p + sine * along
     below = (y * p + x * q) * sine
     corner = _toward(a, c, min(max(((y * q - x * p) * cosine - y) / below, -_ONE), _ONE) if below != _ZERO else _ONE)
-    return _toward(b, corner, _ONE - v * (_ONE - _dot(corner, b))), steradians
+    return _toward(b, corner, _ONE - v * (_ONE - dot(corner, b))), steradians
 
 
 @inlined
 def _toward(begin: Vector, end: Vector, cosine: np.float32) -> Vector:
     """Return the unit vector at an angle of this cosine from ``begin``, turned towards ``end``."""
-    along = _dot(end, begin)
+    along = dot(end, begin)
     aside = _unit((end[0] - along * begin[0], end[1] - along * begin[1], end[2] - along * begin[2]))
     sine = np.sqrt(max(_ONE - cosine * cosine, _ZERO))
     return cosine * begin[0] + sine * aside[0], cosine * begin[1] + sine * aside[1], cosine * begin[2] + sine * aside[2]
@@ -126,13 +126,8 @@ def _toward(begin: Vector, end: Vector, cosine: np.float32) -> Vector:
 
 @inlined
 def _unit(a: Vector) -> Vector:
-    scale = _ONE / np.sqrt(max(_dot(a, a), _TINY))
+    scale = _ONE / np.sqrt(max(dot(a, a), _TINY))
     return a[0] * scale, a[1] * scale, a[2] * scale
-
-
-@inlined
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @inlined
@@ -156,7 +151,7 @@ def _fill(a: Vector, b: Vector, c: Vector, normal: Vector) -> np.float32:
     total, enters, leaves, is_cut = _ZERO, a, a, False
     for edge in range(3):
         begin, end = (a, b) if edge == 0 else (b, c) if edge == 1 else (c, a)
-        low, high = _dot(begin, normal), _dot(end, normal)
+        low, high = dot(begin, normal), dot(end, normal)
         if low <= _ZERO and high <= _ZERO:
             continue
         if low <= _ZERO:
@@ -182,14 +177,8 @@ def _between(begin: Vector, end: Vector, share: np.float32) -> Vector:
 @inlined
 def _angle_times_cosine(begin: Vector, end: Vector, normal: Vector) -> np.float32:
     """Return what an edge adds to the share of the view."""
-    across = _cross(begin, end)
-    size = np.sqrt(_dot(across, across))
-    angle = np.arctan2(size, _dot(begin, end))
-    share: np.float32 = _PER_VIEW * np.float32(angle) * _dot(across, normal) / max(size, _TINY)
+    across = cross(begin, end)
+    size = np.sqrt(dot(across, across))
+    angle = np.arctan2(size, dot(begin, end))
+    share: np.float32 = _PER_VIEW * np.float32(angle) * dot(across, normal) / max(size, _TINY)
     return share
-
-
-@inlined
-def _dot(a: Vector, b: Vector) -> np.float32:
-    value: np.float32 = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    return value

@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 
-from renderer.cached_frames.lobe_shares import (
-    cosines_along,
-    lobe_frame,
-    lobe_width_m,
-    mirrored_reach,
-    place_density,
-    place_near,
-    slopes_in_disc,
-)
+from renderer.cached_frames.lobe_shares import cosines_along, lobe_frame, slopes_in_disc
 from renderer.core.kernel import from_python
 
 
@@ -68,38 +60,3 @@ def test_a_square_before_all_that_a_lobe_sees_has_all_of_it():
     corners = [tuple(np.float32([x, y, 1e-3])) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     whole = sum(from_python(cosines_along)(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
     assert whole == pytest.approx(1.0, abs=0.01)
-
-
-def test_the_mirrored_ray_meets_a_rectangle_or_passes_it():
-    wo = np.array([0.6, 0.0, 0.8], np.float32)
-    first, second = (np.array(side, np.float32) for side in ((0, 1, 0), (0, 0, 1)))
-    reach = from_python(mirrored_reach)
-    assert reach(tuple(np.float32([-0.3, 0.2, 1])), tuple(wo), tuple(first), tuple(second)) == pytest.approx(0.3 / 0.6)
-    for aside in ([0.3, 0.2, 1], [-0.3, 0.2, 3], [-0.3, 1.5, 1]):
-        found = reach(tuple(np.float32(aside)), tuple(wo), tuple(first), tuple(second))
-        assert found == pytest.approx(np.array(aside) @ [-0.6, 0, 0.8]), "it is behind, or the ray passes it"
-
-
-@pytest.mark.parametrize("nearest", [0.0, 1.0, -0.3])
-def test_places_are_distributed_as_slopes_of_ggx_are_along_one_axis(nearest):
-    width_m, u = 0.2, np.linspace(0, 1, 2001, dtype=np.float32)
-    about = np.float32(nearest), tuple(np.float32([0, 2, 0])), np.float32(width_m)
-    places = np.array([from_python(place_near)(*about, x) for x in u])
-    density = np.array([from_python(place_density)(*about, place) for place in places])
-    assert places[0] == pytest.approx(-1.0, abs=1e-3) and places[-1] == pytest.approx(1.0, abs=1e-3)
-    x, _ = slopes_of_ggx(1.2 * width_m / 2, 400_000)
-    within = np.sort(x[(x > -1.0 - nearest) & (x < 1.0 - nearest)] + nearest)
-    np.testing.assert_allclose(places[200:-200], within[(u[200:-200] * (len(within) - 1)).astype(int)], atol=0.01)
-    np.testing.assert_allclose(np.gradient(places, u)[200:-200] * density[200:-200], 1.0, rtol=0.02)
-
-
-@pytest.mark.parametrize(
-    ("place", "axis"), [((0.0, 0.0, 3.0), (2.0, 0.0, 0.0)), ((0.0, 1.5, 2.0), (0.0, 4.0, 0.0)), ((1.0, 0.5, 1.0), (0.6, 0.0, 0.8))]
-)
-def test_a_lobe_spreads_over_an_axis_by_how_aslant_it_is_seen(place, axis):
-    """By differences: what a small step along the axis turns the direction by."""
-    place, axis, step_m = np.array(place), np.array(axis), 1e-4
-    moved = place + step_m * axis / np.linalg.norm(axis)
-    turned_rad = np.arcsin(np.linalg.norm(np.cross(place, moved)) / np.linalg.norm(place) / np.linalg.norm(moved))
-    width_m = from_python(lobe_width_m)(tuple(np.float32(place)), tuple(np.float32(axis)), np.float32(0.01))
-    assert width_m == pytest.approx(0.01 * step_m / turned_rad, rel=1e-3)

@@ -389,6 +389,24 @@ def test_a_light_shows_in_a_coat_and_under_it(light, coat_roughness):
     assert traced.mean() > 0.1 and cached.mean() == pytest.approx(traced.mean(), rel=0.08)
 
 
+@pytest.mark.parametrize("left_m", [-1.2, 0.0])
+def test_what_a_board_leaves_of_a_pane_shows_in_a_coat_and_under_it(left_m):
+    """On either side: points chosen by the coat's lobe ask for all of the pane, as those by the lobe under it do."""
+    what = {"color": (0.02, 0.02, 0.02), "roughness": 0.5, "ior": 1.5, "clearcoat": 0.9, "clearcoat_roughness": 0.12}
+    floor, pane = (
+        quad((-2, -2, 0), (4, 0, 0), (0, 3.5, 0), **what),
+        quad((-1, 1.5, 0.3), (2, 0, 0), (0, 0, 1.5), portal=True, transmission=0.9),
+    )
+    board = quad((left_m, 1.45, 0), (1.2, 0, 0), (0, 0, 2), color=(0, 0, 0), roughness=1.0)
+    flat = scene(floor, pane, board, sky=Sky(*np.full((3, 3), 1000.0, np.float32)))
+    view, camera = pose((0.0, -1.5, 0.9), (0.0, 0.5, 0.0)), CameraConfig(width=32, height=24, horizontal_fov_rad=0.25)
+    cached, traced = (
+        look_up(flat, view, camera=camera, **settings).radiance.mean()
+        for settings in ({}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
+    )
+    assert cached == pytest.approx(traced, rel=0.04)
+
+
 @pytest.mark.parametrize("roughness", [0.59, 0.61])
 def test_dark_leather_mirrors_alike_on_both_sides_of_the_roughness_that_counts_as_matt(roughness):
     """A textured roughness may cross it from pixel to pixel; what is seen of it must not."""
