@@ -37,8 +37,8 @@ _LONE = np.float32(0.6)
 _STEP = np.float32(0.85)
 """Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
-_BEHIND = np.float32(4 * 0.25**2)
-"""Four times the squared sine of the angle between a surface and the way to another point, from which on that is behind it."""
+_BEHIND = np.float32(0.2**2)
+"""Squared sine of the angle between a surface and the way to another point, from which on that may lie behind it."""
 FEW, MANY = 3, 6
 """How many more points a pixel sees at edges, and where one side has less than _STEP of the other's light."""
 _TRIANGLE = np.array([[-0.29, 0.29], [-0.12, -0.42], [0.41, 0.13]], np.float32)
@@ -90,7 +90,7 @@ def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float
     height, width = distance.shape
     here, points = hits.face[y, x], 0
     if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
-        points = FEW
+        points = MANY
     for side in range(4):
         u, v = x + (side == 0) - (side == 1), y + (side == 2) - (side == 3)
         if u < 0 or v < 0 or u >= width or v >= height:
@@ -98,12 +98,12 @@ def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float
         there = hits.face[v, u]
         if here == there:
             continue
-        bent = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there] or aligned(surfaces, here, there) < BEND
-        if not bent and _is_behind(surfaces, view, x, y, u, v):
+        other = here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]
+        if not other and _is_behind(surfaces, view, x, y, u, v):
             points = MANY
         elif _differ(image, x, y, u, v):
             least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
-            apart = bent or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
+            apart = other or aligned(surfaces, here, there) < BEND or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
             if apart or least < _LONE * most:
                 points = MANY if least < _STEP * most else max(points, FEW)
     return points
@@ -113,15 +113,17 @@ def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float
 def _is_behind(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: int) -> bool:
     """Return whether one of two pixels sees what lies behind the surface at the other.
 
-    On one surface, flat or an arc, the way between two points is at right angles to the sum of the normals there.
+    On one surface both points lie on the same side of each other's tangent planes, or in these; of slats one beyond another one does not.
     """
     here, there = _seen_point(surfaces, view, x, y), _seen_point(surfaces, view, u, v)
-    along = across = _ZERO
+    along = by_here = by_there = _ZERO
     for axis in range(3):
         way = there[axis] - here[axis]
         along += way * way
-        across += way * (here[3 + axis] + there[3 + axis])
-    return bool(across * across > _BEHIND * along)
+        by_here += way * here[3 + axis]
+        by_there += way * there[3 + axis]
+    # There the way back counts, so that on one surface the signs differ.
+    return bool((by_here * by_there > _ZERO) & (min(by_here * by_here, by_there * by_there) > _BEHIND * along))
 
 
 @inlined

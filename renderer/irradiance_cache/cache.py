@@ -40,6 +40,7 @@ from renderer.irradiance_cache.nodes import (
 from renderer.irradiance_cache.outside import NOT_OUTSIDE
 from renderer.irradiance_cache.photons import SunLight, make_photons, share_flux, trace_photons
 from renderer.irradiance_cache.radiosity import Sheets, see_lights, solve_links
+from renderer.irradiance_cache.screens import find_screened
 from renderer.path.light_nodes import Atlas, KnownLight
 from scene_description.products import matmul
 
@@ -108,6 +109,7 @@ class IrradianceCache:
         self._sunlight: dict[int, SunLight] = {}
         self._sunlit = np.zeros(len(self.atlas.face), np.bool_)
         self._settled: _Settled | None = None
+        self._screened = np.zeros(len(scene.lit.lights.groups.area), np.bool_)
         self.light = make_node_light(len(self.atlas.face))
         self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
         self._smooth_done = np.zeros(len(self.atlas.face), np.bool_)
@@ -126,11 +128,12 @@ class IrradianceCache:
         chosen, samples = geometry.lit, even_points(LANES)
         if self._unlit is None:
             self._unlit = Pieces(len(chosen))
+            self._screened = find_screened(scene.lit, self.coarse, chosen, self._key, scene.scratch[0])
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             nodes, memory = chosen[slice(*piece)], self._memory[worker]
             budget, sky = config.coarse_light_samples, geometry.sky
-            light_nodes(scene.lit, self.coarse, self._key, budget, samples, nodes, sky, True, memory.trace, light)
+            light_nodes(scene.lit, self.coarse, self._key, budget, samples, nodes, sky, self._screened, True, memory.trace, light)
             light_from_images(scene.lit, self.coarse, geometry.images, self._key, nodes, memory, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
@@ -309,12 +312,14 @@ class IrradianceCache:
     def _light(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None) -> None:
         """Compute what falls on fine nodes (n,) where it is not known."""
         nodes = np.flatnonzero(wanted & ~self._filled)
-        scene, config, key = self._scene, self.config, self._key
+        scene, config, key, screened = self._scene, self.config, self._key, self._screened
         samples, rays = even_points(config.sun_samples), self._rays(config.gather_rays)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, NOT_OUTSIDE, False, memory.trace, self.light)
+            light_nodes(
+                scene.lit, self.atlas, key, config.light_samples, samples, chosen, NOT_OUTSIDE, screened, False, memory.trace, self.light
+            )
             gather_nodes(scene.lit, self.atlas, self.source, rays, chosen, memory, self.light)
             self.light.sun[chosen, 3] = np.maximum(self.light.sun[chosen, 3], _SUNLIT * self._sunlit[chosen])
             self._filled[chosen] = True
@@ -332,7 +337,9 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             chosen, memory = nodes[slice(*piece)], self._memory[worker]
-            light_nodes(scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, NOT_OUTSIDE, False, memory.trace, light)
+            light_nodes(
+                scene.lit, places, key, _STRAY_SAMPLES, rays.pattern, chosen, NOT_OUTSIDE, self._screened, False, memory.trace, light
+            )
             gather_nodes(scene.lit, places, self.source, rays, chosen, memory, light)
 
         Pieces(len(nodes), LANES).run(scene.workers, compute, cancelled)

@@ -25,7 +25,8 @@ _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), n
 _PI = np.float32(np.pi)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _STEP_U, _STEP_V = np.float32(0.7548777), np.float32(0.5698403)
-_FREE_SAMPLES = 128
+_FREE_SAMPLES, _SCREENED_PACKETS = 128, 4
+"""Points that tell how much there would be, and 16 times how many a run has of light that is hidden in part nearly everywhere, at most."""
 _LEAST_SAMPLES = np.float32(2.0)
 _NEAR = np.float32(3.0)
 """In radii of a group of lights: from less far away it is sampled by what it fills of the view, and how much that is is computed."""
@@ -40,6 +41,7 @@ def light_nodes(
     pattern: NDArray[np.float32],
     nodes: NDArray[np.int64],
     sky: UnderSky,
+    screened: NDArray[np.bool_],
     coarse: bool,
     scratch: Scratch,
     light: NodeLight,
@@ -48,7 +50,8 @@ def light_nodes(
 
     ``sky``: what nodes outside see of it, or NOT_OUTSIDE.
     ``budget``: about how many points on lights are sampled, shared among groups of lights by importance; ``pattern``: (s, 2) float32, s a
-    multiple of 16, points of the unit square by which the sun's disc is sampled; ``coarse``: whether light counts for all that the surface
+    multiple of 16, points of the unit square by which the sun's disc is sampled; ``screened``: groups of lights, (g,), that are asked for
+    more points, as most places see a part of them; ``coarse``: whether light counts for all that the surface
     scatters, or for its diffuse base, and photons bring that of the sun.
     """
     lanes, has_sun = scratch.lanes, len(scene.lights.infinite.part) > 0
@@ -72,7 +75,7 @@ def light_nodes(
             if has_sun:
                 _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
         elif lanes[ln.IMPORTANCE] > _ZERO:
-            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], reflector, node, key, scratch, light)
+            _add_groups(scene, np.float32(budget) / lanes[ln.IMPORTANCE], screened, reflector, node, key, scratch, light)
             # Photons bring what coarse nodes have of it.
             if has_sun and not coarse:
                 _add_sun(scene, pattern, reflector, node, shift_u, shift_v, scratch, light)
@@ -80,7 +83,14 @@ def light_nodes(
 
 @inlined
 def _add_groups(
-    scene: LitScene, samples: np.float32, reflector: Reflector, node: int, key: np.uint32, scratch: Scratch, light: NodeLight
+    scene: LitScene,
+    samples: np.float32,
+    screened: NDArray[np.bool_],
+    reflector: Reflector,
+    node: int,
+    key: np.uint32,
+    scratch: Scratch,
+    light: NodeLight,
 ) -> None:
     """Add the light of lamps to ``direct`` of a node, that of the sky in panes to ``indirect``, and both to ``toward``.
 
@@ -93,7 +103,9 @@ def _add_groups(
     for group in range(len(lights.groups.area)):
         budget = scratch.importances[group * LANES] * samples
         if budget > _ZERO:
-            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, reflector, node, key, scratch)
+            red, green, blue, dx, dy, dz = _light_of_group(
+                scene, group, budget, _SCREENED_PACKETS if screened[group] else 1, reflector, node, key, scratch
+            )
             x, y, z = x + dx, y + dy, z + dz
             if lights.varies[lights.groups.start[group]] == BY_SKY:
                 sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
@@ -153,7 +165,7 @@ class _Run(NamedTuple):
 
 @inlined
 def _light_of_group(
-    scene: LitScene, group: int, budget: np.float32, reflector: Reflector, node: int, key: np.uint32, scratch: Scratch
+    scene: LitScene, group: int, budget: np.float32, packets: int, reflector: Reflector, node: int, key: np.uint32, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
 
@@ -169,15 +181,15 @@ def _light_of_group(
         view = view_factor(lights.emitters, start, lights.groups.start[group + 1], point, normal)
         if view <= _ZERO:
             return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
-    samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), LANES)
+    samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), packets * LANES)
     vx = vy = vz = filled = whole = able = counted = _ZERO
     first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
     # A few samples of each run, by turns, with shadow rays.
-    for packet in range(2):
+    for packet in range(2 * packets):
         if min(first.taken, second.taken) == samples:
             break
-        _number_runs(LANES * packet, node, key, lanes)
-        _sample_group(scene, group, view, scratch)
+        number_runs(LANES * packet, node, key, lanes)
+        sample_group(scene, group, view, scratch)
         # Points from which nothing could come need no ray: the first that could are taken.  What fills the view hardly has any.
         for k in range(LANES):
             count = second.taken if k & 1 else first.taken
@@ -218,7 +230,7 @@ def _light_of_group(
     else:
         for packet in range(_FREE_SAMPLES // LANES):
             _number_evenly(LANES * packet, lanes)
-            _sample_group(scene, group, view, scratch)
+            sample_group(scene, group, view, scratch)
             for k in range(LANES):
                 if lanes[ln.LIGHT_PDF + k] > _ZERO:
                     gain, _, _, _, cosine = arriving(lanes, k)
@@ -268,7 +280,7 @@ def _shown(lanes: NDArray[np.float32], k: int) -> np.float32:
 
 
 @inlined
-def _number_runs(begin: int, node: int, key: np.uint32, lanes: NDArray[np.float32]) -> None:
+def number_runs(begin: int, node: int, key: np.uint32, lanes: NDArray[np.float32]) -> None:
     """Fill the random numbers for points on a group of lights, of a run in even lanes and of another in odd ones."""
     shift_u, shift_v = unit_hash(node, key)
     other_u, other_v = unit_hash(node, np.uint32(key + np.uint32(1)))
@@ -288,7 +300,7 @@ def _number_evenly(begin: int, lanes: NDArray[np.float32]) -> None:
 
 
 @inlined
-def _sample_group(scene: LitScene, group: int, view: np.float32, scratch: Scratch) -> None:
+def sample_group(scene: LitScene, group: int, view: np.float32, scratch: Scratch) -> None:
     """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights, by what it fills of the view, ``view``, where that is known."""
     lanes, lights = scratch.lanes, scene.lights
     first = lights.groups.start[group]
