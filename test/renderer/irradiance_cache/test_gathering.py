@@ -121,8 +121,8 @@ def test_glass_sends_back_the_light_that_does_not_go_through():
     assert known.mean() == pytest.approx(traced.mean(), rel=0.03)
 
 
-def test_what_the_sun_lights_outside_a_window_lights_the_room():
-    """The sun stands above the wall, so that none of it comes in: a white ledge before the window sends it on, and a board above that."""
+def sunlit_ledge():
+    """Return a room, view and camera: the sun stands above the wall, so that none of it comes in; a white ledge and a board send it on."""
     white = {"color": (0.8, 0.8, 0.8), "roughness": 1.0}
     pieces = (
         pierced(box((0, 0, 0), (4, 5, 2.6), inside=True, object_id=0, **GREY), (1.2, 0.9), (2.8, 2.1)),
@@ -131,15 +131,22 @@ def test_what_the_sun_lights_outside_a_window_lights_the_room():
         quad((0.8, 6.5, 0.85), (0, 0, 1.0), (2.4, 0, 0), **white),
     )
     sun = np.array([0, -0.02, 0.9998, 1e-5, *(3 * [1e5 / (2 * np.pi * 1e-5)])], np.float32)
-    flat, view, camera = (
-        scene(*pieces, sky=DARK._replace(sun=sun)),
-        pose((0.5, 0.5, 1.5), (2.5, 4.0, 1.0)),
-        CameraConfig(width=64, height=48),
-    )
+    return scene(*pieces, sky=DARK._replace(sun=sun)), pose((0.5, 0.5, 1.5), (2.5, 4.0, 1.0)), CameraConfig(width=64, height=48)
+
+
+def test_what_the_sun_lights_outside_a_window_lights_the_room():
+    """All but the view out, which is two thirds of the picture's light."""
+    flat, view, camera = sunlit_ledge()
     traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=512, threads=2).radiance[..., 1]
-    # Not the view out: the board there is lit by nodes 10 cm apart, and its corner with the ledge is too dark.
     cached, inside = look_up(flat, view, camera=camera).radiance[..., 1], traced < 2000.0
     assert inside.mean() > 0.9 and cached[inside].sum() == pytest.approx(traced[inside].sum(), rel=0.04)
+
+
+@pytest.mark.xfail(strict=True, reason="what stands outside is lit by nodes 10 cm apart: the board's corner is too dark, the picture 4.5 %")
+def test_what_the_sun_lights_outside_a_window_is_seen_as_bright_as_by_paths():
+    flat, view, camera = sunlit_ledge()
+    traced = look_up(flat, view, camera=camera, integrator="path", samples_per_pixel=128, threads=2).radiance.mean()
+    assert look_up(flat, view, camera=camera).radiance.mean() == pytest.approx(traced, rel=0.04)
 
 
 def test_what_is_small_and_bright_lights_each_coarse_node_and_not_those_whose_rays_meet_it():
