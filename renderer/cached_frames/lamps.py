@@ -24,7 +24,7 @@ from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined, kernel
 from renderer.core.ray_packet import LANES
-from renderer.core.sampling import Vector
+from renderer.core.sampling import Vector, dot
 from renderer.irradiance_cache.outside import sky_about
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
@@ -101,7 +101,7 @@ def _mirror_ball(balls: NDArray[np.float32], i: int, lanes: NDArray[np.float32],
     radius = balls[i, 3]
     for k in range(LANES):
         offset = from_hit(balls, i, k, lanes)
-        squared = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
+        squared = dot(offset, offset)
         squared = squared if squared > _TINY else _TINY
         shown = shown_radius_squared(balls, i, offset, squared)
         alpha, under_alpha = gloss[rec.LOBE_ALPHA + k], gloss[rec.LOBE_UNDER_ALPHA + k]
@@ -143,7 +143,7 @@ def _shown_place(balls: NDArray[np.float32], i: int, k: int, lanes: NDArray[np.f
     first, second = (balls[i, 8], balls[i, 9], balls[i, 10]), (balls[i, 11], balls[i, 12], balls[i, 13])
     offset = from_hit(balls, i, k, lanes)
     middle, wo = to_local(offset, k, lanes), (lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k])
-    squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2]
+    squared = dot(middle, middle)
     width_m = _SPAN * lobe_width(k, gloss) * np.sqrt(squared)
     along, aside = to_local(first, k, lanes), to_local(second, k, lanes)
     reach = mirrored_reach(middle, wo, along, aside)
@@ -182,7 +182,7 @@ def _mirrored_part(
     share = -(cosines_along(p, q) + cosines_along(q, v) + cosines_along(v, u) + cosines_along(u, p))
     share = share if share > _ZERO else _ZERO
     to = in_frame((gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]), frame, k, gloss)
-    squared = to[0] * to[0] + to[1] * to[1] + to[2] * to[2]
+    squared = dot(to, to)
     cosines = to[2] * row_length(frame, k, gloss) * row_length(frame + 3 * LANES, k, gloss) / (squared * squared)
     density = ggx_reflected(gloss[rec.BALL_FACET + k], ball_cosine(k, lanes, gloss), lanes[ln.WO_Z + k], alpha)
     ratio = density / (cosines if cosines > _TINY else _TINY)

@@ -13,7 +13,7 @@ from renderer.cached_frames.records import SHARP
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.core.ray_packet import LANES
-from renderer.core.sampling import Vector
+from renderer.core.sampling import Vector, cross, dot
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAN, _NARROWER, _WIDEST, _LEAST_HEIGHT = np.float32(0.4), np.float32(0.38), np.float32(1.33), np.float32(1e-3)
@@ -43,10 +43,10 @@ def cosines_along(a: Vector, b: Vector) -> np.float32:
 
     It is negative where the edge turns clockwise as seen from 0; a polygon's edges are summed up.
     """
-    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    x, y, z = cross(a, b)
     squared = x * x + y * y + z * z
     length = np.sqrt(squared if squared > _TINY else _TINY)
-    share: np.float32 = z / length * _PER_TURN * _angle(length, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    share: np.float32 = z / length * _PER_TURN * _angle(length, dot(a, b))
     return share
 
 
