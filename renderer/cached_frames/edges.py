@@ -41,6 +41,8 @@ _BEHIND = np.float32(0.2**2)
 """Squared sine of the angle between a surface and the way to another point, from which on that may lie behind it."""
 FEW, MANY = 3, 6
 """How many more points a pixel sees at edges, and where one side has less than _STEP of the other's light."""
+_LENT, _ASIDE = np.float32(1.0 / 3.0), np.float32(0.2)
+"""How far from where a ray has hit a place that lends its light may be, in steps of nodes, and a point from its pixel's middle, squared."""
 _TRIANGLE = np.array([[-0.29, 0.29], [-0.12, -0.42], [0.41, 0.13]], np.float32)
 OFFSETS = np.repeat(np.concatenate([_TRIANGLE, -_TRIANGLE]), LANES, axis=1)
 """Where pixels are sampled beside their centre, (6, 32), as offsets of tiles' rays, in pixels: an even triangle, turned, about the centre,
@@ -253,7 +255,8 @@ def smooth_edges(
                     points = 1 + (MANY if steps >> pixel & 1 else FEW)
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
                     other = found and view.hits.face[v, u] >= 0 and _shows_other(scene.surfaces, view.hits.face[v, u])
-                    if found and not other and not _is_lone(image, x, y):
+                    near = found and _is_near(view, x, y, u, v, hit_distance(packet, k), _LENT * shown.tables.spacing_m)
+                    if near and not other and not _is_lone(image, x, y):
                         for channel in range(3):
                             smooth[y, x, channel] += image[v, u, channel] / np.float32(points)
                     else:
@@ -347,6 +350,16 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
             if value < best:
                 best, column, row = value, u, v
     return bool(best < np.float32(np.inf)), column, row
+
+
+@inlined
+def _is_near(view: TracedView, x: int, y: int, u: int, v: int, far: np.float32, most_m: np.float32) -> bool:
+    """Return whether pixel (u, v) sees a place that is no farther than that from where a ray of pixel (x, y) has hit, ``far`` away."""
+    if view.hits.face[v, u] < 0:
+        return True
+    aside, ahead = far / view.camera.focal_px, view.distance[v, u] - far
+    squared = (np.float32((u - x) * (u - x) + (v - y) * (v - y)) + _ASIDE) * aside * aside + ahead * ahead
+    return bool(squared <= most_m * most_m)
 
 
 @inlined

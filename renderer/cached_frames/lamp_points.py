@@ -27,6 +27,7 @@ from renderer.core.sampling import Vector, coordinate_system, cross, dot
 from renderer.irradiance_cache.outside import show_sky
 from renderer.irradiance_cache.specular import pass_glass
 from renderer.path import surface_tables as st
+from renderer.path.emission import pane_transmittance
 from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 
@@ -87,6 +88,17 @@ def _ask_ball(surfaces: Surfaces, lamps: Lamps, i: int, k: int, memory: ShadeScr
     lanes[ln.LIGHT_END + k] = _INFINITE if is_pane else _ONE
     if is_pane:
         show_sky(surfaces.sky, k, lanes)
+        through = pane_transmittance(surfaces, lamps.part[ball], _facing(lamps.balls, ball, k, lanes))
+        for channel in range(3):
+            lanes[ln.LI_R + LANES * channel + k] *= through
+
+
+@inlined
+def _facing(balls: NDArray[np.float32], i: int, k: int, lanes: NDArray[np.float32]) -> np.float32:
+    """Return the cosine between TO_LIGHT of lane k and row i, something flat, from its front."""
+    to = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    facing: np.float32 = max(-dot(to, (balls[i, 4], balls[i, 5], balls[i, 6])), _ZERO) / np.sqrt(max(dot(to, to), _TINY))
+    return facing
 
 
 @inlined

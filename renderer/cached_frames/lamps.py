@@ -11,10 +11,10 @@ from renderer.cached_frames.lamp_shapes import Lamps
 from renderer.cached_frames.lobe_places import mirrored_reach, mirroring_span
 from renderer.cached_frames.lobe_shares import (
     build_frames,
-    cosines_along,
     ggx_reflected,
     in_frame,
     mirrored_share,
+    quadrilateral_share,
     row_length,
     slopes_in_disc,
     to_local,
@@ -179,8 +179,7 @@ def _mirrored_part(
     low, high = (c[0] - s[0], c[1] - s[1], c[2] - s[2]), (c[0] + s[0], c[1] + s[1], c[2] + s[2])
     p, q = (low[0] - t[0], low[1] - t[1], low[2] - t[2]), (high[0] - t[0], high[1] - t[1], high[2] - t[2])
     u, v = (low[0] + t[0], low[1] + t[1], low[2] + t[2]), (high[0] + t[0], high[1] + t[1], high[2] + t[2])
-    share = -(cosines_along(p, q) + cosines_along(q, v) + cosines_along(v, u) + cosines_along(u, p))
-    share = share if share > _ZERO else _ZERO
+    share = quadrilateral_share(p, u, v, q)
     to = in_frame((gloss[rec.BALL_X + k], gloss[rec.BALL_Y + k], gloss[rec.BALL_Z + k]), frame, k, gloss)
     squared = dot(to, to)
     cosines = to[2] * row_length(frame, k, gloss) * row_length(frame + 3 * LANES, k, gloss) / (squared * squared)
@@ -224,7 +223,7 @@ def _reflect_ball(most: np.float32, lanes: NDArray[np.float32], gloss: NDArray[n
 def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> None:
     """Turn BALL_R to BALL_B into what the ball's part adds to the pixels where nothing stands between, and fill SENT.
 
-    Panes show what is about there of the sky; what each point of them shows is asked with it.
+    Panes show what is about there of the sky; what each point of them shows, and lets through, is asked with it.
     """
     row = part * st.ROW_SIZE
     pane = surfaces.materials[row + st.PORTAL] > _ZERO
@@ -236,9 +235,8 @@ def _show_ball(surfaces: Surfaces, part: int, gloss: NDArray[np.float32]) -> Non
                 through = pane_transmittance(surfaces, part, facing) if pane else _ONE
                 for channel, shown in enumerate((r, g, b)):
                     at = LANES * channel + k
-                    reflected = through * gloss[rec.BALL_R + at]
-                    gloss[rec.BALL_R + at] = reflected * shown
-                    gloss[rec.SENT_R + at] = reflected if pane else reflected * shown
+                    gloss[rec.SENT_R + at] = gloss[rec.BALL_R + at] if pane else gloss[rec.BALL_R + at] * shown
+                    gloss[rec.BALL_R + at] *= through * shown
     else:
         for channel in range(3):
             for k in range(LANES):

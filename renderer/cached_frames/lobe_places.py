@@ -10,22 +10,32 @@ from renderer.core.sampling import Vector, cross, dot
 
 _TURN = np.float32(1.2)
 """By how much a slope turns what is mirrored, over its angle: twice in the plane of incidence, 2 cos theta across; in the mean of both."""
-_ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
+_ZERO, _HALF, _ONE, _TINY, _INFINITE = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20), np.float32(np.inf)
 _LEAST_SINE_SQUARED = np.float32(0.01)
 
 
 @inlined
 def mirrored_reach(middle: Vector, wo: Vector, first: Vector, second: Vector) -> np.float32:
-    """Return how far along the mirrored ray a rectangle is: where the ray meets it, else where it is nearest to the ``middle``.
+    """Return how far along the mirrored ray a rectangle is: where the ray meets its plane, or before that passes beyond its rim.
 
-    ``first``, ``second``: half its sides; all in the frame of the hit, where the mirrored direction is (-x, -y, z) of ``wo``.
+    ``first``, ``second``: half its sides; all in the frame of the hit, where the mirrored direction is (-x, -y, z) of ``wo``.  A ray that
+    goes away from a pane close beside it has most of that about its lobe where it passes the rim.
     """
     nx, ny, nz = cross(first, second)
     away, rate = dot(middle, (nx, ny, nz)), wo[2] * nz - wo[0] * nx - wo[1] * ny
     reach = away / (rate if abs(rate) > _TINY else _TINY)
-    meets = (reach > _ZERO) & (abs(_place_at(middle, wo, reach, first)) < _ONE) & (abs(_place_at(middle, wo, reach, second)) < _ONE)
-    nearest: np.float32 = middle[2] * wo[2] - middle[0] * wo[0] - middle[1] * wo[1]
-    return reach if meets else nearest
+    reach = min(min(reach if reach > _ZERO else _INFINITE, _rim_reach(middle, wo, first)), _rim_reach(middle, wo, second))
+    return reach if reach < _INFINITE else _ZERO
+
+
+@inlined
+def _rim_reach(middle: Vector, wo: Vector, axis: Vector) -> np.float32:
+    """Return where along the mirrored ray it passes beyond the end of a side; infinity if it never does, or has at its start."""
+    start, rate = -dot(middle, axis), wo[2] * axis[2] - wo[0] * axis[0] - wo[1] * axis[1]
+    squared = dot(axis, axis)
+    left = (squared if rate > _ZERO else -squared) - start
+    reach = left / (rate if abs(rate) > _TINY else _TINY)
+    return reach if reach > _ZERO else _INFINITE
 
 
 @inlined

@@ -38,10 +38,58 @@ def slopes_in_disc(facet: np.float32, half: np.float32, alpha: np.float32, sprea
 
 
 @inlined
-def cosines_along(a: Vector, b: Vector) -> np.float32:
-    """Return what the edge from a to b of a polygon adds to the share of the cosine lobe about z that it covers (Lambert's formula).
+def quadrilateral_share(a: Vector, b: Vector, c: Vector, d: Vector) -> np.float32:
+    """Return the share of the cosine lobe about z that a quadrilateral covers, seen from 0 (Lambert's formula), clipped at z = 0.
 
-    It is negative where the edge turns clockwise as seen from 0; a polygon's edges are summed up.
+    A flat convex one that goes around z as x goes to y; without branches, as all lanes do the same.
+    """
+    first, second, third, fourth = _edge_above(a, b), _edge_above(b, c), _edge_above(c, d), _edge_above(d, a)
+    # Where the horizon cuts it, an edge along that closes what is left.
+    leaves, enters = _horizon_place(a, b, c, d), _horizon_place(d, c, b, a)
+    share: np.float32 = first + second + third + fourth + _cosines_along(leaves, enters)
+    return share if share > _ZERO else _ZERO
+
+
+@inlined
+def _edge_above(a: Vector, b: Vector) -> np.float32:
+    """Return what the part of an edge above the horizon adds."""
+    low, high = _above(a, b), _above(b, a)
+    added = _cosines_along(low, high)
+    return added if (a[2] > _ZERO) | (b[2] > _ZERO) else _ZERO
+
+
+@inlined
+def _above(a: Vector, b: Vector) -> Vector:
+    """Return a, or where the edge from b to a meets the horizon, if a lies below that and b above."""
+    return _crossing(a, b) if (a[2] < _ZERO) & (b[2] > _ZERO) else a
+
+
+@inlined
+def _crossing(a: Vector, b: Vector) -> Vector:
+    """Return where the line through a and b, which lie on both sides of the horizon, meets it."""
+    apart = a[2] - b[2]
+    t = a[2] / (apart if abs(apart) > _TINY else _TINY)
+    return a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), _ZERO
+
+
+@inlined
+def _horizon_place(a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
+    """Return where the outline a, b, c, d goes below the horizon; 0 if it does not."""
+    place = _sinking(a, b, (_ZERO, _ZERO, _ZERO))
+    return _sinking(d, a, _sinking(c, d, _sinking(b, c, place)))
+
+
+@inlined
+def _sinking(a: Vector, b: Vector, other: Vector) -> Vector:
+    """Return where the edge from a to b goes below the horizon, or else the ``other`` place."""
+    return _crossing(b, a) if (a[2] > _ZERO) & (b[2] <= _ZERO) else other
+
+
+@inlined
+def _cosines_along(a: Vector, b: Vector) -> np.float32:
+    """Return what the edge from a to b of a polygon adds to the share of the cosine lobe about z that it covers.
+
+    It is positive where the edge goes around z as x goes to y.
     """
     x, y, z = cross(a, b)
     squared = x * x + y * y + z * z

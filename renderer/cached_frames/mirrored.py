@@ -28,8 +28,8 @@ from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
-_ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
-_INFINITE = np.float32(np.inf)
+_ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
+_INFINITE, _TINY, _PARALLEL = np.float32(np.inf), np.float32(1e-20), np.float32(0.9995)
 _MOST_BRUSHED = 3
 _MOST_TIMES = np.float32(8.0)
 _INVERSE_PI, _LEAST_VALID = np.float32(1.0 / np.pi), np.float32(1e-4)
@@ -68,7 +68,7 @@ def limit_seen(primary: NDArray[np.float32]) -> None:
     """Make what a rough lobe's ray has seen no brighter than _MOST_TIMES the mean of the packet's others, where these have seen any light.
 
     Few rays of such lobes meet what is small and bright, a ceiling above a lamp say, and each would leave a spot as wide as its neighbours
-    share it.
+    share it.  Sky that they have come to is as bright as it is between slats: there a few of many do.
     """
     total, count = _ZERO, _ZERO
     for k in range(LANES):
@@ -76,7 +76,7 @@ def limit_seen(primary: NDArray[np.float32]) -> None:
             total += primary[rec.SEEN, k] + primary[rec.SEEN + 1, k] + primary[rec.SEEN + 2, k]
             count += _ONE
     for k in range(LANES):
-        if primary[rec.KIND, k] > _ZERO and primary[rec.RAY_ALPHA, k] >= SHARP:
+        if primary[rec.KIND, k] > _ZERO and primary[rec.RAY_ALPHA, k] >= SHARP and primary[rec.LEFT, k] == _ZERO:
             seen = primary[rec.SEEN, k] + primary[rec.SEEN + 1, k] + primary[rec.SEEN + 2, k]
             even = primary[rec.EVEN, k] + primary[rec.EVEN + 1, k] + primary[rec.EVEN + 2, k]
             most = _MOST_TIMES * (total - seen + even) / count
@@ -122,9 +122,9 @@ def _aim(primary: NDArray[np.float32], point: int, way: int, goes: bool, k: int,
 def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScratch) -> None:
     """Trace the rays that are aimed to what is no mirror and no clear glass, and fill BETA with what those leave of its light.
 
-    Rough metal mirrors them on, too, by a microfacet, up to _MOST_BRUSHED times.  GLASS becomes what the fronts of glass send towards them
-    beside, by the light of the coarse nodes there.  ``through``: rays through glass begin at the camera, and what the face that it sees
-    lets through is in BASE already.
+    Rough metal mirrors them on, too, by a microfacet, up to _MOST_BRUSHED times.  GLASS becomes what the fronts of glass, and metal as far
+    as it scatters, send towards them beside, by the light of the coarse nodes there.
+    ``through``: rays through glass begin at the camera, and what the face that it sees lets through is in BASE already.
     """
     scratch, primary, surfaces = memory.trace, memory.primary, scene.surfaces
     rays, lanes = scratch.rays, scratch.lanes
@@ -174,6 +174,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
                 # Numbers that have nothing to do with those of the pixel's own lobe.
                 seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
                 lobe = metal_lobe(table, at)
+                _add_scattered(table, at, tables, k, memory)
                 if has_sun:
                     stand_on_metal(scene, lobe, k, memory)
                     metal += 1
@@ -195,7 +196,8 @@ def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, through
     """Add to GLASS what clear glass sends towards ray k, which has met it, beside what comes through it.
 
     Where the ray leaves the glass that the pixel shows, that is what the face sends back of the light that falls on the pixel's surface;
-    of what it scatters into the glass, all that is mirrored within is scattered again.
+    of what it scatters into the glass, all that is mirrored within is scattered again.  Where that face lies along the first, as of panes,
+    it shows the image that this mirrors once more.
     """
     rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
     real = rays.real
@@ -207,11 +209,42 @@ def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, through
         primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * (_ONE - clear_share(table, at, 2)) * b
     elif through:
         opaque, leaves = _ONE - table[at + st.TRANSMISSION], _ONE / (table[at + st.IOR] * table[at + st.IOR])
+        slab = _is_parallel(k, memory)
         for channel in range(3):
             base = table[at + st.BASE + channel]
-            back = opaque * base * leaves / (_ONE - (_ONE - leaves) * base) + (_ONE - opaque) * _FACE
-            lit = clear_share(table, at, channel) * primary[rec.EVEN + channel, k]
-            primary[rec.GLASS + channel, k] += lanes[ln.BETA_R + LANES * channel + k] * back * lit
+            back = opaque * base * leaves / (_ONE - (_ONE - leaves) * base)
+            even, share = primary[rec.EVEN + channel, k], primary[rec.SHARE + channel, k]
+            mirrored = share * primary[rec.SEEN + channel, k] if slab else _FACE * even
+            lit = clear_share(table, at, channel) * (back * even + (_ONE - opaque) * mirrored)
+            primary[rec.GLASS + channel, k] += lanes[ln.BETA_R + LANES * channel + k] * lit
+
+
+@inlined
+def _is_parallel(k: int, memory: ShadeScratch) -> bool:
+    """Return whether what ray k has met would send the pixel's ray where the pixel's own surface mirrors it."""
+    real, primary, along, squared, alike, length = memory.trace.rays.real, memory.primary, _ZERO, _ZERO, _ZERO, _ZERO
+    for axis in range(3):
+        way, normal = primary[rec.WAY + axis, k], real[ray.NG_X + LANES * axis + k]
+        along, squared, length = along + way * normal, squared + normal * normal, length + way * way
+    for axis in range(3):
+        mirrored = primary[rec.WAY + axis, k] - _TWO * along / max(squared, _TINY) * real[ray.NG_X + LANES * axis + k]
+        alike += mirrored * primary[rec.AHEAD + axis, k]
+    return bool(alike > _PARALLEL * np.sqrt(length))
+
+
+@inlined
+def _add_scattered(table: NDArray[np.float32], at: int, tables: Tables, k: int, memory: ShadeScratch) -> None:
+    """Add to GLASS what brushed metal that ray k has met, as far as it is no metal, scatters towards it."""
+    scatters = _ONE - table[at + st.METALLIC]
+    if scatters <= _ZERO:
+        return
+    rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
+    real = rays.real
+    along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
+    lit_r, lit_g, lit_b, _ = _look_up(tables, tables.even, along < _ZERO, k, memory)
+    primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * scatters * table[at + st.BASE] * lit_r
+    primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * scatters * table[at + st.BASE + 1] * lit_g
+    primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * scatters * table[at + st.BASE + 2] * lit_b
 
 
 @inlined

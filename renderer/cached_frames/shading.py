@@ -65,6 +65,8 @@ _NEVER = np.float32(0.75)
 _SUN_RAYS = 4
 _WHOLE = np.float32(np.sqrt(2.0))
 """Width of a pixel's cone by which textures are averaged over all of the pixel: paths, which are many, see them twice as sharply."""
+_OF_MANY = np.float32(np.sqrt(2.0 / 7.0))
+"""The same of one of several points of a pixel."""
 _LEAST_ALPHA = np.float32(1e-4)
 _LEAST_COAT = np.float32(0.033)
 """Roughness of coats, at least, whose rays neighbours share."""
@@ -110,7 +112,7 @@ def _shade_packet(shown: CachedView, alone: bool, strays: Strays, row: int, begi
     ``alone``: whether each sends mirrored rays of its own; ``row``, ``begin``: the place of the packet's strays.
     """
     scene, tables, frame_key, lanes = shown.scene, shown.tables, shown.frame_key, memory.trace.lanes
-    spread = _WHOLE / shown.traced.camera.focal_px
+    spread = (_OF_MANY if alone else _WHOLE) / shown.traced.camera.focal_px
     kinds = _build_surfaces(scene, spread, memory.trace)
     sunny = asking = traced = 0
     again, met = len(strays.light.valid) > 0, False

@@ -232,8 +232,12 @@ def _meet(surfaces: Surfaces, coarse: Atlas, fine: Atlas, looks: Looks, seed: np
         lanes[ln.BETA_R + LANES * channel + k] *= (
             passed[channel] / (passes * scale) if behind else (scattered + mirrored) * albedo[channel] / (reflects * scale)
         )
-    is_metal = table[row + st.METALLIC] > _HALF
-    gloss = bool(not behind and (is_metal or unit(seed, 1) * (scattered + mirrored) < mirrored))
+    by_gloss = mirrored / max(scattered + mirrored, _TINY)
+    if table[row + st.METALLIC] > _HALF:
+        # What of it is no metal scatters.
+        matt = looks.matt[nearest]
+        by_gloss = _ONE - max(matt[0], matt[1], matt[2]) / max(albedo[0], albedo[1], albedo[2], _TINY)
+    gloss = bool(not behind and unit(seed, 1) < by_gloss)
     roughness = reflector.coat_roughness if reflector.coat > _ZERO else table[row + st.ROUGHNESS]
     way = _MIRRORED if gloss and not scatters_all(table, row) else _SCATTERED
     _scatter(gloss, way, bool(behind == front), roughness * roughness, cosine, seed, k, scratch)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf.layers import boundary_reflectance
 from renderer.bsdf.microfacet import sample_ggx_wm, schlick_weight, visible_share
 from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
@@ -111,9 +112,11 @@ class Lobe(NamedTuple):
 
 @inlined
 def metal_lobe(materials: NDArray[np.float32], row: int) -> Lobe:
-    """Return that of the metal whose material begins at ``row``."""
-    roughness, base = materials[row + st.ROUGHNESS], row + st.BASE
-    return Lobe(roughness * roughness, materials[base], materials[base + 1], materials[base + 2], _ONE)
+    """Return that of the metal whose material begins at ``row``; what of it is no metal mirrors as its boundary does."""
+    roughness, base, metal = materials[row + st.ROUGHNESS], row + st.BASE, materials[row + st.METALLIC]
+    f0, f90 = boundary_reflectance(materials[row + st.IOR])
+    f0, f90, alpha = (_ONE - metal) * f0, (_ONE - metal) * f90 + metal, roughness * roughness
+    return Lobe(alpha, f0 + metal * materials[base], f0 + metal * materials[base + 1], f0 + metal * materials[base + 2], f90)
 
 
 @inlined

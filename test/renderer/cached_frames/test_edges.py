@@ -113,3 +113,17 @@ def test_slats_as_far_apart_as_pixels_let_through_as_much_light_as_shows_between
     image = look_up(scene(wall(-60, 60, 1000, 2.2), blind), AHEAD, camera=CAMERA).radiance[4:-4, 4:-4, 1]
     share = 1 - rise_px / pitch_px
     assert image.mean() == pytest.approx(1000 * share + slats_cd_m2 * (1 - share), rel=0.04)
+
+
+def test_between_posts_a_wall_has_the_light_of_its_own_places_where_that_falls_off_within_a_few_pixels():
+    """A strip of light hangs 6 cm before the wall; places a pixel apart, 16 mm, lend each other none."""
+    lamp = quad((0.03, 1.94, -0.4), (-0.06, 0, 0), (0, 0, 0.8), emission=(1000.0,) * 3, color=(0, 0, 0))
+    back = quad((-2, 2, -2), (4, 0, 0), (0, 0, 4), color=(0.8, 0.8, 0.8), roughness=1.0)
+    # As seen: posts of 1.3 pixels, 3.1 apart.
+    places = 0.5 * PIXEL_M * np.arange(-60, 60, 3.1)
+    posts = [quad((x, 1.0, -2), (0.65 * PIXEL_M, 0, 0), (0, 0, 4), color=(0, 0, 0), roughness=1.0) for x in places]
+    cached, traced = (
+        look_up(scene(back, lamp, *posts), AHEAD, camera=CAMERA, **settings).radiance[14:-14, :, 1].mean(axis=0)
+        for settings in ({"cache_spacing_m": 0.02}, {"integrator": "path", "samples_per_pixel": 256, "threads": 2})
+    )
+    assert np.abs(cached - traced).mean() < 0.1 * traced.mean()

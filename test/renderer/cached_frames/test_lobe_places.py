@@ -3,18 +3,45 @@
 import numpy as np
 import pytest
 
-from renderer.cached_frames.lobe_places import choose_places, lobe_width_m, mirrored_reach, place_density, place_near, places_density
+from renderer.cached_frames.lobe_places import (
+    choose_places,
+    lobe_width_m,
+    mirrored_reach,
+    nearest_place,
+    place_density,
+    place_near,
+    places_density,
+)
 from renderer.core.kernel import from_python
 
+REACH, PLACE = from_python(mirrored_reach), from_python(nearest_place)
 
-def test_the_mirrored_ray_meets_a_rectangle_or_passes_it():
-    wo = np.array([0.6, 0.0, 0.8], np.float32)
-    first, second = (np.array(side, np.float32) for side in ((0, 1, 0), (0, 0, 1)))
-    reach = from_python(mirrored_reach)
-    assert reach(tuple(np.float32([-0.3, 0.2, 1])), tuple(wo), tuple(first), tuple(second)) == pytest.approx(0.3 / 0.6)
-    for aside in ([0.3, 0.2, 1], [-0.3, 0.2, 3], [-0.3, 1.5, 1]):
-        found = reach(tuple(np.float32(aside)), tuple(wo), tuple(first), tuple(second))
-        assert found == pytest.approx(np.array(aside) @ [-0.6, 0, 0.8]), "it is behind, or the ray passes it"
+
+def test_the_mirrored_ray_meets_a_rectangle_or_passes_beyond_its_rim():
+    wo, sides = tuple(np.float32([0.6, 0.0, 0.8])), (tuple(np.float32([0, 1, 0])), tuple(np.float32([0, 0, 1])))
+    assert REACH(tuple(np.float32([-0.3, 0.2, 1])), wo, *sides) == pytest.approx(0.3 / 0.6)
+    assert REACH(tuple(np.float32([0.3, 0.2, 1])), wo, *sides) == pytest.approx(2.0 / 0.8), "it is behind: beyond its upper rim"
+    assert REACH(tuple(np.float32([-0.3, 1.5, 1])), wo, *sides) == pytest.approx(0.3 / 0.6), "the ray passes it"
+    assert REACH(tuple(np.float32([0.3, 0.2, -3])), wo, *sides) == 0.0, "it goes away from all of it"
+
+
+@pytest.mark.parametrize(("far_m", "aside", "off_deg"), [((0.02, 0.15), 1, 5), ((0.5, 4.0), 6, 6)], ids=["close by", "across a room"])
+def test_the_place_on_a_rectangle_is_where_it_is_seen_nearest_to_the_mirrored_ray(far_m, aside, off_deg):
+    """Nine of ten times, of all in front of it within 60 degrees, it is no more than that much farther off than the nearest is."""
+    rng, off = np.random.default_rng(3), []
+    grid = np.stack(np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 21)), axis=-1)
+    for _ in range(2000):
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0].T * np.append(rng.uniform(0.2, 1, 2), rng.uniform(*far_m))[:, None]
+        middle, wo = axes[2] + rng.uniform(-aside, aside, 2) @ axes[:2], rng.normal(size=3)
+        wo /= np.linalg.norm(wo)
+        hit = [tuple(np.float32(v)) for v in (middle, wo, axes[0], axes[1])]
+        reach = REACH(*hit)
+        places = np.append(grid.reshape(-1, 2), [[PLACE(*hit[:2], reach, side) for side in hit[2:]]], axis=0)
+        seen = middle + places @ axes[:2]
+        angles = np.degrees(np.arccos(np.clip(seen @ (wo * [-1, -1, 1]) / np.linalg.norm(seen, axis=1), -1, 1)))
+        if angles.min() < 60:
+            off.append(angles[-1] - angles[:-1].min())
+    assert len(off) > 500 and np.quantile(off, 0.9) < off_deg
 
 
 @pytest.mark.parametrize("nearest", [0.0, 1.0, -0.3])

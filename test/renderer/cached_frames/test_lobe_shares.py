@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from renderer.cached_frames.lobe_shares import cosines_along, lobe_frame, slopes_in_disc
+from renderer.cached_frames.lobe_shares import lobe_frame, quadrilateral_share, slopes_in_disc
 from renderer.core.kernel import from_python
 
 
@@ -52,11 +52,28 @@ def test_the_share_of_a_lobe_that_a_polygon_covers_is_that_of_ggx(alpha, off, ti
         within = (wi @ mirrored > 0) & (x > left) & (x < left + 0.4) & (abs(y) < 0.3)
         corners = [mirrored + a * across + b * up for a, b in ((left, -0.3), (left + 0.4, -0.3), (left + 0.4, 0.3), (left, 0.3))]
         local = [tuple(np.float32(rows @ corner)) for corner in corners]
-        share = abs(sum(from_python(cosines_along)(a, b) for a, b in zip(local, local[1:] + local[:1], strict=True)))
+        share = from_python(quadrilateral_share)(*local)
         assert share == pytest.approx((weight * within).sum() / weight.sum(), abs=off)
 
 
 def test_a_square_before_all_that_a_lobe_sees_has_all_of_it():
     corners = [tuple(np.float32([x, y, 1e-3])) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    whole = sum(from_python(cosines_along)(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
-    assert whole == pytest.approx(1.0, abs=0.01)
+    assert from_python(quadrilateral_share)(*corners) == pytest.approx(1.0, abs=0.01)
+
+
+def test_what_of_a_quadrilateral_lies_behind_a_lobe_takes_nothing_from_its_share():
+    """A pane a few centimetres from a slat goes on far behind what the slat mirrors; asked of directions drawn by their cosine."""
+    rng, clipped = np.random.default_rng(2), from_python(quadrilateral_share)
+    u, turn = rng.random(400_000), rng.random(400_000) * 2 * np.pi
+    ways = np.stack([np.sqrt(u) * np.cos(turn), np.sqrt(u) * np.sin(turn), np.sqrt(1 - u)], axis=1)
+    for _ in range(40):
+        middle, along = rng.normal(size=3), rng.normal(size=3)
+        aside = np.cross(along, rng.normal(size=3))
+        normal = np.cross(along, aside)
+        if middle @ normal < 0:
+            along, normal = -along, -normal
+        reach = (middle @ normal) / (ways @ normal)
+        place = reach[:, None] * ways - middle
+        covered = (reach > 0) & (abs(place @ along) < along @ along) & (abs(place @ aside) < aside @ aside)
+        corners = [middle + s * along + t * aside for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        assert clipped(*(tuple(np.float32(corner)) for corner in corners)) == pytest.approx(covered.mean(), abs=4e-3)

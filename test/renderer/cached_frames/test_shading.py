@@ -9,7 +9,7 @@ from renderer import CameraConfig, Renderer
 from renderer.cached_frames.gloss_rays import pixel_noise
 from renderer.cached_frames.lamp_shapes import build_lamps
 from renderer.cached_frames.mirrored import limit_seen
-from renderer.cached_frames.records import EVEN, KIND, RAY_ALPHA, SEEN, SHARP, make_shade_scratch
+from renderer.cached_frames.records import EVEN, KIND, LEFT, RAY_ALPHA, SEEN, SHARP, make_shade_scratch
 from renderer.core.kernel import from_python
 from renderer.path.records import make_scratch
 from renderer.scene.flat_scene import Sky
@@ -299,6 +299,37 @@ def test_slats_right_before_a_window_mirror_its_sky_as_the_path_tracer_says():
     assert traced > 10.0 and cached == pytest.approx(traced, rel=0.05)
 
 
+@pytest.mark.parametrize("lean_deg", [38, 45, 52])
+def test_a_slat_that_leans_into_the_room_mirrors_what_another_leaves_of_the_pane_behind(lean_deg):
+    """The mirrored ray goes up beside the pane or past its upper rim; most of the pane lies below the horizon of the lobe.
+
+    What the slat above leaves of it is seen less aslant than the rest, so that the glass lets more of it through.
+    """
+    sky, lean = Sky(*(np.full(3, 1000, np.float32) for _ in range(3))), np.radians(lean_deg)
+    across = np.array([0, np.cos(lean), np.sin(lean)]) * 0.02
+    near, above = (np.array([0, 1.93, z]) - across / 2 for z in (-0.3, -0.275))
+    slat = quad((-0.2, *near[1:]), (0.4, 0, 0), tuple(across), metallic=1.0, roughness=0.43, color=(0.8, 0.8, 0.8))
+    other = quad((-0.3, *above[1:]), (0.6, 0, 0), tuple(across), color=(0, 0, 0), roughness=1.0)
+    backs = [
+        quad((0.4 + x, y, z - 5e-4), (-2 * x - 0.8, 0, 0), tuple(across), color=(0, 0, 0), roughness=1.0)
+        for x, (_, y, z) in ((-0.2, near), (-0.1, above))
+    ]
+    pane = quad((-0.6, 2, -0.6), (1.2, 0, 0), (0, 0, 1.2), portal=True, transmission=0.9, ior=1.7)
+    camera, view = CameraConfig(width=32, height=8, horizontal_fov_rad=0.1), pose((0, 0.3, -0.3), (0, 1.93, -0.3))
+    cached, traced = (
+        look_up(scene(slat, other, *backs, pane, sky=sky), view, camera=camera, **settings).radiance[3:5, 8:24, 1].mean()
+        for settings in ({}, {"integrator": "path", "samples_per_pixel": 512, "threads": 2})
+    )
+    assert traced > 30.0 and cached == pytest.approx(traced, rel=0.12)
+
+
+def test_both_faces_of_a_plate_of_glass_mirror_what_stands_before_it():
+    plate = box((-1, 2, -1), (1, 2.004, 1), color=(1, 1, 1), transmission=1.0, ior=1.5, roughness=0.0)
+    lit = quad((1, -1, -1), (-2, 0, 0), (0, 0, 2), glow_cd_m2=100.0, color=(1, 1, 1))
+    traced = seen(plate, lit, integrator="path", samples_per_pixel=64, threads=2).mean()
+    assert traced > 7.0 and seen(plate, lit).mean() == pytest.approx(traced, rel=0.05)
+
+
 @pytest.mark.parametrize("roughness", [0.2, 0.42])
 def test_a_window_behind_a_blind_shows_in_a_polished_table_without_dots_grids_or_blocks(roughness):
     """Slats hide two thirds of the window; the table's colour is smooth from pixel to pixel, and that of the path tracer over blocks."""
@@ -426,6 +457,15 @@ def test_one_ray_of_a_rough_lobe_is_not_much_brighter_than_its_neighbours(alpha,
     primary[SEEN : SEEN + 3, 2], primary[EVEN : EVEN + 3, 2] = 1000.0, 5.0
     from_python(limit_seen)(primary)
     np.testing.assert_allclose(primary[SEEN, :4], [1.0, 1.0, expected, 1.0], rtol=1e-6)
+
+
+def test_a_ray_that_has_come_to_the_sky_keeps_what_it_sees():
+    """Few of many do between slats."""
+    primary = make_shade_scratch(make_scratch(0)).primary
+    primary[KIND, :4], primary[RAY_ALPHA, :4], primary[SEEN : SEEN + 3, :4] = 1.0, 0.2, 1.0
+    primary[SEEN : SEEN + 3, 2], primary[LEFT, 2] = 1000.0, 1.0
+    from_python(limit_seen)(primary)
+    assert primary[SEEN, 2] == 1000.0
 
 
 def test_a_ray_that_alone_sees_light_keeps_it():

@@ -44,7 +44,7 @@ def emit_photons_of_none():
         return emit_photons(cache._scene.surfaces, cache._scene.lights, False, KEY)
 
 
-@pytest.mark.parametrize(("metallic", "coat"), [(1.0, 0.0), (0.0, 0.0), (0.0, 1.0)])
+@pytest.mark.parametrize(("metallic", "coat"), [(1.0, 0.0), (0.7, 0.0), (0.0, 0.0), (0.0, 1.0)])
 def test_a_lamp_in_a_box_of_gloss_leaves_what_that_mirrors(metallic, coat):
     """From a small matt lamp above a wide floor its light falls evenly on all slopes: what is mirrored is the hemisphere's mean."""
     lamp = quad((-0.025, -0.025, 0.31), (0, 0.05, 0), (0.05, 0, 0), emission=(100.0, 50.0, 25.0), object_id=2, color=(0, 0, 0), **MATT)
