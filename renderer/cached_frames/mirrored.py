@@ -20,7 +20,17 @@ from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.irradiance_cache.nodes import LIGHT, VALID
 from renderer.irradiance_cache.outside import mirrored_sky, outside_light
-from renderer.irradiance_cache.specular import clear_share, go_on, is_brushed, is_clear, is_mirror, metal_lobe, mirror_by_facet, ray_cosine
+from renderer.irradiance_cache.specular import (
+    along_normal,
+    clear_share,
+    go_on,
+    is_brushed,
+    is_clear,
+    is_mirror,
+    metal_lobe,
+    mirror_by_facet,
+    ray_cosine,
+)
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance
 from renderer.path.light_nodes import find_nodes
@@ -200,9 +210,7 @@ def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, through
     it shows the image that this mirrors once more.
     """
     rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
-    real = rays.real
-    along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
-    if along < _ZERO:
+    if along_normal(rays, k) < _ZERO:
         r, g, b, _ = _look_up(tables, tables.leaving, True, k, memory)
         primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * (_ONE - clear_share(table, at, 0)) * r
         primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * (_ONE - clear_share(table, at, 1)) * g
@@ -239,9 +247,7 @@ def _add_scattered(table: NDArray[np.float32], at: int, tables: Tables, k: int, 
     if scatters <= _ZERO:
         return
     rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
-    real = rays.real
-    along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
-    lit_r, lit_g, lit_b, _ = _look_up(tables, tables.even, along < _ZERO, k, memory)
+    lit_r, lit_g, lit_b, _ = _look_up(tables, tables.even, bool(along_normal(rays, k) < _ZERO), k, memory)
     primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * scatters * table[at + st.BASE] * lit_r
     primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * scatters * table[at + st.BASE + 1] * lit_g
     primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * scatters * table[at + st.BASE + 2] * lit_b
@@ -254,7 +260,7 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
     What shines of itself is left to :func:`_see_surfaces`, unless it is shown as a ball.
     """
     rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
-    real, integer = rays.real, rays.integer
+    integer = rays.integer
     waiting = 0
     for k in range(LANES):
         if rays.alive[k] == 0:
@@ -265,9 +271,7 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
         if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], shown):
             waiting += 1
             continue
-        nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
-        along = real[ray.DIR_X + k] * nx + real[ray.DIR_Y + k] * ny + real[ray.DIR_Z + k] * nz
-        r, g, b, found = _look_up(tables, tables.leaving, along < _ZERO, k, memory)
+        r, g, b, found = _look_up(tables, tables.leaving, bool(along_normal(rays, k) < _ZERO), k, memory)
         if not found:
             waiting += 1
             continue

@@ -80,6 +80,16 @@ def ray_cosine(rays: Packet, k: int) -> np.float32:
 
 
 @inlined
+def along_normal(rays: Packet, k: int) -> np.float32:
+    """Return the product of ray k's direction and the normal of what it has hit, neither of unit length: below 0 at the front."""
+    real = rays.real
+    along: np.float32 = (
+        real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
+    )
+    return along
+
+
+@inlined
 def go_on(packet: Packet, k: int, mirror: bool) -> None:
     """Send ray k on from its hit, mirrored or straight, to be traced again."""
     real = packet.real
@@ -129,8 +139,7 @@ def facing_normal(surfaces: Surfaces, k: int, rays: Packet) -> Vector:
     nx = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
     ny = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
     nz = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
-    along = real[ray.DIR_X + k] * real[ray.NG_X + k] + real[ray.DIR_Y + k] * real[ray.NG_Y + k] + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
-    scale = (-_ONE if along > _ZERO else _ONE) / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
+    scale = (-_ONE if along_normal(rays, k) > _ZERO else _ONE) / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
     return scale * nx, scale * ny, scale * nz
 
 
