@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from renderer.bsdf.reflectance import WIDE
 from renderer.cached_frames.corners import look_between
 from renderer.cached_frames.curvature import bend_of_faces
-from renderer.cached_frames.edges import EdgeSamples, lift_lone, make_edge_samples, smooth_edges
+from renderer.cached_frames.edges import EdgeSamples, make_edge_samples, smooth_edges
 from renderer.cached_frames.lamp_shapes import build_lamps
+from renderer.cached_frames.lone_pixels import lift_lone
 from renderer.cached_frames.reconstruction import Picture, make_picture, mix_gloss, sum_across
 from renderer.cached_frames.records import CachedView, Tables, make_shade_scratch
 from renderer.cached_frames.shading import shade_hits

@@ -1,7 +1,7 @@
 """Edges: pixels there see three more points, six where light and dark meet or something lies between pixels.
 
 Neighbours that see the same surface light these, else they are shaded themselves, as all are of pixels that are much darker than all around
-them.  Pixels that are so still are lifted then.
+them.
 """
 
 from typing import NamedTuple
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from renderer.cached_frames import records as rec
 from renderer.cached_frames.corners import BEND, NEAR, hit_distance, is_one_surface
+from renderer.cached_frames.lone_pixels import LONE, is_lone
 from renderer.cached_frames.reconstruction import Picture, aligned
 from renderer.cached_frames.records import CachedView, ShadeScratch
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import ray_packet as ray
-from renderer.core.color import LUMINANCE
 from renderer.core.embree import SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
@@ -32,11 +32,8 @@ _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
 _HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
 _CONTRAST = np.float32(0.03)
-_LONE = np.float32(0.6)
-"""Light of a gap, or of a pixel that is much darker than all around, over what is around, at most."""
 _STEP = np.float32(0.85)
 """Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
-_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _BEHIND = np.float32(0.2**2)
 """Squared sine of the angle between a surface and the way to another point, from which on that may lie behind it."""
 FEW, MANY = 3, 6
@@ -106,7 +103,7 @@ def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float
         elif _differ(image, x, y, u, v):
             least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
             apart = other or aligned(surfaces, here, there) < BEND or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
-            if apart or least < _LONE * most:
+            if apart or least < LONE * most:
                 points = MANY if least < _STEP * most else max(points, FEW)
     return points
 
@@ -166,59 +163,6 @@ def _is_step(hits: Hits, image: NDArray[np.float32], x: int, y: int) -> bool:
     return False
 
 
-@inlined
-def _is_lone(image: NDArray[np.float32], x: int, y: int) -> bool:
-    """Return whether a pixel has much less light than its eight neighbours, all but one of them at least; none of the rim has."""
-    height, width, _ = image.shape
-    if x == 0 or y == 0 or x + 1 == width or y + 1 == height:
-        return False
-    others = 0
-    for v in range(y - 1, y + 2):
-        for u in range(x - 1, x + 2):
-            others += image[y, x, 1] >= _LONE * image[v, u, 1]
-    # It is no darker than itself.
-    return others <= 2
-
-
-@entry
-def lift_lone(image: NDArray[np.float32], first: int, step: int) -> None:
-    """Lift pixels of rows ``first``, ``first + step``, ... that are still much darker than each of their neighbours; none of the rim.
-
-    What is so small hides little of a pixel: its few points have missed what is around.  It takes a share of the darkest neighbour's light,
-    as filters by rank do.  Of two pixels beside each other one at most is lifted, so the order in
-    which that is done changes nothing.
-    """
-    height, width, _ = image.shape
-    for y in range(first, height, step):
-        for x in range(1, width - 1 if 0 < y < height - 1 else 1):
-            u, v = _darkest_beside(image, x, y)
-            if u >= 0:
-                for channel in range(3):
-                    image[y, x, channel] = _LONE * image[v, u, channel]
-
-
-@inlined
-def _darkest_beside(image: NDArray[np.float32], x: int, y: int) -> tuple[int, int]:
-    """Return the darkest of the eight pixels around one (column, row); (-1, -1) if one of them is not much lighter than it."""
-    here, least, column, row = _luminance(image, x, y), np.float32(np.inf), -1, -1
-    for v in range(y - 1, y + 2):
-        for u in range(x - 1, x + 2):
-            if u == x and v == y:
-                continue
-            there = _luminance(image, u, v)
-            if here >= _LONE * there:
-                return -1, -1
-            if there < least:
-                least, column, row = there, u, v
-    return column, row
-
-
-@inlined
-def _luminance(image: NDArray[np.float32], x: int, y: int) -> np.float32:
-    luminance: np.float32 = _RED * image[y, x, 0] + _GREEN * image[y, x, 1] + _BLUE * image[y, x, 2]
-    return luminance
-
-
 @entry
 def smooth_edges(
     shown: CachedView,
@@ -256,7 +200,7 @@ def smooth_edges(
                     found, u, v = _alike(scene.surfaces, view, x, y, k, packet)
                     other = found and view.hits.face[v, u] >= 0 and _shows_other(scene.surfaces, view.hits.face[v, u])
                     near = found and _is_near(view, x, y, u, v, hit_distance(packet, k), _LENT * shown.tables.spacing_m)
-                    if near and not other and not _is_lone(image, x, y):
+                    if near and not other and not is_lone(image, x, y):
                         for channel in range(3):
                             smooth[y, x, channel] += image[v, u, channel] / np.float32(points)
                     else:
@@ -285,7 +229,7 @@ def _copy_tile(
     edges = steps = 0
     for y in range(row, min(row + TILE, height)):
         for x in range(column, min(column + TILE, width)):
-            many = _is_lone(image, x, y) or _has_missed(missed, x, y)
+            many = is_lone(image, x, y) or _has_missed(missed, x, y)
             points = MANY if many else _points_beside(surfaces, view, image, x, y)
             if points > 0:
                 edges |= 1 << ((y - row) * TILE + x - column)

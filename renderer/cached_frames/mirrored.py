@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.reflectance import rough_shares
 from renderer.cached_frames import records as rec
+from renderer.cached_frames.added_on_way import add_from_glass, add_scattered
+from renderer.cached_frames.hit_light import light_on, look_up
 from renderer.cached_frames.records import ROUGH, SHARP, ShadeScratch, Tables, is_faint
 from renderer.cached_frames.sunlit_metal import add_sun_on_metal, stand_on_metal
 from renderer.cached_frames.wanted import DEEPEST
@@ -18,7 +20,6 @@ from renderer.core.embree import intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
-from renderer.irradiance_cache.nodes import LIGHT, VALID
 from renderer.irradiance_cache.outside import mirrored_sky, outside_light
 from renderer.irradiance_cache.specular import (
     along_normal,
@@ -33,18 +34,13 @@ from renderer.irradiance_cache.specular import (
 )
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance
-from renderer.path.light_nodes import find_nodes
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
-_ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
-_INFINITE, _TINY, _PARALLEL = np.float32(np.inf), np.float32(1e-20), np.float32(0.9995)
+_ZERO, _ONE, _INFINITE = np.float32(0.0), np.float32(1.0), np.float32(np.inf)
 _MOST_BRUSHED = 3
 _MOST_TIMES = np.float32(8.0)
-_INVERSE_PI, _LEAST_VALID = np.float32(1.0 / np.pi), np.float32(1e-4)
-_FACE = np.float32(0.04)
-"""What a face of glass mirrors."""
 _BOTH_WAYS = np.float32(1.5)
 """KIND beyond which rays go through, too."""
 
@@ -173,7 +169,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
             if (clear or mirror) and depth + 1 < DEEPEST:
                 if not through or depth > 0 or primary[rec.PANE, k] > _ZERO:
                     if clear:
-                        _add_from_glass(table, at, tables, through, k, memory)
+                        add_from_glass(table, at, tables, through, k, memory)
                     for channel in range(3):
                         lanes[ln.BETA_R + LANES * channel + k] *= (
                             clear_share(table, at, channel) if clear else table[at + st.BASE + channel]
@@ -184,7 +180,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
                 # Numbers that have nothing to do with those of the pixel's own lobe.
                 seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
                 lobe = metal_lobe(table, at)
-                _add_scattered(table, at, tables, k, memory)
+                add_scattered(table, at, tables, k, memory)
                 if has_sun:
                     stand_on_metal(scene, lobe, k, memory)
                     metal += 1
@@ -199,58 +195,6 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
         integer[ray.MASK + k] = MEET_ALL
         if alive[k] == 0:
             integer[ray.GEOM_ID + k] = INVALID_ID
-
-
-@inlined
-def _add_from_glass(table: NDArray[np.float32], at: int, tables: Tables, through: bool, k: int, memory: ShadeScratch) -> None:
-    """Add to GLASS what clear glass sends towards ray k, which has met it, beside what comes through it.
-
-    Where the ray leaves the glass that the pixel shows, that is what the face sends back of the light that falls on the pixel's surface;
-    of what it scatters into the glass, all that is mirrored within is scattered again.  Where that face lies along the first, as of panes,
-    it shows the image that this mirrors once more.
-    """
-    rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
-    if along_normal(rays, k) < _ZERO:
-        r, g, b, _ = _look_up(tables, tables.leaving, True, k, memory)
-        primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * (_ONE - clear_share(table, at, 0)) * r
-        primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * (_ONE - clear_share(table, at, 1)) * g
-        primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * (_ONE - clear_share(table, at, 2)) * b
-    elif through:
-        opaque, leaves = _ONE - table[at + st.TRANSMISSION], _ONE / (table[at + st.IOR] * table[at + st.IOR])
-        slab = _is_parallel(k, memory)
-        for channel in range(3):
-            base = table[at + st.BASE + channel]
-            back = opaque * base * leaves / (_ONE - (_ONE - leaves) * base)
-            even, share = primary[rec.EVEN + channel, k], primary[rec.SHARE + channel, k]
-            mirrored = share * primary[rec.SEEN + channel, k] if slab else _FACE * even
-            lit = clear_share(table, at, channel) * (back * even + (_ONE - opaque) * mirrored)
-            primary[rec.GLASS + channel, k] += lanes[ln.BETA_R + LANES * channel + k] * lit
-
-
-@inlined
-def _is_parallel(k: int, memory: ShadeScratch) -> bool:
-    """Return whether what ray k has met would send the pixel's ray where the pixel's own surface mirrors it."""
-    real, primary, along, squared, alike, length = memory.trace.rays.real, memory.primary, _ZERO, _ZERO, _ZERO, _ZERO
-    for axis in range(3):
-        way, normal = primary[rec.WAY + axis, k], real[ray.NG_X + LANES * axis + k]
-        along, squared, length = along + way * normal, squared + normal * normal, length + way * way
-    for axis in range(3):
-        mirrored = primary[rec.WAY + axis, k] - _TWO * along / max(squared, _TINY) * real[ray.NG_X + LANES * axis + k]
-        alike += mirrored * primary[rec.AHEAD + axis, k]
-    return bool(alike > _PARALLEL * np.sqrt(length))
-
-
-@inlined
-def _add_scattered(table: NDArray[np.float32], at: int, tables: Tables, k: int, memory: ShadeScratch) -> None:
-    """Add to GLASS what brushed metal that ray k has met, as far as it is no metal, scatters towards it."""
-    scatters = _ONE - table[at + st.METALLIC]
-    if scatters <= _ZERO:
-        return
-    rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
-    lit_r, lit_g, lit_b, _ = _look_up(tables, tables.even, bool(along_normal(rays, k) < _ZERO), k, memory)
-    primary[rec.GLASS, k] += lanes[ln.BETA_R + k] * scatters * table[at + st.BASE] * lit_r
-    primary[rec.GLASS + 1, k] += lanes[ln.BETA_G + k] * scatters * table[at + st.BASE + 1] * lit_g
-    primary[rec.GLASS + 2, k] += lanes[ln.BETA_B + k] * scatters * table[at + st.BASE + 2] * lit_b
 
 
 @inlined
@@ -271,7 +215,7 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
         if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], shown):
             waiting += 1
             continue
-        r, g, b, found = _look_up(tables, tables.leaving, bool(along_normal(rays, k) < _ZERO), k, memory)
+        r, g, b, found = look_up(tables, tables.leaving, bool(along_normal(rays, k) < _ZERO), k, memory)
         if not found:
             waiting += 1
             continue
@@ -291,58 +235,6 @@ def _shines(surfaces: Surfaces, face: int, alpha: np.float32) -> bool:
     if alpha < SHARP:
         light += materials[at + st.PORTAL] + materials[at + st.EMISSION + 1]
     return bool(light != _ZERO)
-
-
-@inlined
-def _look_up(
-    tables: Tables, values: NDArray[np.float32], front: bool, k: int, memory: ShadeScratch
-) -> tuple[np.float32, np.float32, np.float32, bool]:
-    """Return what a table of the coarse nodes, (n, 3), says where ray k ends, and whether any of these nodes knows.
-
-    It is their mean by weight and worth, or by weight alone where all have others that stand in for them.  Nodes that are black may lie in
-    gaps that the ray ends outside of: they know nothing.
-    """
-    nodes, weights, rays, source = memory.trace.nodes, memory.trace.weights, memory.trace.rays, tables.source
-    face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
-    count = find_nodes(source.atlas, face, u, v, front, nodes, weights)
-    worth = by_weight = _ZERO
-    for i in range(count):
-        worth += weights[i] * source.worth[nodes[i]]
-        by_weight += weights[i] if source.known[nodes[i]] else _ZERO
-    total = worth if worth > _ZERO else by_weight
-    r = g = b = _ZERO
-    if total <= _ZERO:
-        return r, g, b, False
-    for i in range(count):
-        weight = weights[i] / total * (source.worth[nodes[i]] if worth > _ZERO else _ONE if source.known[nodes[i]] else _ZERO)
-        r, g, b = r + weight * values[nodes[i], 0], g + weight * values[nodes[i], 1], b + weight * values[nodes[i], 2]
-    return r, g, b, bool(r + g + b > _ZERO)
-
-
-@inlined
-def _light_on(
-    tables: Tables, is_read: NDArray[np.bool_], sharp: bool, front: bool, k: int, memory: ShadeScratch
-) -> tuple[np.float32, np.float32, np.float32, bool]:
-    """Return the illuminance over pi where ray k ends, and whether a node knows it.
-
-    If the ray is ``sharp`` that is by fine nodes, where the view reads all that lie around and one of these knows it; else by coarse ones.
-    """
-    nodes, weights, rows, rays = memory.trace.nodes, memory.trace.weights, tables.rows, memory.trace.rays
-    if sharp:
-        face, u, v = rays.integer[ray.PRIM_ID + k], rays.real[ray.BARY_U + k], rays.real[ray.BARY_V + k]
-        count = find_nodes(tables.fine, face, u, v, front, nodes, weights)
-        r = g = b = total = _ZERO
-        for i in range(count):
-            node = nodes[i]
-            weight = weights[i] * rows[node, VALID] if is_read[node] else -_INFINITE
-            total += weight
-            r += weight * (rows[node, LIGHT] + tables.sun[node, 0])
-            g += weight * (rows[node, LIGHT + 1] + tables.sun[node, 1])
-            b += weight * (rows[node, LIGHT + 2] + tables.sun[node, 2])
-        if total > _LEAST_VALID and r + g + b > _ZERO:
-            scale = _INVERSE_PI / total
-            return scale * r, scale * g, scale * b, True
-    return _look_up(tables, tables.even, front, k, memory)
 
 
 @inlined
@@ -375,8 +267,8 @@ def _see_surfaces(
         matt, mirrored = rough_shares(lanes, scene.surfaces.albedos.reflected, k)
         front, outside = lanes[ln.COS_FRONT + k] > _ZERO, lanes[ln.OUTSIDE + k] > _ZERO
         sharp = (through | (primary[rec.RAY_ALPHA, k] < SHARP)) & (primary[rec.BRUSHED, k] == _ZERO) & (not outside)
-        lit_r, lit_g, lit_b, found = _light_on(tables, is_read, sharp, front, k, memory)
-        around_r, around_g, around_b, _ = _look_up(tables, tables.around, front, k, memory)
+        lit_r, lit_g, lit_b, found = light_on(tables, is_read, sharp, front, k, memory)
+        around_r, around_g, around_b, _ = look_up(tables, tables.around, front, k, memory)
         if outside and (not found or lit_r + lit_g + lit_b == _ZERO):
             # What no node outside knows is lit by all of the sky.
             lit_r, lit_g, lit_b = outside_light(scene.surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
@@ -391,7 +283,7 @@ def _see_surfaces(
         passes = lanes[ln.DIFFUSE_TRANSMISSION + k]
         if passes > _ZERO:
             # A sheet sends on what falls on its other side, too.
-            back_r, back_g, back_b, _ = _light_on(tables, is_read, sharp, not front, k, memory)
+            back_r, back_g, back_b, _ = light_on(tables, is_read, sharp, not front, k, memory)
             lit_r, lit_g, lit_b = (
                 lit_r + passes * (back_r - lit_r),
                 lit_g + passes * (back_g - lit_g),

@@ -182,7 +182,7 @@ def _light_of_group(
         if view <= _ZERO:
             return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
     samples = min(int(np.ceil(_HALF * max(budget, _LEAST_SAMPLES))), packets * LANES)
-    vx = vy = vz = filled = whole = able = counted = _ZERO
+    vx = vy = vz = counted = _ZERO
     first, second = _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0), _Run(_ZERO, _ZERO, _ZERO, _ZERO, 0)
     # A few samples of each run, by turns, with shadow rays.
     for packet in range(2 * packets):
@@ -223,7 +223,20 @@ def _light_of_group(
     sampled = _RED * (first.r + second.r) + _GREEN * (first.g + second.g) + _BLUE * (first.b + second.b)
     if sampled <= _ZERO:
         return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
-    # How much there would be if nothing stood between, and at how many of these points a light.
+    whole, able = _unblocked(scene, group, near, view, scratch)
+    r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
+    g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
+    b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
+    share = counted / sampled
+    scale = share * max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
+    return share * r, share * g, share * b, scale * vx, scale * vy, scale * vz
+
+
+@inlined
+def _unblocked(scene: LitScene, group: int, near: bool, view: np.float32, scratch: Scratch) -> tuple[np.float32, np.float32]:
+    """Return how much light of a group there would be if nothing stood between (luminance), and at what share of points a light."""
+    lanes, lights = scratch.lanes, scene.lights
+    start, filled, whole, able = lights.groups.start[group], _ZERO, _ZERO, _ZERO
     if near and lights.varies[start] == EVENLY:
         row = EMITTER_SIZE * start + EMITTER_LE
         filled, whole = _ONE, _RED * lights.emitters[row] + _GREEN * lights.emitters[row + 1] + _BLUE * lights.emitters[row + 2]
@@ -238,15 +251,8 @@ def _light_of_group(
                     whole += gain * cosine * _shown(lanes, k)
                     able += _ONE
     if near:
-        whole, able = whole / max(filled, _TINY) * _PI * view, _ONE
-    else:
-        whole, able = whole / np.float32(_FREE_SAMPLES), able / np.float32(_FREE_SAMPLES)
-    r = _HALF * (_controlled(first, first.r, second, second.r, whole, able) + _controlled(second, second.r, first, first.r, whole, able))
-    g = _HALF * (_controlled(first, first.g, second, second.g, whole, able) + _controlled(second, second.g, first, first.g, whole, able))
-    b = _HALF * (_controlled(first, first.b, second, second.b, whole, able) + _controlled(second, second.b, first, first.b, whole, able))
-    share = counted / sampled
-    scale = share * max(_RED * r + _GREEN * g + _BLUE * b, _ZERO) / sampled
-    return share * r, share * g, share * b, scale * vx, scale * vy, scale * vz
+        return whole / max(filled, _TINY) * _PI * view, _ONE
+    return whole / np.float32(_FREE_SAMPLES), able / np.float32(_FREE_SAMPLES)
 
 
 @inlined

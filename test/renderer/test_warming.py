@@ -5,7 +5,8 @@ import sys
 
 from renderer import warming
 from renderer.cached_frames.corners import look_between
-from renderer.cached_frames.edges import lift_lone, smooth_edges
+from renderer.cached_frames.edges import smooth_edges
+from renderer.cached_frames.lone_pixels import lift_lone
 from renderer.cached_frames.reconstruction import mix_gloss, sum_across
 from renderer.cached_frames.shading import shade_hits
 from renderer.cached_frames.wanted import want_nodes, want_shown

@@ -6,8 +6,7 @@ from box_room import box, pose, quad, scene
 from cached_rooms import look_up
 
 from renderer import CameraConfig
-from renderer.cached_frames.edges import FEW, MANY, OFFSETS, _is_lone, lift_lone
-from renderer.core.kernel import from_python
+from renderer.cached_frames.edges import FEW, MANY, OFFSETS
 from renderer.core.ray_packet import LANES
 
 CAMERA = CameraConfig(width=64, height=48, horizontal_fov_rad=0.5)
@@ -81,23 +80,6 @@ def test_what_covers_the_middle_of_a_pixel_and_little_else_leaves_no_dark_pixel(
     plate = quad(low, (size[0], 0, 0), (0, 0, size[1]), color=(0, 0, 0), roughness=1.0)
     image = look_up(scene(wall(-60, 60, 10), plate), AHEAD, camera=CAMERA).radiance[..., 1]
     assert image.min() == pytest.approx(10 * 5 / 7, rel=0.02) and np.median(image) == pytest.approx(10.0, rel=1e-3)
-
-
-@pytest.mark.parametrize(("dark", "found"), [(1, True), (2, True), (3, False)])
-def test_dark_pixels_are_lone_with_one_other_beside_them(dark, found):
-    image = np.full((3, 6, 3), 10, np.float32)
-    image[1, 1 : 1 + dark] = 3
-    assert bool(from_python(_is_lone)(image, 1 if dark < 3 else 2, 1)) == found
-
-
-def test_a_dark_pixel_among_lighter_ones_is_lifted_and_a_dark_line_is_not():
-    image = np.full((8, 9, 3), (12, 10, 8), np.float32)
-    image[2, 3], image[2, 2], image[5:7, 6] = 0, (5, 4, 3), 0
-    expected = image.copy()
-    expected[2, 3] = 0.6 * image[2, 2]
-    for first in (1, 0):
-        lift_lone(image, first, 2)
-    np.testing.assert_allclose(image, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("slats_cd_m2", [0.0, 10.0])
