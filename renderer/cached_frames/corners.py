@@ -17,8 +17,11 @@ from renderer.core.ray_packet import INVALID_ID, LANES, Packet
 from renderer.path.ground_truth import TracedView
 from renderer.path.surface_tables import Surfaces
 
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 BEND, NEAR = np.float32(0.95), np.float32(0.03)
 """Cosine between normals from which on two triangles are one surface, if their distances differ by no more than this share."""
+BEHIND = np.float32(0.2**2)
+"""Squared sine of the angle between a surface and the way to another point, from which on that may lie behind it."""
 _COLUMNS, _ROWS = np.arange(LANES) % TILE, np.arange(LANES) // TILE
 _CORNER_X = 2 * _COLUMNS + _ROWS % 2
 _CORNERS = np.concatenate([_CORNER_X - _COLUMNS, np.zeros(LANES)]).astype(np.float32) + np.float32(0.5)
@@ -37,7 +40,7 @@ def look_between(shown: CachedView, memory: ShadeScratch, missed: NDArray[np.boo
         for column in range(0, width, 2 * TILE):
             aim_exposed_tile(view.camera, column, row, _CORNERS, packet)
             for k in range(LANES):
-                packet.real[ray.TNEAR + k], packet.real[ray.TFAR + k] = np.float32(0.0), np.inf
+                packet.real[ray.TNEAR + k], packet.real[ray.TFAR + k] = _ZERO, np.inf
                 packet.integer[ray.GEOM_ID + k] = INVALID_ID
             intersect16(packet.alive.ctypes.data, shown.scene.tree.address, packet.real.ctypes.data, shown.scene.tree.coherent)
             for k in range(LANES):
@@ -56,9 +59,8 @@ def _is_seen(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packe
             return True
     if face < 0:
         return False
-    far = hit_distance(packet, k)
     for corner in range(4):
-        if is_one_surface(surfaces, view, x + (corner & 1), y + (corner >> 1), face, far):
+        if is_one_surface(surfaces, view, x + (corner & 1), y + (corner >> 1), k, packet):
             return True
     return False
 
@@ -73,9 +75,36 @@ def hit_distance(packet: Packet, k: int) -> np.float32:
 
 
 @inlined
-def is_one_surface(surfaces: Surfaces, view: TracedView, x: int, y: int, face: int, far: np.float32) -> bool:
-    """Return whether pixel (x, y) sees the part of a triangle, which is ``far`` away, as far off and facing the same way."""
-    there = view.hits.face[y, x]
-    if there < 0 or surfaces.face_part[there] != surfaces.face_part[face]:
+def is_one_surface(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet: Packet) -> bool:
+    """Return whether pixel (x, y) sees the part that ray k has hit, facing the same way, and as far off or about in the same plane."""
+    face, there, real = packet.integer[ray.PRIM_ID + k], view.hits.face[y, x], packet.real
+    if there < 0 or surfaces.face_part[there] != surfaces.face_part[face] or aligned(surfaces, there, int(face)) < BEND:
         return False
-    return bool((aligned(surfaces, there, face) >= BEND) & (abs(view.distance[y, x] - far) <= NEAR * far))
+    far = hit_distance(packet, k)
+    if abs(view.distance[y, x] - far) <= NEAR * far:
+        return True
+    point, along, height = seen_point(surfaces, view, x, y), _ZERO, _ZERO
+    for axis in range(3):
+        at = LANES * axis + k
+        way = real[ray.ORG_X + at] + real[ray.TFAR + k] * real[ray.DIR_X + at] - point[axis]
+        along, height = along + way * way, height + way * point[3 + axis]
+    return bool(height * height <= BEHIND * along)
+
+
+@inlined
+def seen_point(
+    surfaces: Surfaces, view: TracedView, x: int, y: int
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return the point of a triangle that a pixel sees, and the normal there, not of unit length."""
+    face, u, v = view.hits.face[y, x], view.hits.u[y, x], view.hits.v[y, x]
+    w = _ONE - u - v
+    a, b, c = view.faces[face, 0], view.faces[face, 1], view.faces[face, 2]
+    vertices, normals, n = view.vertices, surfaces.normals, 9 * np.int64(face)
+    return (
+        w * vertices[a, 0] + u * vertices[b, 0] + v * vertices[c, 0],
+        w * vertices[a, 1] + u * vertices[b, 1] + v * vertices[c, 1],
+        w * vertices[a, 2] + u * vertices[b, 2] + v * vertices[c, 2],
+        w * normals[n] + u * normals[n + 3] + v * normals[n + 6],
+        w * normals[n + 1] + u * normals[n + 4] + v * normals[n + 7],
+        w * normals[n + 2] + u * normals[n + 5] + v * normals[n + 8],
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.cached_frames import records as rec
-from renderer.cached_frames.corners import BEND, NEAR, hit_distance, is_one_surface
+from renderer.cached_frames.corners import BEHIND, BEND, NEAR, hit_distance, is_one_surface, seen_point
 from renderer.cached_frames.lone_pixels import LONE, is_lone
 from renderer.cached_frames.reconstruction import Picture, aligned
 from renderer.cached_frames.records import CachedView, ShadeScratch
@@ -34,8 +34,6 @@ _HIT = (*_AIMED, ray.TFAR, ray.NG_X, ray.NG_Y, ray.NG_Z, ray.BARY_U, ray.BARY_V)
 _CONTRAST = np.float32(0.03)
 _STEP = np.float32(0.85)
 """Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
-_BEHIND = np.float32(0.2**2)
-"""Squared sine of the angle between a surface and the way to another point, from which on that may lie behind it."""
 FEW, MANY = 3, 6
 """How many more points a pixel sees at edges, and where one side has less than _STEP of the other's light."""
 _LENT, _ASIDE = np.float32(1.0 / 3.0), np.float32(0.2)
@@ -85,8 +83,7 @@ def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float
     farther away than its depth: there it is so that much less light comes from one of them.  Between slats and other things before each
     other something else may show, however alike their light.
     """
-    hits, distance = view.hits, view.distance
-    height, width = distance.shape
+    hits, (height, width) = view.hits, view.distance.shape
     here, points = hits.face[y, x], 0
     if here >= 0 and _shows_other(surfaces, here) and _is_step(hits, image, x, y):
         points = MANY
@@ -102,10 +99,20 @@ def _points_beside(surfaces: Surfaces, view: TracedView, image: NDArray[np.float
             points = MANY
         elif _differ(image, x, y, u, v):
             least, most = min(image[y, x, 1], image[v, u, 1]), max(image[y, x, 1], image[v, u, 1])
-            apart = other or aligned(surfaces, here, there) < BEND or abs(distance[v, u] - distance[y, x]) > NEAR * distance[y, x]
-            if apart or least < LONE * most:
+            if other or least < LONE * most or _is_apart(surfaces, view, x, y, u, v):
                 points = MANY if least < _STEP * most else max(points, FEW)
     return points
+
+
+@inlined
+def _is_apart(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: int) -> bool:
+    """Return whether two pixels see a part that is turned or steps back between them; what is flat and seen aslant does neither."""
+    if aligned(surfaces, view.hits.face[y, x], view.hits.face[v, u]) < BEND:
+        return True
+    if abs(view.distance[v, u] - view.distance[y, x]) <= NEAR * view.distance[y, x]:
+        return False
+    along, by_here, by_there = _heights(surfaces, view, x, y, u, v)
+    return bool(max(by_here * by_here, by_there * by_there) > BEHIND * along)
 
 
 @inlined
@@ -114,34 +121,22 @@ def _is_behind(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: 
 
     On one surface both points lie on the same side of each other's tangent planes, or in these; of slats one beyond another one does not.
     """
-    here, there = _seen_point(surfaces, view, x, y), _seen_point(surfaces, view, u, v)
+    along, by_here, by_there = _heights(surfaces, view, x, y, u, v)
+    # There the way back counts, so that on one surface the signs differ.
+    return bool((by_here * by_there > _ZERO) & (min(by_here * by_here, by_there * by_there) > BEHIND * along))
+
+
+@inlined
+def _heights(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: int) -> tuple[np.float32, np.float32, np.float32]:
+    """Return the squared way from what pixel (x, y) sees to what (u, v) does, m2, and how far that goes along the normals there, metres."""
+    here, there = seen_point(surfaces, view, x, y), seen_point(surfaces, view, u, v)
     along = by_here = by_there = _ZERO
     for axis in range(3):
         way = there[axis] - here[axis]
         along += way * way
         by_here += way * here[3 + axis]
         by_there += way * there[3 + axis]
-    # There the way back counts, so that on one surface the signs differ.
-    return bool((by_here * by_there > _ZERO) & (min(by_here * by_here, by_there * by_there) > _BEHIND * along))
-
-
-@inlined
-def _seen_point(
-    surfaces: Surfaces, view: TracedView, x: int, y: int
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return the point of a triangle that a pixel sees, and the normal there, not of unit length."""
-    face, u, v = view.hits.face[y, x], view.hits.u[y, x], view.hits.v[y, x]
-    w = _ONE - u - v
-    a, b, c = view.faces[face, 0], view.faces[face, 1], view.faces[face, 2]
-    vertices, normals, n = view.vertices, surfaces.normals, 9 * np.int64(face)
-    return (
-        w * vertices[a, 0] + u * vertices[b, 0] + v * vertices[c, 0],
-        w * vertices[a, 1] + u * vertices[b, 1] + v * vertices[c, 1],
-        w * vertices[a, 2] + u * vertices[b, 2] + v * vertices[c, 2],
-        w * normals[n] + u * normals[n + 3] + v * normals[n + 6],
-        w * normals[n + 1] + u * normals[n + 4] + v * normals[n + 7],
-        w * normals[n + 2] + u * normals[n + 5] + v * normals[n + 8],
-    )
+    return along, by_here, by_there
 
 
 @inlined
@@ -280,7 +275,6 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
     face = int(packet.integer[ray.PRIM_ID + k]) if packet.integer[ray.GEOM_ID + k] != INVALID_ID else -1
     if hits.face[y, x] == face:
         return True, x, y
-    far = hit_distance(packet, k)
     height, width = hits.face.shape
     best, column, row = np.float32(np.inf), x, y
     for v in range(max(y - 1, 0), min(y + 2, height)):
@@ -288,7 +282,7 @@ def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet:
             there = hits.face[v, u]
             value = np.float32((u - x) * (u - x) + (v - y) * (v - y))
             if there != face:
-                if face < 0 or not is_one_surface(surfaces, view, u, v, face, far):
+                if face < 0 or not is_one_surface(surfaces, view, u, v, k, packet):
                     continue
                 value += np.float32(4.0)
             if value < best:

@@ -137,7 +137,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
     real, integer, alive = rays.real, rays.integer, rays.alive
     waiting, has_sun = 0, len(scene.lights.infinite.sun) > 0 and len(scene.lights.infinite.part) > 0
     for k in range(LANES):
-        primary[rec.BRUSHED, k] = primary[rec.LEFT, k] = _ZERO
+        primary[rec.TURNED, k] = primary[rec.LEFT, k] = _ZERO
         primary[rec.GLASS, k] = primary[rec.GLASS + 1, k] = primary[rec.GLASS + 2, k] = _ZERO
         primary[rec.SUNLIGHT, k] = primary[rec.SUNLIGHT + 1, k] = primary[rec.SUNLIGHT + 2, k] = _ZERO
         lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
@@ -176,6 +176,9 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
                         )
                 go_on(rays, k, mirror)
                 waiting += 1
+                # What a rough lobe shows of lamps and panes is known only where no mirror turns it.
+                if mirror and not through and primary[rec.RAY_ALPHA, k] >= SHARP:
+                    primary[rec.TURNED, k] = _ONE
             elif not through and depth < _MOST_BRUSHED and is_brushed(table, at):
                 # Numbers that have nothing to do with those of the pixel's own lobe.
                 seed = mix_bits(np.uint32(memory.pixels[0, k]) ^ mix_bits(np.uint32(memory.pixels[1, k] + 8192 * (depth + 1))))
@@ -185,7 +188,7 @@ def _trace_on(scene: LitScene, tables: Tables, through: bool, memory: ShadeScrat
                     stand_on_metal(scene, lobe, k, memory)
                     metal += 1
                 went = mirror_by_facet(surfaces, lobe, seed, k, scratch)
-                primary[rec.BRUSHED, k] = _ONE if went else primary[rec.BRUSHED, k]
+                primary[rec.TURNED, k] = _ONE if went else primary[rec.TURNED, k]
                 waiting += went
         if metal > 0:
             add_sun_on_metal(scene, memory)
@@ -211,7 +214,7 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
             continue
         alpha = primary[rec.RAY_ALPHA, k]
         blurred = alpha > ROUGH or is_faint(primary, k)
-        shown = _ZERO if primary[rec.BRUSHED, k] > _ZERO else alpha
+        shown = _ZERO if primary[rec.TURNED, k] > _ZERO else alpha
         if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], shown):
             waiting += 1
             continue
@@ -266,7 +269,7 @@ def _see_surfaces(
         le_r, le_g, le_b = _emitted(scene.surfaces, through, k, memory)
         matt, mirrored = rough_shares(lanes, scene.surfaces.albedos.reflected, k)
         front, outside = lanes[ln.COS_FRONT + k] > _ZERO, lanes[ln.OUTSIDE + k] > _ZERO
-        sharp = (through | (primary[rec.RAY_ALPHA, k] < SHARP)) & (primary[rec.BRUSHED, k] == _ZERO) & (not outside)
+        sharp = (through | (primary[rec.RAY_ALPHA, k] < SHARP)) & (primary[rec.TURNED, k] == _ZERO) & (not outside)
         lit_r, lit_g, lit_b, found = light_on(tables, is_read, sharp, front, k, memory)
         around_r, around_g, around_b, _ = look_up(tables, tables.around, front, k, memory)
         if outside and (not found or lit_r + lit_g + lit_b == _ZERO):
@@ -303,7 +306,7 @@ def _see_surfaces(
 @inlined
 def _knows_lamps(primary: NDArray[np.float32], k: int) -> bool:
     """Return whether it is known without a ray what the gloss of lane k shows of lamps and panes."""
-    return bool((primary[rec.RAY_ALPHA, k] >= SHARP) & (primary[rec.BRUSHED, k] == _ZERO))
+    return bool((primary[rec.RAY_ALPHA, k] >= SHARP) & (primary[rec.TURNED, k] == _ZERO))
 
 
 @inlined

@@ -48,7 +48,7 @@ GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 GLASS = _PRIMARY.field(3)  # what clear glass on its way scatters and mirrors towards it, and metal scatters
 SUNLIGHT = _PRIMARY.field(3)  # luminance that rough metal on its way mirrors of the sun
-BRUSHED = _PRIMARY.field()  # 1 where rough metal has sent it on
+TURNED = _PRIMARY.field()  # 1 where rough metal has sent it on, or a mirror if its lobe is rough
 LEFT = _PRIMARY.field()  # 1 where it has left by a window pane
 
 # A field of ``ShadeScratch.gloss``: what rough gloss of 16 hits shows of lamps and panes.

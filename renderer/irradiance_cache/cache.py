@@ -270,7 +270,7 @@ class IrradianceCache:
         """Return LIGHT and TOWARD of coarse nodes, (n, 6), shared by neighbours; their other light is theirs alone."""
         geometry, coarse = self.geometry, self.coarse
         rows = np.zeros((len(coarse.face), ROW), np.float32)
-        shared = light._replace(valid=geometry.worth, open_m=_OPEN_M * geometry.far * geometry.far)
+        shared = light._replace(valid=geometry.worth, open_m=_OPEN_M * geometry.far * geometry.far, sky=np.zeros_like(light.sky))
         spacing = np.float32(self.config.coarse_spacing_m)
         smooth_nodes(geometry.beside_coarse, coarse.normal, coarse.position, spacing, np.arange(len(rows)), shared, rows)
         return np.ascontiguousarray(rows[:, LIGHT : TOWARD + 3])

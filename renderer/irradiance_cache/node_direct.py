@@ -46,7 +46,7 @@ def light_nodes(
     scratch: Scratch,
     light: NodeLight,
 ) -> None:
-    """Fill ``direct`` and ``sun`` of some nodes, and begin ``indirect`` and ``toward``.
+    """Fill ``direct``, ``sun`` and ``sky`` of some nodes, and begin ``indirect`` and ``toward``.
 
     ``sky``: what nodes outside see of it, or NOT_OUTSIDE.
     ``budget``: about how many points on lights are sampled, shared among groups of lights by importance; ``pattern``: (s, 2) float32, s a
@@ -63,7 +63,7 @@ def light_nodes(
         shift_u, shift_v = unit_hash(node, key)
         for channel in range(3):
             light.indirect[node, channel] = light.direct[node, channel] = light.toward[node, channel] = light.sun[node, channel] = _ZERO
-        light.sun[node, 3] = _ZERO
+        light.sun[node, 3] = light.sky[node] = _ZERO
         share = sky.share[node] if len(sky.share) > 0 else _ZERO
         if share > _ZERO:
             x, y, z = sky.way[node, 0], sky.way[node, 1], sky.way[node, 2]
@@ -115,6 +115,7 @@ def _add_groups(
     light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2] = max(sky_r, _ZERO), max(sky_g, _ZERO), max(sky_b, _ZERO)
     light.direct[node, 0], light.direct[node, 1], light.direct[node, 2] = max(r, _ZERO), max(g, _ZERO), max(b, _ZERO)
     light.toward[node, 0], light.toward[node, 1], light.toward[node, 2] = x, y, z
+    light.sky[node] = _RED * max(sky_r, _ZERO) + _GREEN * max(sky_g, _ZERO) + _BLUE * max(sky_b, _ZERO)
 
 
 @inlined

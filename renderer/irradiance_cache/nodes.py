@@ -27,7 +27,8 @@ class NodeLight(NamedTuple):
     indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps, as far as it counts for the diffuse
     base, at coarse nodes for all that scatters (:func:`scatterer_of`); sun: (n, 4), that by the sun, and which share of it arrives;
     toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and direct; valid: (n,), 1, less
-    where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres.
+    where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres; sky: (n,),
+    luminance of what of ``indirect`` the sky in panes sends directly, lux.
     """
 
     indirect: NDArray[np.float32]
@@ -36,12 +37,13 @@ class NodeLight(NamedTuple):
     toward: NDArray[np.float32]
     valid: NDArray[np.float32]
     open_m: NDArray[np.float32]
+    sky: NDArray[np.float32]
 
 
 def make_node_light(count: int) -> NodeLight:
     """Return light of so many nodes, all dark."""
     color = (count, 3)
-    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count)))
+    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count, count)))
 
 
 _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
@@ -229,7 +231,8 @@ def smooth_nodes(
     """Fill ``rows`` (n, ROW) of the nodes, with the means of ``light.indirect`` and ``toward`` around them.
 
     Neighbours count the less the farther they are, up to a share of the distance to what surrounds both (as records of an irradiance cache
-    do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988), and on bent surfaces the less the more they are turned.
+    do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988), on bent surfaces the less the more they are turned, and
+    the less the more of the sky one of them sees, so that its shadows stay.
     ``normal``, ``position``: (n, 3), world, metres.
     """
     grid, back, place, grids, start, near = beside
@@ -251,6 +254,7 @@ def smooth_nodes(
                         squared += between * between
                         cosine += normal[other, axis] * normal[node, axis]
                     alike = max(_ONE - (_ONE - cosine) / _TURNED, _ZERO)
+                    alike *= _alike(light, node, other)
                     total += _add_node(light, other, alike * _nearness(light, other, np.sqrt(squared), reach_m), row)
         elif place[node] >= 0:
             # On a grid, and not within an object: neighbours share, as far as what surrounds both is far.
@@ -263,7 +267,8 @@ def smooth_nodes(
                     other = back[other] if behind and other >= 0 else other
                     if other >= 0 and other != node:
                         far = spacing_m * np.sqrt(np.float32((x - column) * (x - column) + (y - line) * (y - line)))
-                        total += _add_node(light, other, _nearness(light, other, far, reach_m), row)
+                        weight = _alike(light, node, other) * _nearness(light, other, far, reach_m)
+                        total += _add_node(light, other, weight, row)
         # What frames look up of the node; lamps' light is not smoothed, so that shadows stay sharp.
         for axis in range(3):
             row[LIGHT + axis] = row[LIGHT + axis] / total + light.direct[node, axis]
@@ -280,6 +285,17 @@ def _nearness(light: NodeLight, other: int, far_m: np.float32, reach_m: np.float
         return _ZERO
     nearness: np.float32 = max(_ONE - far_m / max(min(reach_m, _SHARE * light.open_m[other]), np.float32(1e-6)), _ZERO)
     return nearness
+
+
+@inlined
+def _alike(light: NodeLight, node: int, other: int) -> np.float32:
+    """Return 1 where two nodes have as much light of the sky in panes, 0 where that differs by _ALIKE of their light or more."""
+    r = light.indirect[node, 0] + light.direct[node, 0] + light.indirect[other, 0] + light.direct[other, 0]
+    g = light.indirect[node, 1] + light.direct[node, 1] + light.indirect[other, 1] + light.direct[other, 1]
+    b = light.indirect[node, 2] + light.direct[node, 2] + light.indirect[other, 2] + light.direct[other, 2]
+    both = _RED * r + _GREEN * g + _BLUE * b
+    alike: np.float32 = max(_ONE - abs(light.sky[node] - light.sky[other]) / max(_HALF * _ALIKE * both, _TINY), _ZERO)
+    return alike
 
 
 @inlined

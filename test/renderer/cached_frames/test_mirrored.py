@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from box_room import DARK, box, pose, quad, scene
+from box_room import DARK, box, joined, pose, quad, scene
 from cached_rooms import CACHED, look_up
 from single_surfaces import AHEAD, NARROW, seen
 
@@ -203,3 +203,31 @@ def test_a_ray_that_alone_sees_light_keeps_it():
     primary[KIND, 0], primary[RAY_ALPHA, 0], primary[SEEN : SEEN + 3, 0] = 1.0, 0.2, 7.0
     from_python(limit_seen)(primary)
     assert primary[SEEN, 0] == 7.0
+
+
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_gloss_of_many_triangles_seen_aslant_is_not_speckled(metallic):
+    """Its pixels are farther apart than light is lent over, so each sees more points: what these mirror is mixed among neighbours, too."""
+    look = {"color": (0.4 - 0.39 * (1.0 - metallic),) * 3, "metallic": metallic, "roughness": 0.4, "ior": 1.5}
+    door = joined([quad((0.5, 1.0 + 0.05 * i, -1.0), (0, 0, 2), (0, 0.05, 0), **look) for i in range(100)])
+    boards = [quad((-1.0, 1.0 + 0.1 * i, -1.0), (0, 0.05, 0), (0, 0, 2), glow_cd_m2=100.0, color=(1, 1, 1)) for i in range(80)]
+    camera = CameraConfig(width=48, height=36, horizontal_fov_rad=0.3)
+    image = look_up(scene(door, *boards, sky=DARK), pose((0.1, 0, 0), (0.5, 2.5, 0)), camera=camera).radiance[..., 1]
+    shown = image[2:-2, 14:-2]
+    around = np.mean([image[2 + v : 34 + v, 14 + u : 46 + u] for v in (-1, 0, 1) for u in (-1, 0, 1)], axis=0)
+    assert shown.min() > 0.0 and np.sqrt(np.mean((shown / around - 1.0) ** 2)) < 0.06
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.2])
+@pytest.mark.parametrize("kind", ["lamp", "pane"])
+def test_a_rough_floor_shows_the_image_of_a_lamp_in_a_mirror(kind, roughness):
+    """It stands behind the camera, so the floor's lobe shows nothing of it but by the mirror ahead."""
+    floor = quad((-3, 0, 0), (6, 0, 0), (0, 5, 0), color=(0.02, 0.02, 0.02), roughness=roughness, ior=1.5)
+    mirror = quad((-3, 5, 0), (6, 0, 0), (0, 0, 6), color=(0.9, 0.9, 0.9), metallic=1.0, roughness=0.0)
+    pane = {"portal": True, "transmission": 0.9, "ior": 1.5, "roughness": 0.0}
+    look = {"emission": (200, 200, 200), "color": (0, 0, 0)} if kind == "lamp" else pane
+    source = quad((-3, -1, 3), (6, 0, 0), (0, 0, 3), **look)
+    pieces = floor, mirror, source._replace(faces=source.faces[:, ::-1])
+    view, sky = pose((0, 0.2, 1.5), (0, 3.0, 0)), DARK if kind == "lamp" else Sky(*np.full((3, 3), 200.0, np.float32))
+    traced = seen(*pieces, view=view, sky=sky, integrator="path", samples_per_pixel=256, threads=2).mean()
+    assert traced > 5.0 and seen(*pieces, view=view, sky=sky).mean() == pytest.approx(traced, rel=0.05)
