@@ -44,6 +44,20 @@ def test_even_light_stays_and_noise_becomes_less():
     np.testing.assert_array_equal(smoothed(atlas, light), light.indirect)
 
 
+def test_shadows_in_the_light_of_the_sky_keep_their_edges_and_what_is_gathered_is_smoothed_on_both_sides():
+    """The sky brings a half of the light on the right, none on the left; of what is gathered a tenth is noise."""
+    _, atlas, light = sheet()
+    right = atlas.position[:, 0] > 0.45
+    noise = np.random.default_rng(1).normal(1.0, 0.1, (len(right), 1)).astype(np.float32)
+    light.sky[:] = np.where(right, 3.0, 0.0)
+    light.indirect[:] = 3.0 * noise + light.sky[:, None]
+    smooth = smoothed(atlas, light)[:121, 0]
+    for side, expected in ((right[:121], 6.0), (~right[:121], 3.0)):
+        assert abs(smooth[side] - expected).max() < 0.3 and smooth[side].std() < 0.5 * 0.3
+    light.sky[:] = 0.0
+    assert abs(smoothed(atlas, light)[:121, 0][right[:121]] - 6.0).max() > 1.0
+
+
 @pytest.mark.parametrize("field", ["open_m", "valid"])
 def test_neighbours_in_corners_or_within_things_do_not_count(field):
     _, atlas, light = sheet()
