@@ -50,7 +50,7 @@ def lit(flat, config=FINE):
 @pytest.mark.parametrize(("half", "height", "error"), [(0.05, 1.0, 0.01), (0.4, 1.5, 0.03), (2.0, 1.0, 0.002), (2.0, 0.05, 0.002)])
 def test_a_floor_under_a_square_lamp_is_lit_by_its_view_factor(half, height, error):
     low, high = (-half, -half), (half, half)
-    points, _, direct, _, toward, _, _ = lit(scene(FLOOR, rectangle(low, high, height)))
+    points, _, direct, _, toward, *_ = lit(scene(FLOOR, rectangle(low, high, height)))
     expected = from_rectangle(points, low, high, height)
     np.testing.assert_allclose(direct.mean(axis=0), expected.mean() * np.array([100, 50, 10]), rtol=0.005)
     np.testing.assert_allclose(direct[:, 0], 100 * expected, rtol=error)
