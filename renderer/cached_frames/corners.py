@@ -14,6 +14,7 @@ from renderer.core import ray_packet as ray
 from renderer.core.embree import intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.core.ray_packet import INVALID_ID, LANES, Packet
+from renderer.core.sampling import Vector, dot
 from renderer.path.ground_truth import TracedView
 from renderer.path.surface_tables import Surfaces
 
@@ -83,27 +84,34 @@ def is_one_surface(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int,
     far = hit_distance(packet, k)
     if abs(view.distance[y, x] - far) <= NEAR * far:
         return True
-    point, along, height = seen_point(surfaces, view, x, y), _ZERO, _ZERO
-    for axis in range(3):
-        at = LANES * axis + k
-        way = real[ray.ORG_X + at] + real[ray.TFAR + k] * real[ray.DIR_X + at] - point[axis]
-        along, height = along + way * way, height + way * point[3 + axis]
-    return bool(height * height <= BEHIND * along)
+    t = real[ray.TFAR + k]
+    hit_x, hit_y = real[ray.ORG_X + k] + t * real[ray.DIR_X + k], real[ray.ORG_Y + k] + t * real[ray.DIR_Y + k]
+    hit = hit_x, hit_y, real[ray.ORG_Z + k] + t * real[ray.DIR_Z + k]
+    point, normal = seen_point(surfaces, view, x, y)
+    squared, height = height_over(point, normal, hit)
+    return bool(height * height <= BEHIND * squared)
 
 
 @inlined
-def seen_point(
-    surfaces: Surfaces, view: TracedView, x: int, y: int
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+def height_over(point: Vector, normal: Vector, other: Vector) -> tuple[np.float32, np.float32]:
+    """Return the squared way from a point of a surface to another, m2, and how far that goes along the normal there, metres."""
+    way = other[0] - point[0], other[1] - point[1], other[2] - point[2]
+    return dot(way, way), dot(way, normal)
+
+
+@inlined
+def seen_point(surfaces: Surfaces, view: TracedView, x: int, y: int) -> tuple[Vector, Vector]:
     """Return the point of a triangle that a pixel sees, and the normal there, not of unit length."""
     face, u, v = view.hits.face[y, x], view.hits.u[y, x], view.hits.v[y, x]
     w = _ONE - u - v
     a, b, c = view.faces[face, 0], view.faces[face, 1], view.faces[face, 2]
     vertices, normals, n = view.vertices, surfaces.normals, 9 * np.int64(face)
-    return (
+    point = (
         w * vertices[a, 0] + u * vertices[b, 0] + v * vertices[c, 0],
         w * vertices[a, 1] + u * vertices[b, 1] + v * vertices[c, 1],
         w * vertices[a, 2] + u * vertices[b, 2] + v * vertices[c, 2],
+    )
+    return point, (
         w * normals[n] + u * normals[n + 3] + v * normals[n + 6],
         w * normals[n + 1] + u * normals[n + 4] + v * normals[n + 7],
         w * normals[n + 2] + u * normals[n + 5] + v * normals[n + 8],

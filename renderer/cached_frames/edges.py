@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.cached_frames import records as rec
-from renderer.cached_frames.corners import BEHIND, BEND, NEAR, hit_distance, is_one_surface, seen_point
+from renderer.cached_frames.corners import BEHIND, BEND, NEAR, height_over, hit_distance, is_one_surface, seen_point
 from renderer.cached_frames.lone_pixels import LONE, is_lone
 from renderer.cached_frames.reconstruction import Picture, aligned
 from renderer.cached_frames.records import CachedView, ShadeScratch
@@ -111,8 +111,8 @@ def _is_apart(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: i
         return True
     if abs(view.distance[v, u] - view.distance[y, x]) <= NEAR * view.distance[y, x]:
         return False
-    along, by_here, by_there = _heights(surfaces, view, x, y, u, v)
-    return bool(max(by_here * by_here, by_there * by_there) > BEHIND * along)
+    squared, over_here, over_there = _heights(surfaces, view, x, y, u, v)
+    return bool(max(over_here * over_here, over_there * over_there) > BEHIND * squared)
 
 
 @inlined
@@ -121,22 +121,17 @@ def _is_behind(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: 
 
     On one surface both points lie on the same side of each other's tangent planes, or in these; of slats one beyond another one does not.
     """
-    along, by_here, by_there = _heights(surfaces, view, x, y, u, v)
-    # There the way back counts, so that on one surface the signs differ.
-    return bool((by_here * by_there > _ZERO) & (min(by_here * by_here, by_there * by_there) > BEHIND * along))
+    squared, over_here, over_there = _heights(surfaces, view, x, y, u, v)
+    return bool((over_here * over_there < _ZERO) & (min(over_here * over_here, over_there * over_there) > BEHIND * squared))
 
 
 @inlined
 def _heights(surfaces: Surfaces, view: TracedView, x: int, y: int, u: int, v: int) -> tuple[np.float32, np.float32, np.float32]:
-    """Return the squared way from what pixel (x, y) sees to what (u, v) does, m2, and how far that goes along the normals there, metres."""
-    here, there = seen_point(surfaces, view, x, y), seen_point(surfaces, view, u, v)
-    along = by_here = by_there = _ZERO
-    for axis in range(3):
-        way = there[axis] - here[axis]
-        along += way * way
-        by_here += way * here[3 + axis]
-        by_there += way * there[3 + axis]
-    return along, by_here, by_there
+    """Return the squared way between what two pixels see, m2, and how high each lies over the tangent plane of the other, metres."""
+    (here, normal_here), (there, normal_there) = seen_point(surfaces, view, x, y), seen_point(surfaces, view, u, v)
+    squared, over_here = height_over(here, normal_here, there)
+    _, over_there = height_over(there, normal_there, here)
+    return squared, over_here, over_there
 
 
 @inlined

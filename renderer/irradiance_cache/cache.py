@@ -267,7 +267,10 @@ class IrradianceCache:
         return np.float32(1.0 / np.pi) * rows[:, :3], np.float32(1.0 / np.pi) * rows[:, 3:]
 
     def _smooth(self, light: NodeLight) -> NDArray[np.float32]:
-        """Return LIGHT and TOWARD of coarse nodes, (n, 6), shared by neighbours; their other light is theirs alone."""
+        """Return LIGHT and TOWARD of coarse nodes, (n, 6), shared by neighbours; their other light is theirs alone.
+
+        Few points tell what each sees of the sky, so it counts as if all saw as much.
+        """
         geometry, coarse = self.geometry, self.coarse
         rows = np.zeros((len(coarse.face), ROW), np.float32)
         shared = light._replace(valid=geometry.worth, open_m=_OPEN_M * geometry.far * geometry.far, sky=np.zeros_like(light.sky))

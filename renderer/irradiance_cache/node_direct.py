@@ -115,7 +115,7 @@ def _add_groups(
     light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2] = max(sky_r, _ZERO), max(sky_g, _ZERO), max(sky_b, _ZERO)
     light.direct[node, 0], light.direct[node, 1], light.direct[node, 2] = max(r, _ZERO), max(g, _ZERO), max(b, _ZERO)
     light.toward[node, 0], light.toward[node, 1], light.toward[node, 2] = x, y, z
-    light.sky[node] = _RED * max(sky_r, _ZERO) + _GREEN * max(sky_g, _ZERO) + _BLUE * max(sky_b, _ZERO)
+    light.sky[node] = _RED * light.indirect[node, 0] + _GREEN * light.indirect[node, 1] + _BLUE * light.indirect[node, 2]
 
 
 @inlined
