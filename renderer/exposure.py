@@ -133,8 +133,8 @@ def metered_layers(config: RenderConfig) -> tuple[str, ...]:
 class LightMeter:
     """Meters a room from small renderings along a path: one answer for all its frames, whatever the quality of their light.
 
-    Light is that of the configured integrator, so that nothing is computed or compiled for the meter alone: looked up, the points of the
-    irradiance cache are those of the pictures; traced, paths are longer than theirs.
+    Light is that of the configured integrator, so that nothing is compiled for the meter alone: looked up, it is that of the irradiance
+    cache's coarse nodes, which pictures need, too; traced, paths are longer than theirs.
 
     The exposure value is log2(100 L / K) of the log-average luminance L of zones, or what shows 92 % of them below 0.7 stops above white,
     or half of each view below 3.15 stops under it, whichever is darkest, in steps of 1/8 EV; the white is that of
@@ -163,7 +163,8 @@ class LightMeter:
             RenderCancelled: ``cancelled`` returned True.
         """
         layers = metered_layers(self._config)
-        with Renderer(self._flat, self._camera, replace(self._config, threads=threads), self._scene_key, like=like) as renderer:
+        config = replace(self._config, threads=threads)
+        with Renderer(self._flat, self._camera, config, self._scene_key, like=like, coarse=True) as renderer:
             while self._left:
                 frame = renderer.render(self._poses[self._left[0]], self._left[0], layers, cancelled=cancelled)
                 light, base, distance = (np.asarray(frame.layers[name], np.float32) for name in layers)

@@ -90,11 +90,13 @@ class Renderer:
         depth_sensor: DepthSensorConfig = IDEAL_DEPTH,
         paths_per_piece: int = PATHS_PER_PIECE,
         like: "Renderer | None" = None,
+        coarse: bool = False,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
 
         ``like``: another renderer, whose trees, guide, nodes of the irradiance cache and what is known of their light are shared where the
-        scenes have them in common; images are the same without it.
+        scenes have them in common; images are the same without it.  ``coarse``: colour by the irradiance cache reads the nodes by which a
+        room's light is solved, which are all known then: enough for a meter, and much sooner.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
@@ -103,7 +105,7 @@ class Renderer:
         if scene_key < 0 or paths_per_piece < 1:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
-        self._sensor, self._depth_config = sensor, depth_sensor
+        self._sensor, self._depth_config, self._coarse = sensor, depth_sensor, coarse
         self.flat = flat
         """What is rendered."""
         parts, portable = flat.parts, config.portable
@@ -317,7 +319,7 @@ class Renderer:
         if self._integrator is None:
             light = self._irradiance_cache()
             light.solve(cancelled)
-            self._integrator = CachedIntegrator(self._scene, self._trees.for_light(), light)
+            self._integrator = CachedIntegrator(self._scene, self._trees.for_light(), light, coarse=self._coarse)
         return self._integrator
 
     def _irradiance_cache(self) -> IrradianceCache:

@@ -33,9 +33,12 @@ class CachedIntegrator:
     number, whenever it is computed.
     """
 
-    def __init__(self, scene: TracedScene, tree: SceneHandle, store: IrradianceCache) -> None:
-        """Take the room's cache, which is solved.  ``tree``: the scene's triangles as light is traced through them."""
-        self._scene, self._tree = scene, tree
+    def __init__(self, scene: TracedScene, tree: SceneHandle, store: IrradianceCache, *, coarse: bool = False) -> None:
+        """Take the room's cache, which is solved.
+
+        ``tree``: the scene's triangles as light is traced through them; ``coarse``: frames look the coarse nodes up, which are known.
+        """
+        self._scene, self._tree, self._coarse = scene, tree, coarse
         self._memory = [make_shade_scratch(scratch) for scratch in scene.scratch]
         self._store = store
         self._none = make_edge_samples(0, 0, 0)
@@ -45,10 +48,14 @@ class CachedIntegrator:
         self.strays = 0
         """Places of the newest view that no node knows: light was computed for them alone."""
         lamps, bend = build_lamps(scene.flat, scene.lit.surfaces.sky), bend_of_faces(scene.flat)
-        light = (store.rows, store.light.sun, store.source, store.even, store.around, store.leaving)
+        atlas, rows, sun, spacing_m = store.atlas, store.rows, store.light.sun, store.config.spacing_m
+        if coarse:
+            atlas, rows, spacing_m = store.coarse, store.coarse_rows(), store.config.coarse_spacing_m
+            sun = np.zeros((len(rows), 4), np.float32)
+        light = (store.source, store.even, store.around, store.leaving)
         parts, ior = scene.flat.parts, scene.flat.materials.ior
         pane_ior = ior[parts.material[parts.portal]].max(initial=np.float32(1.0))
-        self._tables = Tables(store.atlas, *light, np.float32(store.config.spacing_m), lamps, _LEAST_SHARE, WIDE, pane_ior, bend)
+        self._tables = Tables(atlas, rows, sun, *light, np.float32(spacing_m), lamps, _LEAST_SHARE, WIDE, pane_ior, bend)
 
     @property
     def size_bytes(self) -> int:
@@ -63,7 +70,7 @@ class CachedIntegrator:
         """
         scene, (height, width) = self._scene.lit._replace(tree=self._tree), view.distance.shape
         if self._images[0].light.shape[:2] != (height, width):
-            samples = make_edge_samples(height, width, len(self._store.atlas.face))
+            samples = make_edge_samples(height, width, len(self._tables.rows))
             self._images = make_picture(height, width), samples, make_strays(*samples.hits.shape[::2])
         picture, samples, _ = self._images
         step, self.filling_s = self._scene.workers.count, 0.0
@@ -122,12 +129,12 @@ class CachedIntegrator:
 
     def _nodes_of(self, hits: Hits) -> NDArray[np.bool_]:
         """Return which nodes (n,) lie around some hits."""
-        step, is_read = self._scene.workers.count, np.zeros(len(self._store.atlas.face), np.bool_)
+        step, is_read = self._scene.workers.count, np.zeros(len(self._tables.rows), np.bool_)
         self._scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, is_read, first, step), range(step))
         return is_read
 
     def _fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None) -> int:
         began = time.perf_counter()
-        new = self._store.fill(is_read, cancelled)
+        new = 0 if self._coarse else self._store.fill(is_read, cancelled)
         self.filling_s += time.perf_counter() - began
         return new

@@ -291,6 +291,13 @@ class IrradianceCache:
         other._scene, other._memory = scene, [make_gather_scratch(scratch) for scratch in scene.scratch]
         return other
 
+    def coarse_rows(self) -> NDArray[np.float32]:
+        """Return what frames may look up of coarse nodes instead, (n, ROW): all light, the sun's too, as if it came from everywhere."""
+        rows = aligned_floats(len(self.even) * ROW).reshape(-1, ROW)
+        rows[:] = 0.0
+        rows[:, LIGHT : LIGHT + 3], rows[:, VALID] = np.float32(np.pi) * self.even, self.geometry.known
+        return rows
+
     def fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``is_read`` (n,) that are not known yet; return how many.
 
