@@ -36,6 +36,8 @@ _STEP = np.float32(0.85)
 """Light of one of two pixels over the other's, at most, for an edge to lie between them in what is mirrored or seen through glass."""
 FEW, MANY = 3, 6
 """How many more points a pixel sees at edges, and where one side has less than _STEP of the other's light."""
+_ABREAST = 3
+"""How many points of a pixel are side by side in a finer picture whose pixels they are."""
 _LENT, _ASIDE = np.float32(1.0 / 3.0), np.float32(0.2)
 """How far from where a ray has hit a place that lends its light may be, in steps of nodes, and a point from its pixel's middle, squared."""
 _TRIANGLE = np.array([[-0.29, 0.29], [-0.12, -0.42], [0.41, 0.13]], np.float32)
@@ -47,8 +49,8 @@ and the one opposite."""
 class EdgeSamples(NamedTuple):
     """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
 
-    counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 4, room) int32,
-    the triangle, -1 for none, column and row of the pixel, and of how many points that shows the mean; is_read: (n,), nodes of the cache
+    counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 5, room) int32,
+    the triangle, -1 for none, column and row of the pixel, of how many points that shows the mean, and which it is; is_read: (n,), nodes of the cache
     that they read.
     """
 
@@ -61,7 +63,7 @@ class EdgeSamples(NamedTuple):
 def make_edge_samples(height: int, width: int, nodes: int) -> EdgeSamples:
     """Return room for those of a picture with a cache of so many nodes; memory is taken as it is filled."""
     rows, room = -(-height // TILE), MANY * LANES * -(-width // TILE)
-    numbers = np.empty((rows, 4, room), np.int32)
+    numbers = np.empty((rows, 5, room), np.int32)
     return EdgeSamples(np.zeros(rows, np.int32), np.empty((rows, len(_HIT), room), np.float32), numbers, np.zeros(nodes, np.bool_))
 
 
@@ -194,7 +196,7 @@ def smooth_edges(
                         for channel in range(3):
                             smooth[y, x, channel] += image[v, u, channel] / np.float32(points)
                     else:
-                        _add_sample(shown.tables.fine, x, y, points, k, packet, samples)
+                        _add_sample(shown.tables.fine, x, y, int(queue[7, begin + k]), points, k, packet, samples)
 
 
 @inlined
@@ -246,7 +248,7 @@ def _trace_edges(tree: SceneHandle, begin: int, count: int, packet: Packet, queu
 
 @inlined
 def _aim_edges(camera: PosedCamera, column: int, row: int, edges: int, steps: int, packet: Packet, queue: NDArray[np.float32]) -> int:
-    """Fill ``queue`` (7, 96) with origin and direction of the rays of a tile's edge pixels, and the pixel; return how many there are.
+    """Fill ``queue`` (8, 96) with origin and direction of the rays of a tile's edge pixels, pixel and point; return how many there are.
 
     ``steps``: which of ``edges`` see many points.
     """
@@ -258,7 +260,7 @@ def _aim_edges(camera: PosedCamera, column: int, row: int, edges: int, steps: in
             if asking >> k & 1 and packet.alive[k] != 0:
                 for field in range(6):
                     queue[field, queued] = packet.real[_AIMED[field] + k]
-                queue[6, queued] = np.float32(k)
+                queue[6, queued], queue[7, queued] = np.float32(k), np.float32(sample)
                 queued += 1
     return queued
 
@@ -296,8 +298,8 @@ def _is_near(view: TracedView, x: int, y: int, u: int, v: int, far: np.float32, 
 
 
 @inlined
-def _add_sample(atlas: Atlas, x: int, y: int, points: int, k: int, packet: Packet, samples: EdgeSamples) -> None:
-    """Let ray k of pixel (x, y), the mean of so many points, be shaded later, with the light of nodes that are marked."""
+def _add_sample(atlas: Atlas, x: int, y: int, point: int, points: int, k: int, packet: Packet, samples: EdgeSamples) -> None:
+    """Let ray k, ``point`` of the ``points`` of pixel (x, y), be shaded later, with the light of nodes that are marked."""
     row = y // TILE
     i = samples.counts[row]
     samples.counts[row] = i + 1
@@ -308,7 +310,7 @@ def _add_sample(atlas: Atlas, x: int, y: int, points: int, k: int, packet: Packe
     for field in range(len(_HIT)):
         samples.hits[row, field, i] = real[_HIT[field] + k]
     samples.numbers[row, 0, i], samples.numbers[row, 1, i], samples.numbers[row, 2, i] = face, x, y
-    samples.numbers[row, 3, i] = points
+    samples.numbers[row, 3, i], samples.numbers[row, 4, i] = points, point
 
 
 @inlined
@@ -323,8 +325,10 @@ def load_samples(samples: EdgeSamples, row: int, begin: int, memory: ShadeScratc
         packet.integer[ray.PRIM_ID + k] = np.uint32(face)
         packet.integer[ray.GEOM_ID + k] = np.uint32(0) if face >= 0 else INVALID_ID
         packet.alive[k] = -1 if begin + k == i else 0
-        # Noise is that of pixels apart, so that the samples of one have different.
-        memory.pixels[0, k], memory.pixels[1, k] = samples.numbers[row, 1, i] + 7 * i, samples.numbers[row, 2, i] + 3 * i
+        # Noise is that of a finer picture's pixels, so that the samples of one, and of neighbours, are evenly spread.
+        point = samples.numbers[row, 4, i]
+        memory.pixels[0, k] = _ABREAST * samples.numbers[row, 1, i] + point % _ABREAST
+        memory.pixels[1, k] = MANY // _ABREAST * samples.numbers[row, 2, i] + point // _ABREAST
 
 
 @inlined

@@ -29,6 +29,17 @@ def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]
 
 
 @inlined
+def aim_more_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
+    """Fill MORE_AHEAD and MORE_GAIN of lane k, and AHEAD and GAIN by numbers that are spread evenly together with theirs."""
+    for turn in range(rec.MORE_RAYS, -1, -1):
+        aim_gloss(2 * x + (turn & 1), 2 * y + (turn >> 1), k, primary, lanes)
+        if turn > 0:
+            for axis in range(3):
+                at = 3 * (turn - 1) + axis
+                primary[rec.MORE_AHEAD + at, k], primary[rec.MORE_GAIN + at, k] = primary[rec.AHEAD + axis, k], primary[rec.GAIN + axis, k]
+
+
+@inlined
 def aim_gloss(x: int, y: int, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Fill AHEAD, the direction of lane k's mirrored ray, world, sampled among the microfacets that are seen, and GAIN.
 

@@ -17,7 +17,7 @@ from renderer.core import lanes as ln
 from renderer.core import ray_packet as ray
 from renderer.core.color import Rgb
 from renderer.core.embree import intersect16
-from renderer.core.kernel import inlined
+from renderer.core.kernel import inlined, kernel
 from renderer.core.random_numbers import mix_bits
 from renderer.core.ray_packet import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet
 from renderer.irradiance_cache.outside import mirrored_sky, outside_light
@@ -49,7 +49,23 @@ _BOTH_WAYS = np.float32(1.5)
 def add_gloss(scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], spread: np.float32, memory: ShadeScratch) -> None:
     """Trace the rays that are sent, on by mirrors and through glass, and add what they see.  ``is_read``: as of ``CachedView``."""
     scratch, primary = memory.trace, memory.primary
-    _aim_mirrored(scratch, primary)
+    _see_mirrored(scene, tables, is_read, spread, memory)
+    _see_more(scene, tables, is_read, spread, memory)
+    if _aim_through(scratch, primary) > 0:
+        _trace_on(scene, tables, True, memory)
+        _see_surfaces(scene, tables, is_read, spread, True, memory)
+        for k in range(LANES):
+            if primary[rec.KIND, k] > _BOTH_WAYS:
+                for channel in range(3):
+                    share = (_ONE - primary[rec.SHARE + channel, k]) * primary[rec.BASE + channel, k]
+                    primary[rec.LIGHT + channel, k] += share * primary[rec.GLASS + channel, k]
+
+
+@kernel
+def _see_mirrored(scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], spread: np.float32, memory: ShadeScratch) -> None:
+    """Trace the mirrored rays and fill SEEN with what they see, by GAIN."""
+    primary = memory.primary
+    _aim_mirrored(memory.trace, primary)
     _trace_on(scene, tables, False, memory)
     if _see_nodes(scene.surfaces, tables, memory) > 0:
         _see_surfaces(scene, tables, is_read, spread, False, memory)
@@ -59,14 +75,37 @@ def add_gloss(scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], sprea
             for channel in range(3):
                 primary[rec.SEEN + channel, k] += primary[rec.GLASS + channel, k] + primary[rec.SUNLIGHT + channel, k]
                 primary[rec.SEEN + channel, k] *= primary[rec.GAIN + channel, k]
-    if _aim_through(scratch, primary) > 0:
-        _trace_on(scene, tables, True, memory)
-        _see_surfaces(scene, tables, is_read, spread, True, memory)
+
+
+@inlined
+def _see_more(scene: LitScene, tables: Tables, is_read: NDArray[np.bool_], spread: np.float32, memory: ShadeScratch) -> None:
+    """Trace the further rays of the lanes that send some, and let SEEN be the mean of all."""
+    primary, waiting = memory.primary, 0
+    for k in range(LANES):
+        waiting += primary[rec.MORE, k] > _ZERO
+    if waiting == 0:
+        return
+    for k in range(LANES):
+        primary[rec.KIND_BEFORE, k] = primary[rec.KIND, k]
+        primary[rec.KIND, k] = primary[rec.MORE, k]
+        for channel in range(3):
+            primary[rec.SEEN_BEFORE + channel, k] = primary[rec.SEEN + channel, k]
+    for turn in range(rec.MORE_RAYS):
         for k in range(LANES):
-            if primary[rec.KIND, k] > _BOTH_WAYS:
+            for axis in range(3):
+                primary[rec.AHEAD + axis, k] = primary[rec.MORE_AHEAD + 3 * turn + axis, k]
+                primary[rec.GAIN + axis, k] = primary[rec.MORE_GAIN + 3 * turn + axis, k]
+                primary[rec.SEEN + axis, k] = _ZERO
+        _see_mirrored(scene, tables, is_read, spread, memory)
+        for k in range(LANES):
+            if primary[rec.MORE, k] > _ZERO:
                 for channel in range(3):
-                    share = (_ONE - primary[rec.SHARE + channel, k]) * primary[rec.BASE + channel, k]
-                    primary[rec.LIGHT + channel, k] += share * primary[rec.GLASS + channel, k]
+                    primary[rec.SEEN_BEFORE + channel, k] += primary[rec.SEEN + channel, k]
+    for k in range(LANES):
+        scale = _ONE / np.float32(1 + rec.MORE_RAYS) if primary[rec.MORE, k] > _ZERO else _ONE
+        primary[rec.KIND, k] = primary[rec.KIND_BEFORE, k]
+        for channel in range(3):
+            primary[rec.SEEN + channel, k] = scale * primary[rec.SEEN_BEFORE + channel, k]
 
 
 @inlined

@@ -22,6 +22,8 @@ ROUGH = np.float32(0.03)
 """Width of GGX from which on what gloss shows is mixed over twice the distance."""
 LAMP_RAYS = 2
 """By how many points of lamps and panes that rough gloss shows it is asked at most whether they are seen."""
+MORE_RAYS = 3
+"""How many more rays points of edges send on rough metal, which share what these see with no others."""
 _FAINT = np.float32(0.06)
 UNSEEN = np.float32(2.0)
 """UNDER_ALPHA of a coat alone."""
@@ -48,6 +50,9 @@ GAIN = _PRIMARY.field(3)  # what its direction reflects, over SHARE
 EVEN = _PRIMARY.field(3)  # illuminance over pi, lux: stands for that of what it finds where no node knows any
 GLASS = _PRIMARY.field(3)  # what clear glass on its way scatters and mirrors towards it, and metal scatters
 SUNLIGHT = _PRIMARY.field(3)  # luminance that rough metal on its way mirrors of the sun
+MORE = _PRIMARY.field()  # 1 where MORE_RAYS more are sent, by other microfacets
+KIND_BEFORE, SEEN_BEFORE = _PRIMARY.field(), _PRIMARY.field(3)  # KIND, and the sum of what was seen, while these are traced
+MORE_AHEAD, MORE_GAIN = _PRIMARY.field(9), _PRIMARY.field(9)  # AHEAD and GAIN of each of these
 TURNED = _PRIMARY.field()  # 1 where rough metal has sent it on, or a mirror if its lobe is rough
 LEFT = _PRIMARY.field()  # 1 where it has left by a window pane
 
@@ -116,7 +121,7 @@ class ShadeScratch(NamedTuple):
     """Memory of one thread.
 
     trace: rays and lanes; pixels: (2, 16) int32, columns and rows of the lanes' pixels; primary: (PRIMARY, 16), primary hits while their
-    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (7, 96), rays of a tile's edges.
+    rays are traced; gloss: (GLOSS * 16,), what it shows of lamps; edges: (8, 96), rays of a tile's edges.
     """
 
     trace: Scratch
@@ -128,7 +133,7 @@ class ShadeScratch(NamedTuple):
 
 def make_shade_scratch(trace: Scratch) -> ShadeScratch:
     """Return that memory beside a thread's rays and lanes."""
-    primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((7, 6 * LANES), np.float32)
+    primary, edges = np.zeros((_PRIMARY.size, LANES), np.float32), np.zeros((8, 6 * LANES), np.float32)
     return ShadeScratch(trace, np.zeros((2, LANES), np.int32), primary, aligned_floats(_GLOSS.size), edges)
 
 

@@ -22,7 +22,7 @@ from renderer.bsdf.reflectance import coat_albedo, diffuse_albedo, specular_albe
 from renderer.cached_frames import records as rec
 from renderer.cached_frames.curvature import widened
 from renderer.cached_frames.edges import EdgeSamples, add_samples, load_samples
-from renderer.cached_frames.gloss_rays import aim_gloss, base_fresnel, pixel_noise
+from renderer.cached_frames.gloss_rays import aim_gloss, aim_more_gloss, base_fresnel, pixel_noise
 from renderer.cached_frames.incident import Incident, around_share, lamps_share, light_of_stray, read_light
 from renderer.cached_frames.lamp_points import add_lamps
 from renderer.cached_frames.lamps import choose_lamps
@@ -160,6 +160,7 @@ def _shade_lane(
     elif not (glass or alone) and takes_from_others(x, y, lanes[ln.METALLIC + k] >= _HALF, primary, k):
         _guess_mirrored(incident, around, primary, k)
         return sunny, asking, 0
+    primary[rec.MORE, k] = _ONE if alone and lanes[ln.METALLIC + k] >= _HALF and primary[rec.RAY_ALPHA, k] >= SHARP else _ZERO
     _send_ray(incident, glass, k, memory)
     return sunny, asking, 1
 
@@ -180,7 +181,7 @@ def _begin_pixel(lanes: NDArray[np.float32], memory: ShadeScratch, k: int) -> No
     """Let the pixel of lane k have what its surface emits, and nothing mirrored."""
     primary = memory.primary
     lanes[ln.IMPORTANCE + k] = memory.gloss[rec.ASKS + k] = memory.gloss[rec.LAMPLIGHT + k] = _ZERO
-    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.SHOWN_ALPHA, k] = _ZERO
+    primary[rec.KIND, k] = primary[rec.ALPHA, k] = primary[rec.SHOWN_ALPHA, k] = primary[rec.MORE, k] = _ZERO
     primary[rec.UNDER_ALPHA, k] = _ONE
     primary[rec.LAMPS, k] = primary[rec.LAMPS + 1, k] = primary[rec.LAMPS + 2, k] = _ZERO
     primary[rec.SEEN, k] = primary[rec.SEEN + 1, k] = primary[rec.SEEN + 2, k] = _ZERO
@@ -317,7 +318,10 @@ def _send_ray(incident: Incident, glass: bool, k: int, memory: ShadeScratch) -> 
         behind = lanes[ln.P_X + LANES * channel + k] - beyond * lanes[ln.NG_X + LANES * channel + k]
         primary[rec.EYE + channel, k] = behind if holes > _ZERO else real[ray.ORG_X + LANES * channel + k]
         primary[rec.WAY + channel, k] = real[ray.DIR_X + LANES * channel + k]
-    aim_gloss(memory.pixels[0, k], memory.pixels[1, k], k, primary, lanes)
+    if primary[rec.MORE, k] > _ZERO:
+        aim_more_gloss(memory.pixels[0, k], memory.pixels[1, k], k, primary, lanes)
+    else:
+        aim_gloss(memory.pixels[0, k], memory.pixels[1, k], k, primary, lanes)
 
 
 @inlined
