@@ -50,8 +50,8 @@ class EdgeSamples(NamedTuple):
     """Points beside the middles of pixels that are to be shaded, by rows of tiles, each with room for all that it may have.
 
     counts: (rows,) int32; hits: (rows, 12, room) float32, rays and what they hit, in the order of packets; numbers: (rows, 5, room) int32,
-    the triangle, -1 for none, column and row of the pixel, of how many points that shows the mean, and which it is; is_read: (n,), nodes of the cache
-    that they read.
+    the triangle, -1 for none, column and row of the pixel, of how many points that shows the mean, and which of them it is; is_read: (n,),
+    nodes of the cache that they read.
     """
 
     counts: NDArray[np.int32]

@@ -5,7 +5,7 @@ import math
 import pytest
 from box_room import box, pose, quad, scene
 
-from renderer import CameraConfig, RenderConfig
+from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.exposure import METER_CONSTANT, LightReading, exposed, meter
 from renderer.film.tone import MOST_BLACK, Exposure, white_luminance
 from renderer.film.white_balance import white_of_kelvin
@@ -189,6 +189,16 @@ def test_black_is_what_the_darkest_of_the_view_has_less_than_and_never_much() ->
     by_hand = exposed(RenderConfig(exposure_ev100=metered.ev100 + 1.0), metered)
     assert by_hand.black == pytest.approx(0.5 * metered.black)
     assert exposed(RenderConfig(exposure_ev100=metered.ev100 - 4.0), metered).black == MOST_BLACK
+
+
+def test_looked_up_light_is_metered_by_the_nodes_that_every_view_needs() -> None:
+    """In a furnace of 100 cd/m2; none of the finer nodes is computed for the meter, so that a view has as many to compute after it."""
+    room = scene(box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.5, 0.5, 0.5), emission=(50.0,) * 3))
+    config = RenderConfig(threads=1, integrator="cached", cache_spacing_m=0.1)
+    with Renderer(room, CAMERA, config, 5) as renderer, Renderer(room, CAMERA, config, 5) as unmetered:
+        reading = meter(room, CAMERA, config, 5, [VIEW], like=renderer)
+        assert reading.ev100 == pytest.approx(math.log2(100.0 * 100.0 / METER_CONSTANT), abs=1 / 16)
+        assert renderer.prepare(VIEW) == unmetered.prepare(VIEW) > 0
 
 
 def test_noise_of_paths_makes_no_room_brighter() -> None:

@@ -48,6 +48,16 @@ def test_an_edge_in_a_mirror_or_behind_glass_is_as_smooth_as_others(shown_by):
     np.testing.assert_allclose(row[30:35] / row[30], [1, 1, (3 * 1 + 4 * 0.5) / 7, 0.5, 0.5], rtol=0.02)
 
 
+def test_a_strip_of_rough_metal_that_no_middle_of_a_pixel_sees_is_an_even_line():
+    """Its lobe shows a wall behind the camera that is bright on one side only: each ray sees all or nothing, by three of seven points."""
+    strip = quad((0.55 * PIXEL_M, 1.99, -2), (0.5 * PIXEL_M, 0, 0), (0, 0, 4), metallic=1.0, roughness=0.4, color=(1, 1, 1))
+    bright = quad((0, -3, -9), (0, 0, 18), (9, 0, 0), glow_cd_m2=100, color=(1, 1, 1))
+    black = quad((-9, 2.5, -9), (18, 0, 0), (0, 0, 18), color=(0, 0, 0))
+    column = look_up(scene(strip, bright, black), AHEAD, camera=CAMERA).radiance[4:44, 32, 1]
+    assert column.mean() == pytest.approx(100 * 3 / 7 / 2, rel=0.05)
+    assert column.std() < 0.2 * column.mean()
+
+
 def places_of(points):
     """Return where a pixel of so many more points is sampled, (points + 1, 2), from its middle, in pixels."""
     return np.concatenate([np.zeros((1, 2)), OFFSETS[:points, [0, LANES]]]).astype(float)
