@@ -96,7 +96,7 @@ class Renderer:
 
         ``like``: another renderer, whose trees, guide, nodes of the irradiance cache and what is known of their light are shared where the
         scenes have them in common; images are the same without it.  ``coarse``: colour by the irradiance cache reads the nodes by which a
-        room's light is solved, which are all known then: enough for a meter, and much sooner.
+        room's light is solved, which are all known then: enough for a meter.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
